@@ -1,0 +1,170 @@
+//! What can go wrong, and what the message says: the parameter, what was expected, what came.
+
+use core::fmt;
+
+/// The largest magnitude that any input, threshold, weight or offset may have: 1e100.
+///
+/// Products and sums of admissible numbers stay finite, so the hot path needs no overflow check.
+/// NaN and infinities fail the same single comparison.
+pub const MAX_MAGNITUDE: f64 = 1e100;
+
+/// True for a finite number of magnitude at most [`MAX_MAGNITUDE`].
+#[inline]
+pub(crate) fn is_admissible(value: f64) -> bool {
+    value.abs() <= MAX_MAGNITUDE
+}
+
+/// Why a model, a stream or a state could not be made.
+///
+/// Everything that can fail fails at construction; `step` and `peek` never do.
+///
+/// ```
+/// use hysteresis_core::{CoupledPlay, Error};
+/// let error = CoupledPlay::new(10.0, 8.0, 9.0, 4.0).unwrap_err();
+/// assert_eq!(error.to_string(), "rb: expected 0 <= rb <= ra = 8, got 9");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// An array that needs at least one element has none.
+    Empty {
+        /// The name of the argument.
+        parameter: &'static str,
+    },
+    /// Two arrays that belong together differ in length.
+    Length {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// The length it must have.
+        expected: usize,
+        /// The length that came.
+        got: usize,
+    },
+    /// A number lies outside its domain.
+    Domain {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// Where in the array, for arrays.
+        index: Option<usize>,
+        /// The domain in words.
+        expected: Bound,
+        /// The number that came.
+        got: f64,
+    },
+    /// The slope of the model is not positive everywhere, so an output does not tell its input.
+    NotInvertible {
+        /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal.
+        identity_weight: f64,
+        /// Sum of the negative weights of all other operators.
+        negative_sum: f64,
+    },
+    /// The closed form needs thresholds that grow from zero and positive partial sums of the weights.
+    NoClosedForm {
+        /// The first operator that breaks the condition.
+        index: usize,
+        /// The condition in words.
+        expected: &'static str,
+        /// The number that came.
+        got: f64,
+    },
+    /// A saved state does not belong to this stream.
+    State {
+        /// What the state must satisfy.
+        expected: &'static str,
+    },
+}
+
+/// The domain that a number had to lie in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Bound {
+    /// Finite and at most [`MAX_MAGNITUDE`] in magnitude.
+    Finite,
+    /// Finite and not below zero.
+    NonNegative,
+    /// `0 <= inner <= outer`: the inner threshold of a coupled play and the outer one that bounds it.
+    Within {
+        /// The name of the inner threshold.
+        inner: &'static str,
+        /// The name of the outer threshold.
+        outer: &'static str,
+        /// The outer threshold.
+        limit: f64,
+    },
+    /// Above another number, named in words.
+    Above {
+        /// What bounds it from below.
+        what: &'static str,
+        /// The bound.
+        limit: f64,
+    },
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
+            Self::NonNegative => write!(f, "a finite number >= 0"),
+            Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit}"),
+            Self::Above { what, limit } => write!(f, "a number above {what} = {limit}"),
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Empty { parameter } => write!(f, "{parameter}: expected at least one element, got none"),
+            Self::Length { parameter, expected, got } => {
+                write!(f, "{parameter}: expected {expected} elements, got {got}")
+            }
+            Self::Domain { parameter, index: None, expected, got } => {
+                write!(f, "{parameter}: expected {expected}, got {got}")
+            }
+            Self::Domain { parameter, index: Some(index), expected, got } => {
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+            }
+            Self::NotInvertible { identity_weight, negative_sum } => write!(
+                f,
+                "the model is not invertible: its slope is only known to be positive if the weight of the identity \
+                 operator (all thresholds zero) plus the sum of the negative weights is positive, but these are \
+                 {identity_weight} and {negative_sum}"
+            ),
+            Self::NoClosedForm { index, expected, got } => {
+                write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got}")
+            }
+            Self::State { expected } => write!(f, "state: expected {expected}"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}
+
+/// Checks one number, or names it.
+pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
+    if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
+}
+
+/// Checks one outer threshold, or names it.
+pub(crate) fn check_non_negative(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
+    if is_admissible(got) && got >= 0.0 {
+        Ok(got)
+    } else {
+        Err(Error::Domain { parameter, index, expected: Bound::NonNegative, got })
+    }
+}
+
+/// Checks one inner threshold against the outer one that bounds it, or names it.
+pub(crate) fn check_within(
+    inner: &'static str,
+    index: Option<usize>,
+    got: f64,
+    outer: &'static str,
+    limit: f64,
+) -> Result<f64, Error> {
+    if got >= 0.0 && got <= limit {
+        Ok(got)
+    } else {
+        Err(Error::Domain { parameter: inner, index, expected: Bound::Within { inner, outer, limit }, got })
+    }
+}

@@ -1,0 +1,37 @@
+//! Hysteresis of piezo actuators: the coupled-play (CP) operator, the modified Prandtl-Ishlinskii (MPI) model and
+//! its exact inverse, sample by sample, at a cost that does not grow with the number of operators.
+//!
+//! After G. Wang, G. Chen, H. Zhou, F. Bai, "Modeling and Tracking Control for Piezoelectric Actuator Based on a New
+//! Asymmetric Hysteresis Model", IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017. Equation and table numbers are those
+//! of the paper; its misprints are corrected as listed in the project's README.
+//!
+//! Parameters are immutable and shared, state is a separate plain value, and a stream pairs the two. Everything that
+//! can fail fails at construction: [`Process::step`] and [`Process::peek`] never allocate, lock, panic, log or read a
+//! clock.
+//!
+//! The crate needs no standard library (only `alloc`) and has no dependency unless the feature `json` is on.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod error;
+mod inverse;
+mod memory;
+mod model;
+mod operator;
+pub mod paper;
+mod process;
+mod stream;
+
+pub use error::{Bound, Error, MAX_MAGNITUDE};
+pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};
+pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+#[cfg(feature = "json")]
+pub use model::{JsonError, SCHEMA};
+pub use operator::{CoupledPlay, Operator, Play, Tracked};
+pub use process::Process;
+pub use stream::{Forward, Inverse, StreamState};

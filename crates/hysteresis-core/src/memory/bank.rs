@@ -1,0 +1,122 @@
+//! The plain loop over all operators: for thresholds that are not nested and for arbitrary initial outputs.
+
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+use super::family::Line;
+use super::solve::solve;
+use super::Reach;
+use crate::error::{Error, check_finite};
+use crate::model::ModifiedPrandtlIshlinskii;
+use crate::operator::{CoupledPlay, Operator};
+
+/// The weights and operators of a model, in the order in which they are summed.
+#[derive(Debug)]
+pub(crate) struct Members(Box<[(f64, CoupledPlay)]>);
+
+impl Members {
+    pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Self {
+        Self(model.weights().iter().copied().zip(model.operators().iter().copied()).collect())
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// A bank of operators, each with its output.
+#[derive(Clone, Debug)]
+pub(crate) struct Bank {
+    members: Arc<Members>,
+    initial: Box<[f64]>,
+    outputs: Box<[f64]>,
+}
+
+impl Bank {
+    /// A bank whose operators all start from zero.
+    pub(crate) fn at_rest(members: Arc<Members>) -> Self {
+        let zeros: Box<[f64]> = members.0.iter().map(|_| 0.0).collect();
+        Self { members, initial: zeros.clone(), outputs: zeros }
+    }
+
+    /// A bank that starts from the outputs `initial`; the first sample projects them onto what can be reached.
+    pub(crate) fn new(members: Arc<Members>, initial: &[f64]) -> Result<Self, Error> {
+        if initial.len() != members.len() {
+            return Err(Error::Length { parameter: "initial", expected: members.len(), got: initial.len() });
+        }
+        for (i, z) in initial.iter().enumerate() {
+            check_finite("initial", Some(i), *z)?;
+        }
+        Ok(Self { members, initial: initial.into(), outputs: initial.into() })
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.outputs.copy_from_slice(&self.initial);
+    }
+
+    /// The operator outputs z_i.
+    pub(crate) fn outputs(&self) -> &[f64] {
+        &self.outputs
+    }
+
+    pub(crate) fn restore(&mut self, outputs: &[f64]) -> Result<(), Error> {
+        if outputs.len() != self.outputs.len() || outputs.iter().any(|z| check_finite("state", None, *z).is_err()) {
+            return Err(Error::State { expected: "one finite output for each operator" });
+        }
+        self.outputs.copy_from_slice(outputs);
+        Ok(())
+    }
+
+    /// Moves the input to `to`.
+    pub(crate) fn move_input(&mut self, to: f64) {
+        for ((_, operator), z) in self.members.0.iter().zip(&mut self.outputs) {
+            *z = operator.next(*z, to);
+        }
+    }
+
+    /// The output of the present state.
+    pub(crate) fn output(&self) -> f64 {
+        self.sum(|_, z| z)
+    }
+
+    /// The output after a move of the input to `to`.
+    pub(crate) fn peek_input(&self, to: f64) -> f64 {
+        self.sum(|operator, z| operator.next(z, to))
+    }
+
+    /// Sum of w times what `output` makes of each operator, always in the order of the model.
+    #[inline]
+    fn sum(&self, output: impl Fn(&CoupledPlay, f64) -> f64) -> f64 {
+        let outputs = self.members.0.iter().zip(&self.outputs);
+        outputs.fold(0.0, |sum, ((weight, operator), z)| sum + weight * output(operator, *z))
+    }
+
+    /// The input that brings the output to `to`, or the limit that comes closest. `from` is where the search starts.
+    pub(crate) fn look_output(&self, from: f64, to: f64, (low, high): (f64, f64)) -> Reach {
+        let (least, most) = (self.peek_input(low), self.peek_input(high));
+        if to <= least {
+            return Reach { input: low, output: least, saturated: to < least };
+        }
+        if to >= most {
+            return Reach { input: high, output: most, saturated: to > most };
+        }
+        let near = from.max(low).min(high);
+        let far = if self.peek_input(near) <= to { high } else { low };
+        Reach { input: solve(|x| self.line_at(x), to, near, far), output: to, saturated: false }
+    }
+
+    /// The line of the outputs over the input around `x`, every operator starting from its present output.
+    fn line_at(&self, x: f64) -> Line {
+        let mut line = Line { slope: 0.0, offset: 0.0 };
+        for ((weight, operator), z) in self.members.0.iter().zip(&self.outputs) {
+            match operator.slide(*z, x) {
+                Some(shift) => {
+                    line.slope += weight;
+                    line.offset += weight * shift;
+                }
+                None => line.offset += weight * operator.next(*z, x),
+            }
+        }
+        line
+    }
+}

@@ -1,0 +1,214 @@
+//! The memory of a model: what evaluates it, forward and inverse, between and across breakpoints.
+//!
+//! Nested thresholds run on the turning-point [`engine`](engine::Engine); anything else on the
+//! [`bank`](bank::Bank) of operators. Inputs here are relative to the input offset, outputs to the output offset.
+
+mod bank;
+mod branch;
+mod engine;
+mod family;
+mod solve;
+mod state;
+mod turning_points;
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+pub(crate) use family::Line;
+pub use state::{FamilyState, MemoryState, TurningPointState};
+pub use turning_points::{Direction, TurningPoint};
+
+use crate::error::Error;
+use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
+use bank::{Bank, Members};
+use engine::{Engine, Families};
+
+/// A straight line and how far, in the direction of travel, it holds: up to but not including `end`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub(crate) direction: Direction,
+    pub(crate) line: Line,
+    pub(crate) end: f64,
+}
+
+impl Piece {
+    /// A piece of no length: every new sample is evaluated anew.
+    pub(crate) fn point(direction: Direction, input: f64, output: f64) -> Self {
+        Self { direction, line: Line { slope: 0.0, offset: output }, end: input }
+    }
+}
+
+/// Where a move towards a given output came to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// The input there.
+    pub(crate) input: f64,
+    /// The output there: what was asked for, or what the limit allows.
+    pub(crate) output: f64,
+    pub(crate) saturated: bool,
+}
+
+/// Which algorithm evaluates a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Turning points and prefix sums: the cost does not grow with the number of operators.
+    TurningPoints,
+    /// A loop over all operators: thresholds that are not nested, or arbitrary initial outputs.
+    Bank,
+}
+
+/// A model in the form that evaluates it, shared by all streams of the model.
+///
+/// Made once per model; [`Forward::new`](crate::Forward::new) and [`Inverse::new`](crate::Inverse::new) then only
+/// allocate the memory of one stream. Cloning shares.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    pub(crate) offsets: Offsets,
+    pub(crate) invertible: Result<(), Error>,
+    families: Option<Arc<Families>>,
+    members: Arc<Members>,
+}
+
+impl Kernel {
+    /// Sorts the thresholds and sums the weights: O(n log n).
+    #[must_use]
+    pub fn new(model: &ModifiedPrandtlIshlinskii) -> Self {
+        Self {
+            offsets: model.offsets(),
+            invertible: model.check_invertible(),
+            families: Families::of(model).map(Arc::new),
+            members: Arc::new(Members::of(model)),
+        }
+    }
+
+    /// Which algorithm evaluates a stream that starts at rest.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        if self.families.is_some() { Method::TurningPoints } else { Method::Bank }
+    }
+
+    /// The number of operators.
+    #[must_use]
+    pub fn operators(&self) -> usize {
+        self.members.len()
+    }
+
+    /// The memory of a stream at rest.
+    pub(crate) fn memory_at_rest(&self) -> Memory {
+        match &self.families {
+            Some(families) => Memory::TurningPoints(Engine::new(families.clone())),
+            None => Memory::Bank(Bank::at_rest(self.members.clone())),
+        }
+    }
+
+    /// The memory of a stream that starts from the operator outputs `initial`.
+    pub(crate) fn memory_from(&self, initial: &[f64]) -> Result<Memory, Error> {
+        Bank::new(self.members.clone(), initial).map(Memory::Bank)
+    }
+}
+
+/// A model's parameters together with the memory of one stream.
+#[derive(Clone, Debug)]
+pub(crate) enum Memory {
+    TurningPoints(Engine),
+    Bank(Bank),
+}
+
+impl Memory {
+    pub(crate) fn method(&self) -> Method {
+        match self {
+            Self::TurningPoints(_) => Method::TurningPoints,
+            Self::Bank(_) => Method::Bank,
+        }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        match self {
+            Self::TurningPoints(engine) => engine.reset(),
+            Self::Bank(bank) => bank.reset(),
+        }
+    }
+
+    /// Moves the input from `from` to `to`.
+    #[inline]
+    pub(crate) fn move_input(&mut self, from: f64, to: f64) {
+        match self {
+            Self::TurningPoints(engine) => engine.move_input(from, to),
+            Self::Bank(bank) => bank.move_input(to),
+        }
+    }
+
+    /// The output after a move of the input from `from` to `to`.
+    #[inline]
+    pub(crate) fn peek_input(&self, from: f64, to: f64) -> f64 {
+        match self {
+            Self::TurningPoints(engine) => engine.peek_input(from, to),
+            Self::Bank(bank) => bank.peek_input(to),
+        }
+    }
+
+    /// Moves the input from `from` in `direction` until the output is `to` or the input is at a limit.
+    pub(crate) fn move_output(&mut self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
+        match self {
+            Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
+            Self::Bank(bank) => {
+                let reach = bank.look_output(from, to, limits);
+                bank.move_input(reach.input);
+                reach
+            }
+        }
+    }
+
+    /// Where [`move_output`](Self::move_output) would come to.
+    pub(crate) fn peek_output(&self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
+        match self {
+            Self::TurningPoints(engine) => engine.look_output(direction, from, to, limits).1,
+            Self::Bank(bank) => bank.look_output(from, to, limits),
+        }
+    }
+
+    /// The reversals that still determine the output, oldest first: nothing for a bank.
+    pub(crate) fn turning_points(&self) -> Vec<f64> {
+        match self {
+            Self::TurningPoints(engine) => engine.memory(),
+            Self::Bank(_) => Vec::new(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> MemoryState {
+        match self {
+            Self::TurningPoints(engine) => MemoryState::TurningPoints(engine.state()),
+            Self::Bank(bank) => MemoryState::Bank(bank.outputs().into()),
+        }
+    }
+
+    /// Continues from a saved state.
+    pub(crate) fn restore(&mut self, state: &MemoryState) -> Result<(), Error> {
+        match (self, state) {
+            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state),
+            (Self::Bank(bank), MemoryState::Bank(outputs)) => bank.restore(outputs),
+            _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
+        }
+    }
+
+    /// The output at the present place, the input being `input`.
+    pub(crate) fn output(&self, input: f64) -> f64 {
+        self.forward_piece(input).line.at(input)
+    }
+
+    /// The piece over the input at the present place, the input being `input`.
+    pub(crate) fn forward_piece(&self, input: f64) -> Piece {
+        match self {
+            Self::TurningPoints(engine) => engine.piece(),
+            Self::Bank(bank) => Piece::point(Direction::Rising, input, bank.output()),
+        }
+    }
+
+    /// The piece over the output at the present place, the output being `output` and the input `input`.
+    pub(crate) fn inverse_piece(&self, input: f64, output: f64, limits: (f64, f64)) -> Piece {
+        match self {
+            Self::TurningPoints(engine) => engine.inverse_piece(limits),
+            Self::Bank(_) => Piece::point(Direction::Rising, output, input),
+        }
+    }
+}

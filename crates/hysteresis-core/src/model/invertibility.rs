@@ -1,0 +1,28 @@
+//! When an output tells its input.
+
+use crate::error::Error;
+
+/// Slopes below this share of the sum of |w| are not told from zero after rounding.
+const MIN_RELATIVE_SLOPE: f64 = 1e-12;
+
+/// The slope of the model is the identity weight plus weights of operators that slide, so it is positive
+/// everywhere if the identity weight outweighs all negative weights together.
+///
+/// With every w_i >= 0 this is the familiar w_0 > 0. Conditions on partial sums alone are not enough:
+/// w = \[1, 1, -1.5\] has slope -0.5 where all three slide.
+pub(super) fn check(operators: impl Iterator<Item = (f64, bool)>) -> Result<(), Error> {
+    let (mut identity_weight, mut negative_sum, mut magnitude) = (0.0, 0.0, 0.0);
+    for (weight, is_identity) in operators {
+        magnitude += weight.abs();
+        if is_identity {
+            identity_weight += weight;
+        } else {
+            negative_sum += weight.min(0.0);
+        }
+    }
+    if identity_weight + negative_sum > MIN_RELATIVE_SLOPE * magnitude {
+        Ok(())
+    } else {
+        Err(Error::NotInvertible { identity_weight, negative_sum })
+    }
+}

@@ -1,0 +1,141 @@
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+use super::{Offsets, PrandtlIshlinskii, check_length, check_weights, invertibility};
+use crate::error::{Error, check_non_negative, check_within};
+use crate::operator::CoupledPlay;
+
+/// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratios {
+    /// ra / r, at least `rb`.
+    pub ra: f64,
+    /// rb / r, between 0 and `ra`.
+    pub rb: f64,
+    /// rc / r, between 0 and 1.
+    pub rc: f64,
+}
+
+impl Ratios {
+    /// The ratios of the paper's actuator (Table I): 0.95, 0.30, 0.35.
+    pub const PAPER: Self = Self { ra: 0.95, rb: 0.30, rc: 0.35 };
+
+    /// The ratios of the paper's inverse (Table II): 0.90, 0.35, 0.35.
+    pub const PAPER_INVERSE: Self = Self { ra: 0.90, rb: 0.35, rc: 0.35 };
+
+    /// Equal thresholds: every coupled play is a play.
+    pub const PLAY: Self = Self { ra: 1.0, rb: 1.0, rc: 1.0 };
+
+    /// The coupled play of threshold `r` in these proportions; `index` names the operator in errors.
+    fn operator(self, index: usize, r: f64) -> Result<CoupledPlay, Error> {
+        CoupledPlay::indexed(Some(index), r, self.ra * r, self.rb * r, self.rc * r)
+    }
+
+    fn check(self) -> Result<Self, Error> {
+        check_non_negative("ra", None, self.ra)?;
+        check_within("rb", None, self.rb, "ra", self.ra)?;
+        check_within("rc", None, self.rc, "1", 1.0)?;
+        Ok(self)
+    }
+}
+
+/// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = `output_offset` + sum_i w_i z_i.
+///
+/// z_i is the [`CoupledPlay`] of thresholds r_i, ra_i, rb_i, rc_i at the input x - `input_offset`. Weights in
+/// output unit per input unit (um/V), thresholds in the unit of the input (V). Immutable; streams share it.
+///
+/// ```
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(
+///     &[4.0e-3, 3.0e-4, 2.0e-4],
+///     &[0.0, 25.0, 50.0],
+///     Ratios::PAPER,
+///     Offsets::default(),
+/// )?;
+/// let mut actuator = model.forward();
+/// let mut inverse = model.inverse(None)?;
+/// let drive = inverse.step(0.2);
+/// assert!((actuator.step(drive) - 0.2).abs() < 1e-15);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModifiedPrandtlIshlinskii {
+    weights: Box<[f64]>,
+    operators: Box<[CoupledPlay]>,
+    offsets: Offsets,
+}
+
+impl ModifiedPrandtlIshlinskii {
+    /// A model of `weights.len()` coupled plays with the thresholds given one by one.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without operators, [`Error::Length`] for unequal lengths, [`Error::Domain`] for a number
+    /// that is not finite or thresholds that break r >= rc >= 0 or ra >= rb >= 0.
+    pub fn new(
+        weights: &[f64],
+        r: &[f64],
+        ra: &[f64],
+        rb: &[f64],
+        rc: &[f64],
+        offsets: Offsets,
+    ) -> Result<Self, Error> {
+        check_weights(weights)?;
+        for (name, values) in [("r", r), ("ra", ra), ("rb", rb), ("rc", rc)] {
+            check_length(name, weights.len(), values)?;
+        }
+        let operators = (0..weights.len())
+            .map(|i| CoupledPlay::indexed(Some(i), r[i], ra[i], rb[i], rc[i]))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
+    }
+
+    /// A model whose operators share the proportions of their thresholds, as in Tables I and II.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); ratios must satisfy ra >= rb >= 0 and 1 >= rc >= 0.
+    pub fn from_ratios(weights: &[f64], r: &[f64], ratios: Ratios, offsets: Offsets) -> Result<Self, Error> {
+        check_weights(weights)?;
+        check_length("r", weights.len(), r)?;
+        let ratios = ratios.check()?;
+        let operators =
+            r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
+    }
+
+    /// The weights w_i.
+    #[must_use]
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The operators, each with its four thresholds.
+    #[must_use]
+    pub fn operators(&self) -> &[CoupledPlay] {
+        &self.operators
+    }
+
+    /// The offsets of input and output.
+    #[must_use]
+    pub fn offsets(&self) -> Offsets {
+        self.offsets
+    }
+
+    /// Whether the sufficient condition for an inverse holds, and if not, why not.
+    ///
+    /// # Errors
+    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights.
+    pub fn check_invertible(&self) -> Result<(), Error> {
+        invertibility::check(self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, z.is_identity())))
+    }
+}
+
+/// A play is a coupled play with four equal thresholds, so the conventional model is a modified one.
+impl From<&PrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
+    fn from(model: &PrandtlIshlinskii) -> Self {
+        Self {
+            weights: model.weights().into(),
+            operators: model.operators().iter().map(|play| CoupledPlay::from(*play)).collect(),
+            offsets: model.offsets(),
+        }
+    }
+}

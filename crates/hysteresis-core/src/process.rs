@@ -1,0 +1,32 @@
+//! What every stream can do.
+
+use crate::error::Error;
+
+/// A causal sample-by-sample process with memory: single operators, forward models and inverses alike.
+///
+/// No method allocates, locks, panics, logs or reads a clock. An input that is not finite, or beyond
+/// [`MAX_MAGNITUDE`](crate::MAX_MAGNITUDE), leaves state and output as they are and is counted.
+pub trait Process {
+    /// Takes one sample and returns the output.
+    fn step(&mut self, input: f64) -> f64;
+
+    /// The output that [`step`](Self::step) would return, without taking the sample.
+    fn peek(&self, input: f64) -> f64;
+
+    /// Back to the virgin state: at rest since forever, with every event counter at zero.
+    fn reset(&mut self);
+
+    /// Takes a block of samples: bit for bit the outputs of repeated [`step`](Self::step).
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless both slices have the same length; nothing is taken then.
+    fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+        if input.len() != output.len() {
+            return Err(Error::Length { parameter: "output", expected: input.len(), got: output.len() });
+        }
+        for (x, y) in input.iter().zip(output) {
+            *y = self.step(*x);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+use super::StreamState;
+use super::segment::Segment;
+use crate::error::{Error, check_finite, is_admissible};
+use crate::memory::{Kernel, Memory, Method};
+use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
+use crate::process::Process;
+
+/// The output of a model, sample by sample: equations (4) and (6).
+///
+/// Starts at rest: all operators zero at the input offset. On the turning-point engine a sample costs a few
+/// nanoseconds for any number of operators; the output equals the loop over all operators to 1e-12 of its range.
+///
+/// ```
+/// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+/// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+/// let mut forward = model.forward();
+/// let mut y = [0.0; 2];
+/// forward.run(&[4.0, 3.0], &mut y)?;
+/// assert_eq!(y, [5.0, 4.0]);
+/// assert_eq!(forward.peek(-4.0), -5.0);
+/// assert_eq!(forward.turning_points(), [4.0]);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Forward {
+    segment: Segment,
+    offsets: Offsets,
+    memory: Memory,
+    rejected: u64,
+}
+
+impl Forward {
+    /// A stream at rest.
+    #[must_use]
+    pub fn new(kernel: &Kernel) -> Self {
+        Self::start(kernel.offsets, kernel.memory_at_rest())
+    }
+
+    /// A stream that starts from the operator outputs `initial`, on the bank; the first sample projects each onto
+    /// what its operator can reach (erratum 6).
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one number per operator, [`Error::Domain`] unless all are finite.
+    pub fn with_initial(kernel: &Kernel, initial: &[f64]) -> Result<Self, Error> {
+        Ok(Self::start(kernel.offsets, kernel.memory_from(initial)?))
+    }
+
+    fn start(offsets: Offsets, memory: Memory) -> Self {
+        Self { segment: Segment::new(memory.forward_piece(0.0), 0.0), offsets, memory, rejected: 0 }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn leave_segment(&mut self, x: f64) -> f64 {
+        if is_admissible(x) {
+            self.memory.move_input(self.segment.input(), x);
+            self.segment = Segment::new(self.memory.forward_piece(x), x);
+        } else {
+            self.rejected += 1;
+        }
+        self.segment.output()
+    }
+
+    /// Which algorithm evaluates the stream.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.memory.method()
+    }
+
+    /// How many inputs were not finite (or beyond 1e100) and left output and memory as they were.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// The reversals of the input that still determine the output, oldest first, in the unit of the input. Empty
+    /// for a bank. Allocates: for plots, not for the loop.
+    #[must_use]
+    pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
+        self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+    }
+
+    /// Everything that the stream remembers. Allocates.
+    #[must_use]
+    pub fn state(&self) -> StreamState {
+        StreamState {
+            last_input: self.segment.input(),
+            last_output: self.segment.output(),
+            saturated: false,
+            rejected: self.rejected,
+            memory: self.memory.state(),
+        }
+    }
+
+    /// Continues from `state`, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::State`] for a state that this stream cannot be in, [`Error::Domain`] for a number that is not finite;
+    /// the stream is as before then.
+    pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        check_finite("state.last_input", None, state.last_input)?;
+        self.memory.restore(&state.memory)?;
+        self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
+        self.rejected = state.rejected;
+        Ok(())
+    }
+}
+
+impl Process for Forward {
+    #[inline]
+    fn step(&mut self, input: f64) -> f64 {
+        let x = input - self.offsets.input;
+        let y = match self.segment.step(x) {
+            Some(y) => y,
+            None => self.leave_segment(x),
+        };
+        y + self.offsets.output
+    }
+
+    #[inline]
+    fn peek(&self, input: f64) -> f64 {
+        let x = input - self.offsets.input;
+        let y = match self.segment.peek(x) {
+            Some(y) => y,
+            None if is_admissible(x) => self.memory.peek_input(self.segment.input(), x),
+            None => self.segment.output(),
+        };
+        y + self.offsets.output
+    }
+
+    fn reset(&mut self) {
+        self.memory.reset();
+        self.segment = Segment::new(self.memory.forward_piece(0.0), 0.0);
+        self.rejected = 0;
+    }
+}
+
+impl ModifiedPrandtlIshlinskii {
+    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    #[must_use]
+    pub fn forward(&self) -> Forward {
+        Forward::new(&Kernel::new(self))
+    }
+}
+
+impl PrandtlIshlinskii {
+    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    #[must_use]
+    pub fn forward(&self) -> Forward {
+        ModifiedPrandtlIshlinskii::from(self).forward()
+    }
+}

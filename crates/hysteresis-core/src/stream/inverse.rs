@@ -1,0 +1,235 @@
+use super::StreamState;
+use super::segment::Segment;
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
+use crate::memory::{Direction, Kernel, Memory, Method, Piece};
+use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
+use crate::process::Process;
+
+/// The exact inverse of a model, sample by sample: the drive that brings the model's output to the target.
+///
+/// It walks the same polyline as [`Forward`](super::Forward) with the roles of input and output swapped, so
+/// `forward(inverse(y)) == y` to rounding. A target out of reach puts the drive at the limit, which is what the
+/// memory then knows, and sets [`saturated`](Self::saturated); the drive leaves the limit without a jump when the
+/// target comes back.
+///
+/// ```
+/// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+/// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+/// let mut inverse = model.inverse(Some((-10.0, 10.0)))?;
+/// assert!((inverse.step(5.0) - 4.0).abs() < 1e-15);
+/// assert_eq!(inverse.step(99.0), 10.0);
+/// assert!(inverse.saturated());
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Inverse {
+    segment: Segment,
+    offsets: Offsets,
+    limits: (f64, f64),
+    memory: Memory,
+    saturated: bool,
+    rejected: u64,
+}
+
+impl Inverse {
+    /// An inverse at rest, the drive kept within `limits` (low, high) in the unit of the model's input.
+    ///
+    /// If the rest position, the input offset, lies outside the limits, the memory starts at the nearer one.
+    ///
+    /// # Errors
+    /// [`Error::NotInvertible`] if the model may not be, [`Error::Domain`] unless the limits are finite and
+    /// low < high.
+    pub fn new(kernel: &Kernel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+        Self::start(kernel, limits, kernel.memory_at_rest())
+    }
+
+    /// An inverse that starts from the operator outputs `initial`, on the bank.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`Error::Length`] unless there is one number per operator.
+    pub fn with_initial(kernel: &Kernel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
+        Self::start(kernel, limits, kernel.memory_from(initial)?)
+    }
+
+    fn start(kernel: &Kernel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
+        kernel.invertible?;
+        let limits = check_limits(limits)?;
+        let nowhere = Segment::new(Piece::point(Direction::Rising, 0.0, 0.0), 0.0);
+        let mut stream =
+            Self { segment: nowhere, offsets: kernel.offsets, limits, memory, saturated: false, rejected: 0 };
+        stream.reset();
+        Ok(stream)
+    }
+
+    /// The limits relative to the input offset, as the memory counts inputs.
+    fn reach(&self) -> (f64, f64) {
+        (self.limits.0 - self.offsets.input, self.limits.1 - self.offsets.input)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn leave_segment(&mut self, y: f64) -> f64 {
+        if is_admissible(y) {
+            let (direction, from, limits) = (self.segment.direction_to(y), self.segment.output(), self.reach());
+            let reached = self.memory.move_output(direction, from, y, limits);
+            self.saturated = reached.saturated;
+            self.enter_segment(reached.input, reached.output);
+        } else {
+            self.rejected += 1;
+        }
+        self.segment.output()
+    }
+
+    /// At a limit the segment is a single point, so that a further target comes to `leave_segment` again.
+    fn enter_segment(&mut self, input: f64, output: f64) {
+        let piece = if self.saturated {
+            let outward = if input > self.reach().0 { Direction::Rising } else { Direction::Falling };
+            Piece::point(outward, output, input)
+        } else {
+            self.memory.inverse_piece(input, output, self.reach())
+        };
+        self.segment = Segment::new(piece, output);
+    }
+
+    /// The input that the memory has come to, as a drive within the limits.
+    #[inline]
+    fn drive(&self, x: f64) -> f64 {
+        (x + self.offsets.input).max(self.limits.0).min(self.limits.1)
+    }
+
+    /// Whether the last target was out of reach and the drive is at a limit.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// The limits of the drive (low, high), if there are any.
+    #[must_use]
+    pub fn limits(&self) -> Option<(f64, f64)> {
+        (self.limits != UNLIMITED).then_some(self.limits)
+    }
+
+    /// Which algorithm evaluates the stream.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.memory.method()
+    }
+
+    /// How many targets were not finite (or beyond 1e100) and left drive and memory as they were.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// The reversals of the drive that still determine the output, oldest first, in the unit of the drive. Empty for
+    /// a bank. Allocates: for plots, not for the loop.
+    #[must_use]
+    pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
+        self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+    }
+
+    /// Everything that the stream remembers. Allocates.
+    #[must_use]
+    pub fn state(&self) -> StreamState {
+        StreamState {
+            last_input: self.segment.input(),
+            last_output: self.segment.output(),
+            saturated: self.saturated,
+            rejected: self.rejected,
+            memory: self.memory.state(),
+        }
+    }
+
+    /// Continues from `state`, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::State`] for a state that this stream cannot be in, also one whose drive lies outside the limits,
+    /// [`Error::Domain`] for a number that is not finite; the stream is as before then.
+    pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        check_finite("state.last_input", None, state.last_input)?;
+        let (low, high) = self.reach();
+        if !(low <= state.last_output && state.last_output <= high) {
+            return Err(Error::State { expected: "a drive within the limits of the stream" });
+        }
+        self.memory.restore(&state.memory)?;
+        self.saturated = state.saturated;
+        self.rejected = state.rejected;
+        self.enter_segment(state.last_output, state.last_input);
+        Ok(())
+    }
+}
+
+const UNLIMITED: (f64, f64) = (-MAX_MAGNITUDE, MAX_MAGNITUDE);
+
+fn check_limits(limits: Option<(f64, f64)>) -> Result<(f64, f64), Error> {
+    let Some((low, high)) = limits else { return Ok(UNLIMITED) };
+    check_finite("limits", Some(0), low)?;
+    check_finite("limits", Some(1), high)?;
+    if low < high {
+        Ok((low, high))
+    } else {
+        let expected = Bound::Above { what: "the low limit", limit: low };
+        Err(Error::Domain { parameter: "limits", index: Some(1), expected, got: high })
+    }
+}
+
+impl Process for Inverse {
+    #[inline]
+    fn step(&mut self, target: f64) -> f64 {
+        let y = target - self.offsets.output;
+        let x = match self.segment.step(y) {
+            Some(x) => x,
+            None => self.leave_segment(y),
+        };
+        self.drive(x)
+    }
+
+    #[inline]
+    fn peek(&self, target: f64) -> f64 {
+        let y = target - self.offsets.output;
+        let x = match self.segment.peek(y) {
+            Some(x) => x,
+            None if is_admissible(y) => {
+                let (direction, from) = (self.segment.direction_to(y), self.segment.output());
+                self.memory.peek_output(direction, from, y, self.reach()).input
+            }
+            None => self.segment.output(),
+        };
+        self.drive(x)
+    }
+
+    fn reset(&mut self) {
+        self.memory.reset();
+        let (low, high) = self.reach();
+        let start = 0.0_f64.max(low).min(high);
+        let output = if start == 0.0 {
+            self.memory.output(0.0)
+        } else {
+            self.memory.move_input(0.0, start);
+            self.memory.output(start)
+        };
+        self.saturated = false;
+        self.rejected = 0;
+        self.enter_segment(start, output);
+    }
+}
+
+impl ModifiedPrandtlIshlinskii {
+    /// The exact inverse as a stream at rest, the drive kept within `limits` (low, high).
+    ///
+    /// # Errors
+    /// As [`Inverse::new`].
+    pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<Inverse, Error> {
+        Inverse::new(&Kernel::new(self), limits)
+    }
+}
+
+impl PrandtlIshlinskii {
+    /// The exact inverse as a stream at rest, the drive kept within `limits` (low, high).
+    ///
+    /// # Errors
+    /// As [`Inverse::new`].
+    pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<Inverse, Error> {
+        ModifiedPrandtlIshlinskii::from(self).inverse(limits)
+    }
+}

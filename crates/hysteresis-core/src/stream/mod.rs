@@ -1,0 +1,26 @@
+//! Streams: a model paired with its memory, one sample at a time or in blocks.
+
+mod forward;
+mod inverse;
+mod segment;
+
+pub use forward::Forward;
+pub use inverse::Inverse;
+
+use crate::memory::MemoryState;
+
+/// Everything that a stream remembers: restored, it continues bit for bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamState {
+    /// The last accepted sample, relative to the offset of the model on that side (for an inverse at a limit: the
+    /// output that the limit allows).
+    pub last_input: f64,
+    /// The last output, relative to the offset of the model on that side.
+    pub last_output: f64,
+    /// Whether the last target was out of reach (inverse only).
+    pub saturated: bool,
+    /// How many inputs were rejected.
+    pub rejected: u64,
+    /// What the operators remember.
+    pub memory: MemoryState,
+}
