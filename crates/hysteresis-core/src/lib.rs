@@ -29,9 +29,9 @@ mod stream;
 
 pub use error::{Bound, Error, MAX_MAGNITUDE};
 pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};
-pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA};
+pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 pub use stream::{Forward, Inverse, StreamState};

@@ -1,1 +1,42 @@
-//! Python bindings.
+//! The Python face of the workspace: `mpi_hyst._core`. Conversion and error mapping only, no numerics.
+//!
+//! | Python | Rust |
+//! |---|---|
+//! | `float64` array, C-contiguous | `&[f64]`, read in place |
+//! | any other real array or sequence | converted once |
+//! | `state` | a dictionary of plain numbers and lists, by serde |
+//! | `ValueError`, `TypeError`, `NotInvertibleError`, `OSError` | the `Error` of each crate, mapped in [`errors`] |
+//!
+//! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
+//! (a million samples take milliseconds) and signals are looked at between them. Identification works on its own copy
+//! and lets the interpreter go.
+
+mod arrays;
+mod errors;
+mod files;
+mod models;
+mod operators;
+mod paper;
+mod signals;
+mod streams;
+
+use pyo3::prelude::*;
+
+/// The compiled core of `mpi_hyst`.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::errors::NotInvertibleError;
+    #[pymodule_export]
+    use crate::files::{load, write_file};
+    #[pymodule_export]
+    use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+    #[pymodule_export]
+    use crate::operators::{CoupledPlay, Play};
+    #[pymodule_export]
+    use crate::paper::paper;
+    #[pymodule_export]
+    use crate::signals::signals;
+    #[pymodule_export]
+    use crate::streams::{Forward, Inverse};
+}

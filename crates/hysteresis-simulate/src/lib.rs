@@ -1,1 +1,5 @@
-//! Signals.
+//! What the models are exercised with: test signals for actuators.
+
+#![forbid(unsafe_code)]
+
+pub mod signals;

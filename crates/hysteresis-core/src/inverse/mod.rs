@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+use crate::operator::{CoupledPlay, Play};
 
 impl PrandtlIshlinskii {
     /// The inverse as another conventional model, in closed form: w'_0 = 1 / w_0,
@@ -26,7 +27,7 @@ impl PrandtlIshlinskii {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn closed_form_inverse(&self) -> Result<Self, Error> {
-        let thresholds: Vec<f64> = self.operators().iter().map(|z| z.r()).collect();
+        let thresholds: Vec<f64> = self.operators().iter().map(Play::r).collect();
         let (weights, thresholds) = closed_form(self.weights(), &thresholds)?;
         Self::new(&weights, &thresholds, swapped(self.offsets()))
     }
@@ -50,7 +51,7 @@ impl ModifiedPrandtlIshlinskii {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn parametric_inverse(&self, ratios: Ratios) -> Result<Self, Error> {
-        let r: Vec<f64> = self.operators().iter().map(|z| z.r()).collect();
+        let r: Vec<f64> = self.operators().iter().map(CoupledPlay::r).collect();
         let (weights, r) = closed_form(self.weights(), &r)?;
         Self::from_ratios(&weights, &r, ratios, swapped(self.offsets()))
     }

@@ -3,9 +3,9 @@
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 
+use super::Reach;
 use super::family::Line;
 use super::solve::solve;
-use super::Reach;
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};

@@ -153,10 +153,11 @@ impl Branch {
     /// The next input at which the line changes, or the infinity that the branch points to.
     #[inline]
     pub(crate) fn next_breakpoint(&self, family: &Family) -> f64 {
-        match self.direction {
-            Direction::Rising => self.next_start(family),
-            Direction::Falling if self.at_zero < self.moved => self.next_start(family).max(-family.fall(self.at_zero)),
-            Direction::Falling => self.next_start(family),
+        let next_start = self.next_start(family);
+        if self.direction == Direction::Falling && self.at_zero < self.moved {
+            next_start.max(-family.fall(self.at_zero))
+        } else {
+            next_start
         }
     }
 

@@ -60,13 +60,7 @@ pub(crate) struct Engine {
 impl Engine {
     pub(crate) fn new(families: Arc<Families>) -> Self {
         let (p, n) = (families.positive.len(), families.negative.len());
-        Self {
-            families,
-            place: Place::virgin(p, n),
-            positive: Stack::new(p),
-            negative: Stack::new(n),
-            reversals: 0,
-        }
+        Self { families, place: Place::virgin(p, n), positive: Stack::new(p), negative: Stack::new(n), reversals: 0 }
     }
 
     pub(crate) fn reset(&mut self) {
@@ -105,13 +99,7 @@ impl Engine {
         self.advanced(self.heading(direction, from), to)
     }
 
-    pub(crate) fn look_output(
-        &self,
-        direction: Direction,
-        from: f64,
-        to: f64,
-        limits: (f64, f64),
-    ) -> (Place, Reach) {
+    pub(crate) fn look_output(&self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> (Place, Reach) {
         let (sign, limit) = (direction.sign(), direction.limit(limits));
         let (mut place, mut near) = (self.heading(direction, from), from);
         loop {
@@ -224,7 +212,8 @@ impl Engine {
             Ok::<_, Error>(Branch::restored(family, saved, direction))
         };
         let (positive_branch, positive) = restore(&self.families.positive, &state.positive, state.direction)?;
-        let (negative_branch, negative) = restore(&self.families.negative, &state.negative, state.direction.reversed())?;
+        let (negative_branch, negative) =
+            restore(&self.families.negative, &state.negative, state.direction.reversed())?;
         self.place = Place { direction: state.direction, positive: positive_branch, negative: negative_branch };
         (self.positive, self.negative, self.reversals) = (positive, negative, state.reversals);
         Ok(())

@@ -178,7 +178,7 @@ impl Memory {
     pub(crate) fn state(&self) -> MemoryState {
         match self {
             Self::TurningPoints(engine) => MemoryState::TurningPoints(engine.state()),
-            Self::Bank(bank) => MemoryState::Bank(bank.outputs().into()),
+            Self::Bank(bank) => MemoryState::Bank { outputs: bank.outputs().into() },
         }
     }
 
@@ -186,7 +186,7 @@ impl Memory {
     pub(crate) fn restore(&mut self, state: &MemoryState) -> Result<(), Error> {
         match (self, state) {
             (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state),
-            (Self::Bank(bank), MemoryState::Bank(outputs)) => bank.restore(outputs),
+            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
         }
     }

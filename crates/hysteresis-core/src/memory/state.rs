@@ -8,15 +8,24 @@ use crate::error::{Error, is_admissible};
 
 /// The memory of a model, in one of two forms.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "method", rename_all = "snake_case")
+)]
 pub enum MemoryState {
     /// The turning points of nested thresholds.
     TurningPoints(TurningPointState),
-    /// The outputs z_i of all operators.
-    Bank(Box<[f64]>),
+    /// All operators of a bank.
+    Bank {
+        /// Their outputs z_i.
+        outputs: Box<[f64]>,
+    },
 }
 
 /// The turning points of both families of one-sided plays.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct TurningPointState {
     /// Which way the input moved last.
     pub direction: Direction,
@@ -30,6 +39,7 @@ pub struct TurningPointState {
 
 /// The turning points of one family and its place on the present branch.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct FamilyState {
     /// How many operators slide on the present branch.
     pub moved: usize,
@@ -57,8 +67,7 @@ impl FamilyState {
             }
             below = point.moved;
         }
-        if self.moved > below || self.at_zero > self.moved || (self.moved == below && !self.turning_points.is_empty())
-        {
+        if self.moved > below || self.at_zero > self.moved || (self.moved == below && !self.turning_points.is_empty()) {
             return Err(Error::State { expected: "fewer sliding operators than the newest turning point has moved" });
         }
         Ok(())

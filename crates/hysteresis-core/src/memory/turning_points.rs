@@ -5,6 +5,7 @@ use alloc::vec;
 
 /// Which way the input moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Direction {
     /// Towards larger inputs.
     Rising,
@@ -45,6 +46,7 @@ impl Direction {
 /// The operators `[0, moved)` slid on the branch that ended here. Operator i among them was left at x - `a_i` if
 /// the branch rose, and at max(0, x + `b_i`) if it fell; those before `at_zero` were left at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct TurningPoint {
     /// The input at the reversal, in the family's own coordinate (mirrored for the negative family).
     pub input: f64,

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::error::Error;
+use crate::operator::{CoupledPlay, Play};
 
 /// The schema that this version writes, and the only one it reads.
 pub const SCHEMA: &str = "mpi_hyst/model/1";
@@ -89,17 +90,17 @@ impl Model {
             Self::Conventional(model) => File::Conventional {
                 schema,
                 weights: model.weights().to_vec(),
-                thresholds: model.operators().iter().map(|z| z.r()).collect(),
+                thresholds: model.operators().iter().map(Play::r).collect(),
                 input_offset: model.offsets().input,
                 output_offset: model.offsets().output,
             },
             Self::Modified(model) => File::Modified {
                 schema,
                 weights: model.weights().to_vec(),
-                r: model.operators().iter().map(|z| z.r()).collect(),
-                ra: model.operators().iter().map(|z| z.ra()).collect(),
-                rb: model.operators().iter().map(|z| z.rb()).collect(),
-                rc: model.operators().iter().map(|z| z.rc()).collect(),
+                r: model.operators().iter().map(CoupledPlay::r).collect(),
+                ra: model.operators().iter().map(CoupledPlay::ra).collect(),
+                rb: model.operators().iter().map(CoupledPlay::rb).collect(),
+                rc: model.operators().iter().map(CoupledPlay::rc).collect(),
                 input_offset: model.offsets().input,
                 output_offset: model.offsets().output,
             },

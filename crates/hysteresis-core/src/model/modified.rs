@@ -97,8 +97,7 @@ impl ModifiedPrandtlIshlinskii {
         check_weights(weights)?;
         check_length("r", weights.len(), r)?;
         let ratios = ratios.check()?;
-        let operators =
-            r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
+        let operators = r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
         Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
     }
 

@@ -11,6 +11,7 @@ use crate::memory::MemoryState;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct StreamState {
     /// The last accepted sample, relative to the offset of the model on that side (for an inverse at a limit: the
     /// output that the limit allows).

@@ -1,0 +1,120 @@
+//! Arrays in and out.
+
+use hysteresis_core::Process;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadwriteArray1, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors;
+
+/// Samples between two looks at pending signals (Ctrl-C).
+const BLOCK: usize = 1 << 20;
+
+/// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
+pub(crate) fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    if let Ok(array) = value.cast::<PyArray1<f64>>()
+        && array.is_c_contiguous()
+    {
+        return Ok(array.readonly());
+    }
+    let py = value.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy
+        .call_method1(intern!(py, "asarray"), (value,))
+        .map_err(|error| PyValueError::new_err(format!("{name}: expected an array, got {}", error.value(py))))?;
+    let dtype = array.getattr(intern!(py, "dtype"))?;
+    let kind: String = dtype.getattr(intern!(py, "kind"))?.extract()?;
+    if !matches!(kind.as_str(), "b" | "i" | "u" | "f") {
+        return Err(PyTypeError::new_err(format!("{name}: expected real numbers, got dtype {dtype}")));
+    }
+    if array.getattr(intern!(py, "ndim"))?.extract::<usize>()? != 1 {
+        let shape = array.getattr(intern!(py, "shape"))?;
+        return Err(PyValueError::new_err(format!("{name}: expected a one-dimensional array, got shape {shape}")));
+    }
+    let converted = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, numpy::dtype::<f64>(py)))?;
+    Ok(converted.cast_into::<PyArray1<f64>>()?.readonly())
+}
+
+/// Numbers as a new array that nobody can write to.
+pub(crate) fn read_only(py: Python<'_>, values: impl Iterator<Item = f64>) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let array = PyArray1::from_iter(py, values);
+    let flags = PyDict::new(py);
+    flags.set_item(intern!(py, "write"), false)?;
+    array.call_method(intern!(py, "setflags"), (), Some(&flags))?;
+    Ok(array)
+}
+
+/// `process.run(input, out)` for arrays; the result is `out` where it is given, as in numpy.
+pub(crate) fn run<'py>(
+    process: &mut impl Process,
+    input: &Bound<'py, PyAny>,
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let py = input.py();
+    let samples = vector("input", input)?;
+    let Some(out) = out else {
+        let out = PyArray1::zeros(py, samples.len(), false);
+        run_blocks(py, process, samples.as_slice()?, &mut out.readwrite())?;
+        return Ok(out);
+    };
+    let out = output(out, samples.len())?;
+    if out.is(&*samples) {
+        drop(samples);
+        run_in_place(py, process, &mut writable(&out)?)?;
+    } else if let Ok(mut free) = out.try_readwrite() {
+        run_blocks(py, process, samples.as_slice()?, &mut free)?;
+    } else {
+        // The output overlaps the input (or is read-only): what is written must not be read back as input.
+        let copy = samples.as_slice()?.to_vec();
+        drop(samples);
+        run_blocks(py, process, &copy, &mut writable(&out)?)?;
+    }
+    Ok(out)
+}
+
+fn run_blocks(
+    py: Python<'_>,
+    process: &mut impl Process,
+    input: &[f64],
+    out: &mut PyReadwriteArray1<'_, f64>,
+) -> PyResult<()> {
+    let Ok(contiguous) = out.as_slice_mut() else {
+        out.as_array_mut().iter_mut().zip(input).for_each(|(y, x)| *y = process.step(*x));
+        return Ok(());
+    };
+    for (x, y) in input.chunks(BLOCK).zip(contiguous.chunks_mut(BLOCK)) {
+        py.check_signals()?;
+        process.run(x, y).map_err(errors::core)?;
+    }
+    Ok(())
+}
+
+fn run_in_place(py: Python<'_>, process: &mut impl Process, samples: &mut PyReadwriteArray1<'_, f64>) -> PyResult<()> {
+    for block in samples.as_slice_mut()?.chunks_mut(BLOCK) {
+        py.check_signals()?;
+        for sample in block {
+            *sample = process.step(*sample);
+        }
+    }
+    Ok(())
+}
+
+fn output<'py>(out: &Bound<'py, PyAny>, samples: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let Ok(array) = out.cast::<PyArray1<f64>>() else {
+        let got = out.get_type().name()?;
+        return Err(PyTypeError::new_err(format!(
+            "out: expected a one-dimensional float64 array of {samples} elements, got {got}"
+        )));
+    };
+    if array.len() == samples {
+        Ok(array.clone())
+    } else {
+        Err(PyValueError::new_err(format!("out: expected {samples} elements, got {}", array.len())))
+    }
+}
+
+fn writable<'py>(out: &Bound<'py, PyArray1<f64>>) -> PyResult<PyReadwriteArray1<'py, f64>> {
+    out.try_readwrite().map_err(|_| PyValueError::new_err("out: expected an array that can be written to"))
+}

@@ -1,0 +1,63 @@
+//! Files: written whole or not at all.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hysteresis_core::Model;
+use pyo3::prelude::*;
+
+use crate::errors;
+use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+
+/// Writes text to a file that appears only when it is complete: to a temporary neighbour first, then renamed.
+#[pyfunction]
+pub(crate) fn write_file(path: PathBuf, text: &str) -> PyResult<()> {
+    let shown = path.display().to_string();
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, &path));
+    written.map_err(|error| {
+        // Nothing is left behind; that the temporary file may not even exist is no second error.
+        let _ = fs::remove_file(&temporary);
+        errors::io(&shown, &error)
+    })
+}
+
+/// Reads a model that `save` wrote.
+///
+/// Parameters
+/// ----------
+/// path : str or os.PathLike
+///     A JSON file of schema "mpi_hyst/model/1".
+///
+/// Returns
+/// -------
+/// PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///
+/// Raises
+/// ------
+/// OSError
+///     If the file cannot be read.
+/// ValueError
+///     If it is cut off, of another schema, or holds what no model may have.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh, tempfile, pathlib
+/// >>> path = pathlib.Path(tempfile.mkdtemp()) / "stage.json"
+/// >>> mh.paper.table_1().save(path)
+/// >>> mh.load(path) == mh.paper.table_1()
+/// True
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
+    let text = read(&path)?;
+    match Model::from_json(&text).map_err(|error| errors::json(&path.display().to_string(), &error))? {
+        Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model))?.into_any()),
+        Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model))?.into_any()),
+    }
+}
+
+fn read(path: &Path) -> PyResult<String> {
+    fs::read_to_string(path).map_err(|error| errors::io(&path.display().to_string(), &error))
+}

@@ -1,0 +1,420 @@
+//! The two models: immutable, comparable, hashable, picklable, and a file each.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+
+use hysteresis_core::{self as core, CoupledPlay, Kernel, Model, Offsets, Ratios};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::arrays::{read_only, vector};
+use crate::streams::{Forward, Inverse};
+use crate::{errors, files};
+
+type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+/// The arguments that make an equal model: positional and by keyword.
+type Arguments<'py> = PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)>;
+
+/// The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = output_offset + sum_i w_i z_i.
+///
+/// z_i is the play of threshold r_i at the input x - input_offset.
+///
+/// Parameters
+/// ----------
+/// weights : array of n floats
+///     w_i, in output unit per input unit.
+/// thresholds : array of n floats
+///     r_i >= 0, in the unit of the input.
+/// input_offset, output_offset : float
+///     Where the model's own zero lies.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> model = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])
+/// >>> model.forward().run([4.0, 3.0, -4.0])
+/// array([ 5.,  4., -5.])
+#[pyclass(module = "mpi_hyst", frozen)]
+pub(crate) struct PrandtlIshlinskii {
+    model: core::PrandtlIshlinskii,
+    kernel: Kernel,
+}
+
+/// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = output_offset + sum_i w_i z_i.
+///
+/// z_i is the coupled play of thresholds r_i, ra_i, rb_i, rc_i at the input x - input_offset.
+///
+/// Parameters
+/// ----------
+/// weights : array of n floats
+///     w_i, in output unit per input unit (um/V).
+/// r, ra, rb, rc : arrays of n floats
+///     Thresholds in the unit of the input (V), r_i >= rc_i >= 0 and ra_i >= rb_i >= 0.
+/// input_offset, output_offset : float
+///     Where the model's own zero lies.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> model = mh.ModifiedPrandtlIshlinskii.from_ratios(
+/// ...     [4.0e-3, 3.0e-4], [0.0, 25.0], ra=0.95, rb=0.30, rc=0.35)
+/// >>> round(model.forward().step(100.0), 6)
+/// 0.4225
+#[pyclass(module = "mpi_hyst", frozen)]
+pub(crate) struct ModifiedPrandtlIshlinskii {
+    model: core::ModifiedPrandtlIshlinskii,
+    kernel: Kernel,
+}
+
+impl From<core::PrandtlIshlinskii> for PrandtlIshlinskii {
+    fn from(model: core::PrandtlIshlinskii) -> Self {
+        let kernel = Kernel::new(&core::ModifiedPrandtlIshlinskii::from(&model));
+        Self { model, kernel }
+    }
+}
+
+impl From<core::ModifiedPrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
+    fn from(model: core::ModifiedPrandtlIshlinskii) -> Self {
+        let kernel = Kernel::new(&model);
+        Self { model, kernel }
+    }
+}
+
+fn forward(kernel: &Kernel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+    let Some(initial) = initial else { return Ok(Forward(core::Forward::new(kernel))) };
+    let initial = vector("initial", initial)?;
+    core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(errors::core)
+}
+
+fn inverse(kernel: &Kernel, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+    let stream = match initial {
+        None => core::Inverse::new(kernel, limits),
+        Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),
+    };
+    stream.map(Inverse).map_err(errors::core)
+}
+
+fn save(model: &Model, path: PathBuf) -> PyResult<()> {
+    let mut text = model.to_json();
+    text.push('\n');
+    files::write_file(path, &text)
+}
+
+/// Equal models have equal hashes: +0 and -0, which are equal, count as one.
+fn hash(values: impl Iterator<Item = f64>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    values.for_each(|value| (value + 0.0).to_bits().hash(&mut hasher));
+    hasher.finish()
+}
+
+fn offset_keywords(py: Python<'_>, offsets: Offsets) -> PyResult<Bound<'_, PyDict>> {
+    let keywords = PyDict::new(py);
+    keywords.set_item("input_offset", offsets.input)?;
+    keywords.set_item("output_offset", offsets.output)?;
+    Ok(keywords)
+}
+
+#[pymethods]
+impl PrandtlIshlinskii {
+    #[new]
+    #[pyo3(signature = (weights, thresholds, *, input_offset=0.0, output_offset=0.0))]
+    fn new(
+        weights: &Bound<'_, PyAny>,
+        thresholds: &Bound<'_, PyAny>,
+        input_offset: f64,
+        output_offset: f64,
+    ) -> PyResult<Self> {
+        let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
+        let offsets = Offsets { input: input_offset, output: output_offset };
+        core::PrandtlIshlinskii::new(weights.as_slice()?, thresholds.as_slice()?, offsets)
+            .map(Self::from)
+            .map_err(errors::core)
+    }
+
+    /// The weights w_i, read-only.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.weights().iter().copied())
+    }
+
+    /// The thresholds r_i, read-only.
+    #[getter]
+    fn thresholds<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.operators().iter().map(core::Play::r))
+    }
+
+    /// The number of operators n.
+    #[getter]
+    fn operators(&self) -> usize {
+        self.model.weights().len()
+    }
+
+    /// Subtracted from the input.
+    #[getter]
+    fn input_offset(&self) -> f64 {
+        self.model.offsets().input
+    }
+
+    /// Added to the output.
+    #[getter]
+    fn output_offset(&self) -> f64 {
+        self.model.offsets().output
+    }
+
+    /// Whether the weight at threshold zero outweighs all negative weights together.
+    #[getter]
+    fn invertible(&self) -> bool {
+        self.model.check_invertible().is_ok()
+    }
+
+    /// Why the model is not invertible, or None.
+    #[getter]
+    fn not_invertible_because(&self) -> Option<String> {
+        self.model.check_invertible().err().map(|error| error.to_string())
+    }
+
+    /// The forward model as a stream, at rest or from the operator outputs `initial`.
+    #[pyo3(signature = (initial=None))]
+    fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+        forward(&self.kernel, initial)
+    }
+
+    /// The exact inverse as a stream, the drive within `limits` (low, high).
+    ///
+    /// Raises NotInvertibleError if the model may not be invertible.
+    #[pyo3(signature = (limits=None, initial=None))]
+    fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+        inverse(&self.kernel, limits, initial)
+    }
+
+    /// The inverse as another conventional model, in closed form.
+    ///
+    /// w'_0 = 1 / w_0, w'_i = -w_i / (S_i S_(i-1)), r'_i = sum_(j<=i) w_j (r_i - r_j), S_i = sum_(j<=i) w_j.
+    ///
+    /// Raises ValueError unless r_0 = 0, thresholds never decrease and every S_i > 0.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> model = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])
+    /// >>> model.closed_form_inverse().thresholds
+    /// array([0., 2.])
+    fn closed_form_inverse(&self) -> PyResult<Self> {
+        self.model.closed_form_inverse().map(Self::from).map_err(errors::core)
+    }
+
+    /// Writes the model to a JSON file; the file appears only when it is complete.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        save(&self.model.clone().into(), path)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.model == other.model
+    }
+
+    fn __hash__(&self) -> u64 {
+        let offsets = self.model.offsets();
+        let thresholds = self.model.operators().iter().map(core::Play::r);
+        hash(self.model.weights().iter().copied().chain(thresholds).chain([offsets.input, offsets.output]))
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let positional = (self.weights(py)?, self.thresholds(py)?).into_pyobject(py)?;
+        Ok((positional, offset_keywords(py, self.model.offsets())?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<PrandtlIshlinskii of {} operators>", self.operators())
+    }
+}
+
+impl ModifiedPrandtlIshlinskii {
+    fn values(&self, threshold: impl Fn(&CoupledPlay) -> f64) -> impl Iterator<Item = f64> {
+        self.model.operators().iter().map(threshold)
+    }
+}
+
+#[pymethods]
+impl ModifiedPrandtlIshlinskii {
+    #[new]
+    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0))]
+    fn new(
+        weights: &Bound<'_, PyAny>,
+        r: &Bound<'_, PyAny>,
+        ra: &Bound<'_, PyAny>,
+        rb: &Bound<'_, PyAny>,
+        rc: &Bound<'_, PyAny>,
+        input_offset: f64,
+        output_offset: f64,
+    ) -> PyResult<Self> {
+        let weights = vector("weights", weights)?;
+        let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
+        core::ModifiedPrandtlIshlinskii::new(
+            weights.as_slice()?,
+            r.as_slice()?,
+            ra.as_slice()?,
+            rb.as_slice()?,
+            rc.as_slice()?,
+            Offsets { input: input_offset, output: output_offset },
+        )
+        .map(Self::from)
+        .map_err(errors::core)
+    }
+
+    /// A model whose operators share the proportions of their thresholds: ra_i = ra r_i, rb_i = rb r_i, rc_i = rc r_i.
+    ///
+    /// The paper's actuator has ra = 0.95, rb = 0.30, rc = 0.35 (Table I).
+    ///
+    /// Parameters
+    /// ----------
+    /// weights, r : arrays of n floats
+    /// ra, rb, rc : float
+    ///     Ratios, ra >= rb >= 0 and 1 >= rc >= 0.
+    /// input_offset, output_offset : float
+    #[staticmethod]
+    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0))]
+    fn from_ratios(
+        weights: &Bound<'_, PyAny>,
+        r: &Bound<'_, PyAny>,
+        ra: f64,
+        rb: f64,
+        rc: f64,
+        input_offset: f64,
+        output_offset: f64,
+    ) -> PyResult<Self> {
+        let (weights, r) = (vector("weights", weights)?, vector("r", r)?);
+        let offsets = Offsets { input: input_offset, output: output_offset };
+        core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, Ratios { ra, rb, rc }, offsets)
+            .map(Self::from)
+            .map_err(errors::core)
+    }
+
+    /// The weights w_i, read-only.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.weights().iter().copied())
+    }
+
+    /// The thresholds r_i (rising above zero: z = x - r), read-only.
+    #[getter]
+    fn r<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.values(CoupledPlay::r))
+    }
+
+    /// The thresholds ra_i (falling below zero: z = x + ra), read-only.
+    #[getter]
+    fn ra<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.values(CoupledPlay::ra))
+    }
+
+    /// The thresholds rb_i (falling above zero: z = x + rb), read-only.
+    #[getter]
+    fn rb<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.values(CoupledPlay::rb))
+    }
+
+    /// The thresholds rc_i (rising below zero: z = x - rc), read-only.
+    #[getter]
+    fn rc<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.values(CoupledPlay::rc))
+    }
+
+    /// The number of operators n.
+    #[getter]
+    fn operators(&self) -> usize {
+        self.model.weights().len()
+    }
+
+    /// Subtracted from the input.
+    #[getter]
+    fn input_offset(&self) -> f64 {
+        self.model.offsets().input
+    }
+
+    /// Added to the output.
+    #[getter]
+    fn output_offset(&self) -> f64 {
+        self.model.offsets().output
+    }
+
+    /// Whether the weight of the identity operators outweighs all negative weights together.
+    #[getter]
+    fn invertible(&self) -> bool {
+        self.model.check_invertible().is_ok()
+    }
+
+    /// Why the model is not invertible, or None.
+    #[getter]
+    fn not_invertible_because(&self) -> Option<String> {
+        self.model.check_invertible().err().map(|error| error.to_string())
+    }
+
+    /// The forward model as a stream, at rest or from the operator outputs `initial`.
+    #[pyo3(signature = (initial=None))]
+    fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+        forward(&self.kernel, initial)
+    }
+
+    /// The exact inverse as a stream, the drive within `limits` (low, high).
+    ///
+    /// Raises NotInvertibleError if the model may not be invertible.
+    #[pyo3(signature = (limits=None, initial=None))]
+    fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+        inverse(&self.kernel, limits, initial)
+    }
+
+    /// The parametric inverse of the paper, equation (7) and Table II: another modified model, input um, output V.
+    ///
+    /// Weights and r' as in the closed form of the conventional model, then ra' = ra r', rb' = rb r', rc' = rc r'.
+    /// Only approximately an inverse: it leaves 0.73 % of peak-to-peak on the paper's actuator. `inverse()` is exact.
+    ///
+    /// Raises ValueError unless r_0 = 0, r never decreases and every partial sum of the weights is positive.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> table_2 = mh.paper.table_1_recovered().parametric_inverse()
+    /// >>> bool(abs(table_2.weights - mh.paper.table_2().weights).max() < 5.1e-5)
+    /// True
+    #[pyo3(signature = (ra=0.90, rb=0.35, rc=0.35))]
+    fn parametric_inverse(&self, ra: f64, rb: f64, rc: f64) -> PyResult<Self> {
+        self.model.parametric_inverse(Ratios { ra, rb, rc }).map(Self::from).map_err(errors::core)
+    }
+
+    /// Writes the model to a JSON file; the file appears only when it is complete.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        save(&self.model.clone().into(), path)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.model == other.model
+    }
+
+    fn __hash__(&self) -> u64 {
+        let offsets = self.model.offsets();
+        let thresholds = self.model.operators().iter().flat_map(|z| [z.r(), z.ra(), z.rb(), z.rc()]);
+        hash(self.model.weights().iter().copied().chain(thresholds).chain([offsets.input, offsets.output]))
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let positional =
+            (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?).into_pyobject(py)?;
+        Ok((positional, offset_keywords(py, self.model.offsets())?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<ModifiedPrandtlIshlinskii of {} operators>", self.operators())
+    }
+}

@@ -1,0 +1,191 @@
+//! Single operators.
+
+use hysteresis_core::{self as core, Operator, Process, Tracked};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::{arrays, errors};
+
+/// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
+///
+/// Parameters
+/// ----------
+/// r : float
+///     Threshold, at least 0, in the unit of the input.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> play = mh.Play(10.0)
+/// >>> play.step(25.0), play.step(20.0), play.step(0.0)
+/// (15.0, 15.0, 10.0)
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct Play(Tracked<core::Play>);
+
+/// The coupled-play (CP) operator, equation (5): z(k) = max(lo, min(hi, z(k-1))).
+///
+/// lo(x) = max(x - r, min(0, x - rc)) and hi(x) = min(x + ra, max(0, x + rb)). Rising, z follows x - rc below zero,
+/// sticks at zero from x = rc to x = r, then follows x - r. Falling, it follows x + rb above zero, sticks at zero from
+/// x = -rb to x = -ra, then follows x + ra.
+///
+/// Parameters
+/// ----------
+/// r, ra, rb, rc : float
+///     Thresholds in the unit of the input, r >= rc >= 0 (rising) and ra >= rb >= 0 (falling).
+///
+/// Examples
+/// --------
+/// The walk of Fig. 5 of the paper:
+///
+/// >>> import mpi_hyst as mh
+/// >>> mh.CoupledPlay(10, 8, 3, 4).run([0, 20, -20, 15, 6, 25, -15, -5])
+/// array([  0.,  10., -12.,   5.,   5.,  15.,  -7.,  -7.])
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
+
+/// Sets the output that an operator continues from.
+fn set_state<O: Operator>(tracked: &mut Tracked<O>, state: f64) -> PyResult<()> {
+    tracked.set_state(state).map_err(errors::core)
+}
+
+#[pymethods]
+impl Play {
+    #[new]
+    fn new(r: f64) -> PyResult<Self> {
+        Ok(Self(Tracked::new(core::Play::new(r).map_err(errors::core)?)))
+    }
+
+    /// The threshold.
+    #[getter]
+    fn r(&self) -> f64 {
+        self.0.operator().r()
+    }
+
+    /// Takes one sample; an input that is not finite leaves the output as it is.
+    #[pyo3(signature = (input, /))]
+    fn step(&mut self, input: f64) -> f64 {
+        self.0.step(input)
+    }
+
+    /// What `step` would return, without taking the sample.
+    #[pyo3(signature = (input, /))]
+    fn peek(&self, input: f64) -> f64 {
+        self.0.peek(input)
+    }
+
+    /// Takes an array of samples into `out`, or into a new array.
+    #[pyo3(signature = (input, out=None))]
+    fn run<'py>(
+        &mut self,
+        input: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        arrays::run(&mut self.0, input, out)
+    }
+
+    /// Back to rest: z = 0.
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    /// The last output z: the whole memory.
+    #[getter]
+    fn state(&self) -> f64 {
+        self.0.state()
+    }
+
+    #[setter]
+    fn set_state(&mut self, state: f64) -> PyResult<()> {
+        set_state(&mut self.0, state)
+    }
+
+    /// How many inputs were not finite.
+    #[getter]
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Play(r={})", self.r())
+    }
+}
+
+#[pymethods]
+impl CoupledPlay {
+    #[new]
+    fn new(r: f64, ra: f64, rb: f64, rc: f64) -> PyResult<Self> {
+        Ok(Self(Tracked::new(core::CoupledPlay::new(r, ra, rb, rc).map_err(errors::core)?)))
+    }
+
+    /// Rising above zero: z = x - r.
+    #[getter]
+    fn r(&self) -> f64 {
+        self.0.operator().r()
+    }
+
+    /// Falling below zero: z = x + ra.
+    #[getter]
+    fn ra(&self) -> f64 {
+        self.0.operator().ra()
+    }
+
+    /// Falling above zero: z = x + rb.
+    #[getter]
+    fn rb(&self) -> f64 {
+        self.0.operator().rb()
+    }
+
+    /// Rising below zero: z = x - rc.
+    #[getter]
+    fn rc(&self) -> f64 {
+        self.0.operator().rc()
+    }
+
+    /// Takes one sample; an input that is not finite leaves the output as it is.
+    #[pyo3(signature = (input, /))]
+    fn step(&mut self, input: f64) -> f64 {
+        self.0.step(input)
+    }
+
+    /// What `step` would return, without taking the sample.
+    #[pyo3(signature = (input, /))]
+    fn peek(&self, input: f64) -> f64 {
+        self.0.peek(input)
+    }
+
+    /// Takes an array of samples into `out`, or into a new array.
+    #[pyo3(signature = (input, out=None))]
+    fn run<'py>(
+        &mut self,
+        input: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        arrays::run(&mut self.0, input, out)
+    }
+
+    /// Back to rest: z = 0.
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    /// The last output z: the whole memory.
+    #[getter]
+    fn state(&self) -> f64 {
+        self.0.state()
+    }
+
+    #[setter]
+    fn set_state(&mut self, state: f64) -> PyResult<()> {
+        set_state(&mut self.0, state)
+    }
+
+    /// How many inputs were not finite.
+    #[getter]
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("CoupledPlay(r={}, ra={}, rb={}, rc={})", self.r(), self.ra(), self.rb(), self.rc())
+    }
+}
