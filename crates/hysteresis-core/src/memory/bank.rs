@@ -5,7 +5,8 @@ use alloc::sync::Arc;
 
 use super::Reach;
 use super::family::Line;
-use super::solve::solve;
+use super::solve::{At, solve};
+use super::turning_points::Direction;
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
@@ -101,8 +102,11 @@ impl Bank {
             return Reach { input: high, output: most, saturated: to > most };
         }
         let near = from.max(low).min(high);
-        let far = if self.peek_input(near) <= to { high } else { low };
-        Reach { input: solve(|x| self.line_at(x), to, near, far), output: to, saturated: false }
+        let direction = if self.peek_input(near) <= to { Direction::Rising } else { Direction::Falling };
+        let start = At { input: near, place: (), line: self.line_at(near) };
+        let (Ok(found) | Err(found)) =
+            solve(start, direction, to, direction.limit((low, high)), |(), x| ((), self.line_at(x)));
+        Reach { input: found.input, output: to, saturated: false }
     }
 
     /// The line of the outputs over the input around `x`, every operator starting from its present output.

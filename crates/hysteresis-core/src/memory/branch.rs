@@ -8,34 +8,40 @@ use super::turning_points::{Direction, Remembered, Stack, TurningPoint};
 ///
 /// The operators `[0, moved)` slide (those before `at_zero` rest at zero), `[moved, top.moved)` are frozen as the
 /// turning point `top` left them, and the rest as the turning points below it did. Moving forward only ever raises
-/// `moved` and, when it reaches `top.moved`, wipes `top` out. A branch is a value: looking ahead changes no state.
+/// `moved` and, when it reaches `top.moved`, wipes `top` out. A branch is a value: a copy can look ahead.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Branch {
+    /// The output of the family over the input, up to but not including the breakpoint `end`.
+    line: Line,
+    end: f64,
     direction: Direction,
     moved: usize,
     at_zero: usize,
-    /// The newest turning point that still matters.
-    top: TurningPoint,
-    /// Sum of w p over the operators that older turning points froze.
-    beyond: f64,
     /// How many turning points lie below `top` on the stack.
     below: usize,
+    /// The newest turning point that still matters.
+    top: Remembered,
 }
 
-/// The first index in `from..to` for which `passed` fails; `passed` holds for a prefix. Searches in growing steps
-/// from `from`, since a smooth signal passes few breakpoints at a time.
+/// The first index in `from..to` for which `passed` fails; `passed` holds for a prefix. A smooth signal passes few
+/// breakpoints at a time and the close of a loop all of them, so both ends are looked at first.
 #[inline]
 fn gallop(from: usize, to: usize, passed: impl Fn(usize) -> bool) -> usize {
-    let (mut low, mut step) = (from, 1);
-    while low < to {
-        let probe = low + (step - 1).min(to - low - 1);
-        if !passed(probe) {
-            return bisect(low, probe, passed);
+    if from >= to || !passed(from) {
+        return from;
+    }
+    if passed(to - 1) {
+        return to;
+    }
+    let (mut low, mut step) = (from + 1, 1);
+    while low + step < to {
+        if !passed(low + step) {
+            return bisect(low, low + step, passed);
         }
-        low = probe + 1;
+        low += step + 1;
         step *= 2;
     }
-    low
+    bisect(low, to - 1, passed)
 }
 
 /// The first index in `low..high` for which `passed` fails, or `high`.
@@ -54,122 +60,126 @@ fn bisect(mut low: usize, mut high: usize, passed: impl Fn(usize) -> bool) -> us
 
 impl Branch {
     /// The branch of a family at rest, about to move in `direction`.
-    pub(crate) fn virgin(operators: usize, direction: Direction) -> Self {
-        Self { direction, moved: 0, at_zero: 0, top: TurningPoint::virgin(operators), beyond: 0.0, below: 0 }
+    pub(crate) fn virgin(family: &Family, direction: Direction) -> Self {
+        let top = Remembered { point: TurningPoint::virgin(family.len()), beyond: 0.0 };
+        let line = Line { slope: 0.0, offset: 0.0 };
+        let mut branch = Self { line, end: 0.0, direction, moved: 0, at_zero: 0, below: 0, top };
+        branch.draw(family);
+        branch
     }
 
     /// The branch and the stack that a checked state describes.
     pub(crate) fn restored(family: &Family, state: &FamilyState, direction: Direction) -> (Self, Stack) {
         let mut stack = Stack::new(family.len());
-        let mut branch = Self::virgin(family.len(), direction);
+        let mut branch = Self::virgin(family, direction);
         for point in &state.turning_points {
-            branch = Self { moved: point.moved, ..branch };
-            branch = Self { top: *point, beyond: branch.frozen(family), below: branch.below + 1, ..branch };
-            branch.settle(&mut stack);
+            branch.moved = point.moved;
+            branch.top = Remembered { point: *point, beyond: branch.frozen(family) };
+            branch.below += 1;
+            branch.keep_top(&mut stack);
         }
-        (Self { moved: state.moved, at_zero: state.at_zero, ..branch }, stack)
+        (branch.moved, branch.at_zero) = (state.moved, state.at_zero);
+        branch.draw(family);
+        (branch, stack)
     }
 
     /// What restores the branch.
     pub(crate) fn state(&self, stack: &Stack) -> FamilyState {
-        FamilyState { moved: self.moved, at_zero: self.at_zero, turning_points: stack.points().collect() }
+        FamilyState { moved: self.moved, at_zero: self.at_zero, turning_points: self.remembered(stack).collect() }
     }
 
-    /// Makes the stack that of this branch.
-    #[inline]
-    pub(crate) fn settle(&self, stack: &mut Stack) {
-        stack.settle(self.below, Remembered { point: self.top, beyond: self.beyond });
+    /// The turning points that still matter, oldest first.
+    pub(crate) fn remembered(&self, stack: &Stack) -> impl Iterator<Item = TurningPoint> {
+        stack.points(self.below)
     }
 
-    /// The branch that starts where this one ends at `input`.
+    /// Puts the newest turning point on the stack: owed after a reversal, before the next one.
     #[inline]
-    pub(crate) fn reversed(&self, family: &Family, stack: &Stack, input: f64, reversal: u64) -> Self {
-        let mut branch = Self {
-            direction: self.direction.reversed(),
-            moved: 0,
-            at_zero: 0,
-            top: TurningPoint { input, ended: self.direction, moved: self.moved, at_zero: self.at_zero, reversal },
-            beyond: self.frozen(family),
-            below: self.below + 1,
-        };
-        if self.moved == 0 {
-            branch.wipe_out(stack);
+    pub(crate) fn keep_top(&self, stack: &mut Stack) {
+        stack.put(self.below, self.top);
+    }
+
+    /// The output of the family over the input, up to the next breakpoint.
+    #[inline]
+    pub(crate) fn line(&self) -> Line {
+        self.line
+    }
+
+    /// The next input at which the line changes, or the infinity that the branch points to.
+    #[inline]
+    pub(crate) fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// Turns round at `input`: what slid on this branch is frozen by a new turning point.
+    #[inline]
+    pub(crate) fn reverse(&mut self, family: &Family, input: f64, reversal: u64) {
+        if self.moved > 0 {
+            let (moved, at_zero) = (self.moved, self.at_zero);
+            let point = TurningPoint { input, ended: self.direction, moved, at_zero, reversal };
+            self.top = Remembered { point, beyond: self.frozen(family) };
+            self.below += 1;
         }
-        branch
+        self.direction = self.direction.reversed();
+        (self.moved, self.at_zero) = (0, 0);
+        self.draw(family);
     }
 
-    /// The branch after the input has moved on to `x`.
+    /// Moves on to the input `x`, ahead on this branch. Takes turning points off but reads the stack only.
     #[inline]
-    pub(crate) fn advanced(mut self, family: &Family, stack: &Stack, x: f64) -> Self {
+    pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, x: f64) {
+        if !self.passed(self.end, x) {
+            return;
+        }
         loop {
-            let end = self.top.moved;
-            if self.moved < end {
-                if !self.slides(family, end - 1, x) {
-                    self.moved = gallop(self.moved, end - 1, |i| self.slides(family, i, x));
-                    break;
-                }
-                self.moved = end;
-            }
-            if self.below == 0 {
+            let captured = self.top.point.moved;
+            self.moved = gallop(self.moved, captured, |i| self.passed(self.starts_at(family, i), x));
+            if self.moved < captured || self.below == 0 {
                 break;
             }
-            self.wipe_out(stack);
+            self.below -= 1;
+            self.top = stack.get(self.below);
         }
         if self.direction == Direction::Falling {
-            self.at_zero = gallop(self.at_zero, self.moved, |i| -family.fall(i) >= x);
+            self.at_zero = gallop(self.at_zero, self.moved, |i| self.passed(-family.fall(i), x));
         }
-        self
+        self.draw(family);
     }
 
-    /// Whether operator i, frozen at `top`, slides once the input has come to `x`.
+    /// Whether the branch, come to `x`, has reached the input `mark`.
     #[inline]
-    fn slides(&self, family: &Family, i: usize, x: f64) -> bool {
+    fn passed(&self, mark: f64, x: f64) -> bool {
         match self.direction {
-            Direction::Rising => self.starts_at(family, i) <= x,
-            Direction::Falling => self.starts_at(family, i) >= x,
+            Direction::Rising => mark <= x,
+            Direction::Falling => mark >= x,
         }
     }
 
     /// The input at which operator i, frozen at `top`, starts to slide.
     #[inline]
     fn starts_at(&self, family: &Family, i: usize) -> f64 {
-        let point = self.top.input;
-        match (self.direction, self.top.ended) {
+        let TurningPoint { input, ended, .. } = self.top.point;
+        match (self.direction, ended) {
             // Back at the reversal that ended a branch of the same direction: the inner loop closes.
-            (Direction::Rising, Direction::Rising) | (Direction::Falling, Direction::Falling) => point,
-            (Direction::Rising, Direction::Falling) => family.rise(i).max(point + family.gap(i)),
-            (Direction::Falling, Direction::Rising) => point - family.gap(i),
+            (Direction::Rising, Direction::Rising) | (Direction::Falling, Direction::Falling) => input,
+            (Direction::Rising, Direction::Falling) => family.rise(i).max(input + family.gap(i)),
+            (Direction::Falling, Direction::Rising) => input - family.gap(i),
         }
     }
 
-    /// Forgets the newest turning point: every operator that it froze slides again.
+    /// Draws the line of this place from prefix sums and turning points, and its end.
     #[inline]
-    fn wipe_out(&mut self, stack: &Stack) {
-        self.below -= 1;
-        let remembered = stack.get(self.below);
-        (self.top, self.beyond) = (remembered.point, remembered.beyond);
-    }
-
-    /// The next input at which the line changes, or the infinity that the branch points to.
-    #[inline]
-    pub(crate) fn next_breakpoint(&self, family: &Family) -> f64 {
-        let next_start = self.next_start(family);
-        if self.direction == Direction::Falling && self.at_zero < self.moved {
-            next_start.max(-family.fall(self.at_zero))
-        } else {
-            next_start
-        }
-    }
-
-    #[inline]
-    fn next_start(&self, family: &Family) -> f64 {
-        if self.moved < self.top.moved { self.starts_at(family, self.moved) } else { self.horizon() }
-    }
-
-    /// The input at which the newest turning point is wiped out, or infinity.
-    #[inline]
-    pub(crate) fn next_wipe_out(&self, family: &Family) -> f64 {
-        if self.moved < self.top.moved { self.starts_at(family, self.top.moved - 1) } else { self.horizon() }
+    fn draw(&mut self, family: &Family) {
+        let start = if self.moved < self.top.point.moved { self.starts_at(family, self.moved) } else { self.horizon() };
+        let (sliding, end) = match self.direction {
+            Direction::Rising => (family.risen(0, self.moved), start),
+            Direction::Falling if self.at_zero < self.moved => {
+                (family.fallen(self.at_zero, self.moved), start.max(-family.fall(self.at_zero)))
+            }
+            Direction::Falling => (Line { slope: 0.0, offset: 0.0 }, start),
+        };
+        self.line = Line { slope: sliding.slope, offset: sliding.offset + self.frozen(family) };
+        self.end = end;
     }
 
     #[inline]
@@ -177,24 +187,14 @@ impl Branch {
         f64::INFINITY * self.direction.sign()
     }
 
-    /// The output of the family as a line in the input, up to the next breakpoint.
-    #[inline]
-    pub(crate) fn line(&self, family: &Family) -> Line {
-        let sliding = match self.direction {
-            Direction::Rising => family.risen(0, self.moved),
-            Direction::Falling => family.fallen(self.at_zero, self.moved),
-        };
-        Line { slope: sliding.slope, offset: sliding.offset + self.frozen(family) }
-    }
-
     /// Sum of w p over the operators that do not slide.
     #[inline]
     fn frozen(&self, family: &Family) -> f64 {
-        let TurningPoint { input, ended, moved, at_zero, .. } = self.top;
+        let TurningPoint { input, ended, moved, at_zero, .. } = self.top.point;
         let group = match ended {
             Direction::Rising => family.risen(self.moved, moved),
             Direction::Falling => family.fallen(self.moved.max(at_zero), moved),
         };
-        group.at(input) + self.beyond
+        group.at(input) + self.top.beyond
     }
 }

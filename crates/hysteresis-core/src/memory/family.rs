@@ -11,22 +11,25 @@ use alloc::vec::Vec;
 /// operators that slide on a branch are always a prefix of the family and the others are frozen.
 #[derive(Clone, Debug)]
 pub(crate) struct Family {
-    /// a_i: rising, operator i slides along x - a_i.
-    rise: Box<[f64]>,
-    /// b_i: falling, operator i slides along x + b_i until it rests at zero.
-    fall: Box<[f64]>,
-    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
-    gap: Box<[f64]>,
-    /// Sums over the operators before i, for i = 0..=n.
-    sums: Box<[Sums]>,
+    /// One rung per operator and one above them all: what a step needs of an operator lies together.
+    rungs: Box<[Rung]>,
 }
 
-/// Sums of w, w a and w b over a prefix of the family.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    weight: f64,
+/// The thresholds of operator i and the sums over all operators before it.
+#[derive(Clone, Copy, Debug)]
+struct Rung {
+    /// a_i: rising, the operator slides along x - a_i.
     rise: f64,
+    /// b_i: falling, the operator slides along x + b_i until it rests at zero.
     fall: f64,
+    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
+    gap: f64,
+    /// Sum of w.
+    weight: f64,
+    /// Sum of w a.
+    weighted_rise: f64,
+    /// Sum of w b.
+    weighted_fall: f64,
 }
 
 /// One one-sided play with its weight.
@@ -64,53 +67,48 @@ impl Family {
         if !members.is_sorted_by(|one, other| one.fall <= other.fall) {
             return None;
         }
-        let mut total = Sums::default();
-        let mut sums = Vec::with_capacity(members.len() + 1);
-        sums.push(total);
-        for member in &members {
-            total.weight += member.weight;
-            total.rise += member.weight * member.rise;
-            total.fall += member.weight * member.fall;
-            sums.push(total);
+        let mut next = Rung { rise: 0.0, fall: 0.0, gap: 0.0, weight: 0.0, weighted_rise: 0.0, weighted_fall: 0.0 };
+        let mut rungs = Vec::with_capacity(members.len() + 1);
+        for Member { weight, rise, fall } in members {
+            rungs.push(Rung { rise, fall, gap: rise + fall, ..next });
+            next.weight += weight;
+            next.weighted_rise += weight * rise;
+            next.weighted_fall += weight * fall;
         }
-        Some(Self {
-            rise: members.iter().map(|member| member.rise).collect(),
-            fall: members.iter().map(|member| member.fall).collect(),
-            gap: members.iter().map(|member| member.rise + member.fall).collect(),
-            sums: sums.into(),
-        })
+        rungs.push(next);
+        Some(Self { rungs: rungs.into() })
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.rise.len()
+        self.rungs.len() - 1
     }
 
     #[inline]
     pub(crate) fn rise(&self, i: usize) -> f64 {
-        self.rise[i]
+        self.rungs[i].rise
     }
 
     #[inline]
     pub(crate) fn fall(&self, i: usize) -> f64 {
-        self.fall[i]
+        self.rungs[i].fall
     }
 
     #[inline]
     pub(crate) fn gap(&self, i: usize) -> f64 {
-        self.gap[i]
+        self.rungs[i].gap
     }
 
     /// Sum of w_i (x - a_i) over `from..to`, as a line in x.
     #[inline]
     pub(crate) fn risen(&self, from: usize, to: usize) -> Line {
-        let (from, to) = (self.sums[from], self.sums[to]);
-        Line { slope: to.weight - from.weight, offset: from.rise - to.rise }
+        let (from, to) = (&self.rungs[from], &self.rungs[to]);
+        Line { slope: to.weight - from.weight, offset: from.weighted_rise - to.weighted_rise }
     }
 
     /// Sum of w_i (x + b_i) over `from..to`, as a line in x.
     #[inline]
     pub(crate) fn fallen(&self, from: usize, to: usize) -> Line {
-        let (from, to) = (self.sums[from], self.sums[to]);
-        Line { slope: to.weight - from.weight, offset: to.fall - from.fall }
+        let (from, to) = (&self.rungs[from], &self.rungs[to]);
+        Line { slope: to.weight - from.weight, offset: to.weighted_fall - from.weighted_fall }
     }
 }

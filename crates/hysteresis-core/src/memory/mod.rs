@@ -7,6 +7,7 @@ mod bank;
 mod branch;
 mod engine;
 mod family;
+mod place;
 mod solve;
 mod state;
 mod turning_points;
@@ -21,7 +22,8 @@ pub use turning_points::{Direction, TurningPoint};
 use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
 use bank::{Bank, Members};
-use engine::{Engine, Families};
+use engine::Engine;
+use place::Families;
 
 /// A straight line and how far, in the direction of travel, it holds: up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +164,7 @@ impl Memory {
     /// Where [`move_output`](Self::move_output) would come to.
     pub(crate) fn peek_output(&self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
         match self {
-            Self::TurningPoints(engine) => engine.look_output(direction, from, to, limits).1,
+            Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
             Self::Bank(bank) => bank.look_output(from, to, limits),
         }
     }

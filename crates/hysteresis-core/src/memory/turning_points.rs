@@ -32,6 +32,24 @@ impl Direction {
         }
     }
 
+    /// Whether a move goes the other way.
+    #[inline]
+    pub(crate) fn leads_away(self, from: f64, to: f64) -> bool {
+        match self {
+            Self::Rising => to < from,
+            Self::Falling => to > from,
+        }
+    }
+
+    /// Of two inputs that lie ahead, the one that comes first.
+    #[inline]
+    pub(crate) fn nearer(self, one: f64, other: f64) -> f64 {
+        match self {
+            Self::Rising => one.min(other),
+            Self::Falling => one.max(other),
+        }
+    }
+
     #[inline]
     pub(crate) fn reversed(self) -> Self {
         match self {
@@ -74,40 +92,31 @@ pub(crate) struct Remembered {
     pub(crate) beyond: f64,
 }
 
-/// Turning points from the oldest to the newest, in memory that is allocated once.
+/// Room for the turning points of a family, oldest first, allocated once. How many there are is the branch's matter.
 #[derive(Clone, Debug)]
-pub(crate) struct Stack {
-    points: Box<[Remembered]>,
-    len: usize,
-}
+pub(crate) struct Stack(Box<[Remembered]>);
 
 impl Stack {
     /// The stack of a family at rest. `moved` falls strictly from the bottom (n) upwards and is never zero above
     /// it, so n + 1 places always suffice.
     pub(crate) fn new(operators: usize) -> Self {
         let virgin = Remembered { point: TurningPoint::virgin(operators), beyond: 0.0 };
-        Self { points: vec![virgin; operators + 1].into(), len: 1 }
+        Self(vec![virgin; operators + 1].into())
     }
 
-    /// Back to the virgin state.
-    pub(crate) fn clear(&mut self) {
-        self.len = 1;
+    /// The oldest `count` turning points above the virgin state.
+    pub(crate) fn points(&self, count: usize) -> impl Iterator<Item = TurningPoint> {
+        self.0[1..=count].iter().map(|remembered| remembered.point)
     }
 
-    /// The turning points above the virgin state, oldest first.
-    pub(crate) fn points(&self) -> impl Iterator<Item = TurningPoint> {
-        self.points[1..self.len].iter().map(|remembered| remembered.point)
+    /// The turning point with `below` others under it.
+    #[inline]
+    pub(crate) fn get(&self, below: usize) -> Remembered {
+        self.0[below]
     }
 
     #[inline]
-    pub(crate) fn get(&self, index: usize) -> Remembered {
-        self.points[index]
-    }
-
-    /// Keeps the oldest `below` turning points and puts `top` on them.
-    #[inline]
-    pub(crate) fn settle(&mut self, below: usize, top: Remembered) {
-        self.points[below] = top;
-        self.len = below + 1;
+    pub(crate) fn put(&mut self, below: usize, top: Remembered) {
+        self.0[below] = top;
     }
 }

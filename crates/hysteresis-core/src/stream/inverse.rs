@@ -80,14 +80,13 @@ impl Inverse {
         self.segment.output()
     }
 
-    /// At a limit the segment is a single point, so that a further target comes to `leave_segment` again.
+    /// The segment at a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
+    /// segment is a point, so that the next sample starts from exactly there.
     fn enter_segment(&mut self, input: f64, output: f64) {
-        let piece = if self.saturated {
-            let outward = if input > self.reach().0 { Direction::Rising } else { Direction::Falling };
-            Piece::point(outward, output, input)
-        } else {
-            self.memory.inverse_piece(input, output, self.reach())
-        };
+        let mut piece = self.memory.inverse_piece(input, output, self.reach());
+        if piece.line.at(output) != input {
+            piece = Piece::point(piece.direction, output, input);
+        }
         self.segment = Segment::new(piece, output);
     }
 

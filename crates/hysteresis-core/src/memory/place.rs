@@ -1,0 +1,101 @@
+//! A model between two breakpoints: both families on their branches.
+
+use alloc::vec::Vec;
+
+use super::Piece;
+use super::branch::Branch;
+use super::family::{Family, Line, Member};
+use super::turning_points::{Direction, Stack};
+use crate::model::ModifiedPrandtlIshlinskii;
+
+/// A model as w_0 x plus two families of one-sided plays, the second one mirrored.
+///
+/// A coupled play is p(x; a = r, b = rb) - p(-x; a = ra, b = rc), which needs r >= rc and ra >= rb.
+#[derive(Debug)]
+pub(crate) struct Families {
+    identity_weight: f64,
+    pub(crate) positive: Family,
+    pub(crate) negative: Family,
+}
+
+impl Families {
+    /// The families of a model, or nothing if the thresholds of one of them are not nested in any order.
+    pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Option<Self> {
+        let mut identity_weight = 0.0;
+        let (mut positive, mut negative) = (Vec::new(), Vec::new());
+        for (&weight, z) in model.weights().iter().zip(model.operators()) {
+            if z.is_identity() {
+                identity_weight += weight;
+            } else {
+                positive.push(Member { weight, rise: z.r(), fall: z.rb() });
+                negative.push(Member { weight, rise: z.ra(), fall: z.rc() });
+            }
+        }
+        Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })
+    }
+}
+
+/// Room for the turning points of both families.
+#[derive(Clone, Debug)]
+pub(crate) struct Stacks {
+    pub(crate) positive: Stack,
+    pub(crate) negative: Stack,
+}
+
+/// A place on a branch of the model: both families and the way the input is heading. A copy can look ahead.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) direction: Direction,
+    pub(crate) positive: Branch,
+    pub(crate) negative: Branch,
+}
+
+impl Place {
+    /// At rest: all operators at zero, the input at zero.
+    pub(crate) fn virgin(families: &Families) -> Self {
+        Self {
+            direction: Direction::Rising,
+            positive: Branch::virgin(&families.positive, Direction::Rising),
+            negative: Branch::virgin(&families.negative, Direction::Falling),
+        }
+    }
+
+    /// Turns round at the input `x`, which becomes turning point number `reversal`.
+    #[inline]
+    pub(crate) fn reverse(&mut self, families: &Families, x: f64, reversal: u64) {
+        self.direction = self.direction.reversed();
+        self.positive.reverse(&families.positive, x, reversal);
+        self.negative.reverse(&families.negative, -x, reversal);
+    }
+
+    /// Moves on to the input `x`, ahead on this branch.
+    #[inline]
+    pub(crate) fn advance(&mut self, families: &Families, stacks: &Stacks, x: f64) {
+        self.positive.advance(&families.positive, &stacks.positive, x);
+        self.negative.advance(&families.negative, &stacks.negative, -x);
+    }
+
+    /// Puts what the last reversal froze on the stacks.
+    #[inline]
+    pub(crate) fn keep_top(&self, stacks: &mut Stacks) {
+        self.positive.keep_top(&mut stacks.positive);
+        self.negative.keep_top(&mut stacks.negative);
+    }
+
+    /// The output of the model over the input, up to the next breakpoint.
+    #[inline]
+    pub(crate) fn line(&self, families: &Families) -> Line {
+        let (positive, negative) = (self.positive.line(), self.negative.line());
+        Line {
+            slope: families.identity_weight + positive.slope + negative.slope,
+            offset: positive.offset - negative.offset,
+        }
+    }
+
+    /// The line and the next breakpoint, over the input.
+    #[inline]
+    pub(crate) fn piece(&self, families: &Families) -> Piece {
+        let end = self.direction.nearer(self.positive.end(), -self.negative.end());
+        Piece { direction: self.direction, line: self.line(families), end }
+    }
+}
