@@ -40,7 +40,7 @@ pub(crate) fn solve<P: Copy>(
         };
         let (place, found) = look(near.place, input);
         let here = At { input, place, line: found };
-        let collapsed = !predicted && (input == near.input || Some(input) == far);
+        let collapsed = !predicted && far.is_some_and(|far| input == near.input || input == far);
         if predicted && found == line || collapsed {
             return Ok(here);
         }

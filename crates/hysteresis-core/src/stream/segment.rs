@@ -1,5 +1,6 @@
 //! The hot path: on a smooth signal a sample is two comparisons and one multiply-add.
 
+use crate::error::MAX_MAGNITUDE;
 use crate::memory::{Direction, Line, Piece};
 
 /// The straight line that a stream is on, and the samples for which it stays on it.
@@ -15,11 +16,11 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// The segment at the input `last`.
+    /// The segment at the input `last`. It ends where admissible inputs end, so that no other is ever on it.
     #[inline]
     pub(super) fn new(piece: Piece, last: f64) -> Self {
         let sign = piece.direction.sign();
-        Self { sign, last: sign * last, end: sign * piece.end, line: piece.line }
+        Self { sign, last: sign * last, end: (sign * piece.end).min(MAX_MAGNITUDE), line: piece.line }
     }
 
     /// The output if the input lies ahead on the line. False for NaN.

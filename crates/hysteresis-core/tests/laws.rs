@@ -1,0 +1,268 @@
+//! The laws of the engine, under the same names as in the Python tests.
+
+mod support;
+
+use hysteresis_core::{CoupledPlay, Forward, Inverse, Kernel, Method, Operator, Play, Process, Tracked};
+use proptest::prelude::*;
+use support::{REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, output_range, unnested_model};
+
+/// Engine and bank sum in different orders: n roundings of the whole range each.
+const AGREE: f64 = 1e-13;
+
+fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
+    input.iter().map(|x| process.step(*x)).collect()
+}
+
+proptest! {
+    #[test]
+    fn engine_equals_bank(model in any_nested_model(40), x in history(200)) {
+        let mut engine = model.forward();
+        prop_assert_eq!(engine.method(), Method::TurningPoints);
+        let mut bank = bank(&model);
+        prop_assert_eq!(bank.method(), Method::Bank);
+        let tolerance = AGREE * output_range(&model);
+        for x in x {
+            let (one, other) = (engine.step(x), bank.step(x));
+            prop_assert!((one - other).abs() <= tolerance, "{one} and {other} at {x}");
+        }
+    }
+
+    #[test]
+    fn coupled_play_is_two_one_sided_plays(t in nested_thresholds(1), x in history(50)) {
+        let [r, ra, rb, rc] = t[0];
+        let mut z = Tracked::new(CoupledPlay::new(r, ra, rb, rc).unwrap());
+        let (mut positive, mut negative) = (0.0_f64, 0.0_f64);
+        for x in x {
+            positive = f64::max(0.0, f64::max(x - r, f64::min(x + rb, positive)));
+            negative = f64::max(0.0, f64::max(-x - ra, f64::min(-x + rc, negative)));
+            prop_assert_eq!(z.step(x), positive - negative);
+        }
+    }
+
+    #[test]
+    fn play_is_coupled_play_with_equal_thresholds(r in 0.0..REACH, x in history(50)) {
+        let play = Play::new(r).unwrap();
+        let mut coupled = Tracked::new(CoupledPlay::from(play));
+        let mut plain = Tracked::new(play);
+        for x in x {
+            prop_assert_eq!(plain.step(x), coupled.step(x));
+        }
+    }
+
+    #[test]
+    fn sampling_independence(model in any_nested_model(20), x in history(40), parts in 1_u32..20) {
+        // Bit for bit: on a branch the line is a function of the input and the turning points alone.
+        let (mut whole, mut split) = (model.forward(), model.forward());
+        let mut last = model.offsets().input;
+        for x in x {
+            for part in 1..parts {
+                split.step(last + (x - last) * f64::from(part) / f64::from(parts));
+            }
+            prop_assert_eq!(whole.step(x).to_bits(), split.step(x).to_bits());
+            last = x;
+        }
+    }
+
+    #[test]
+    fn wiping_out(model in any_nested_model(20), x in history(60), y in history(60)) {
+        // A full stroke both ways leaves no trace of what was before.
+        let stroke = [4.0 * REACH, -4.0 * REACH];
+        let (mut one, mut other) = (model.forward(), model.forward());
+        run(&mut one, &x);
+        run(&mut one, &stroke);
+        run(&mut other, &stroke);
+        for y in y {
+            prop_assert_eq!(one.step(y).to_bits(), other.step(y).to_bits());
+        }
+    }
+
+    #[test]
+    fn return_point_memory(model in any_nested_model(20), x in history(60), inner in 0.0..1.0) {
+        // A small excursion that comes back to where it began changes nothing.
+        let mut stream = model.forward();
+        run(&mut stream, &x);
+        let (turn, before) = (x[x.len() - 1], if x.len() > 1 { x[x.len() - 2] } else { model.offsets().input });
+        let mut excursion = stream.clone();
+        excursion.step(turn + (before - turn) * inner);
+        let tolerance = AGREE * output_range(&model);
+        prop_assert!((excursion.step(turn) - stream.peek(turn)).abs() <= tolerance);
+    }
+
+    #[test]
+    fn congruency(r in 1.0..20.0_f64, weight in 0.1..1.0, a in history(20), b in history(20), low in -9.0..0.0, high in 0.0..9.0) {
+        // Loops of plays between the same two inputs are congruent whatever came before.
+        let model = hysteresis_core::PrandtlIshlinskii::new(&[1.0, weight], &[0.0, r], Default::default()).unwrap();
+        let swing = |history: &[f64]| {
+            let mut stream = model.forward();
+            run(&mut stream, history);
+            run(&mut stream, &[low, high]);
+            stream.step(low) - stream.step(high)
+        };
+        prop_assert!((swing(&a) - swing(&b)).abs() <= 1e-12 * 4.0 * REACH);
+    }
+
+    #[test]
+    fn monotone_and_lipschitz(model in invertible_model(30), x in history(60), one in -2.0 * REACH..2.0 * REACH, other in -2.0 * REACH..2.0 * REACH) {
+        // w_0 <= slope <= sum w, between any two inputs that may come next.
+        let mut stream = model.forward();
+        run(&mut stream, &x);
+        let (low, high) = (one.min(other), one.max(other));
+        let rise = stream.peek(high) - stream.peek(low);
+        let tolerance = AGREE * output_range(&model);
+        let identity = model.weights()[0];
+        let sum: f64 = model.weights().iter().sum();
+        prop_assert!(rise >= identity * (high - low) - tolerance);
+        prop_assert!(rise <= sum * (high - low) + tolerance);
+    }
+
+    #[test]
+    fn inverse_undoes_forward(model in invertible_model(60), x in history(200)) {
+        let mut forward = model.forward();
+        let mut inverse = model.inverse(None).unwrap();
+        for x in x {
+            let back = inverse.step(forward.step(x));
+            prop_assert!((back - x).abs() <= 1e-12 * 4.0 * REACH, "{x} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn forward_undoes_inverse(model in invertible_model(60), y in history(200)) {
+        let mut forward = model.forward();
+        let mut inverse = model.inverse(None).unwrap();
+        let tolerance = 1e-12 * output_range(&model);
+        for y in y {
+            let back = forward.step(inverse.step(y));
+            prop_assert!((back - y).abs() <= tolerance, "{y} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn bank_inverse_undoes_forward(model in prop_oneof![invertible_model(20), unnested_model()], x in history(100)) {
+        let zeros = vec![0.0; model.weights().len()];
+        let mut forward = bank(&model);
+        let mut inverse = Inverse::with_initial(&Kernel::new(&model), None, &zeros).unwrap();
+        for x in x {
+            let back = inverse.step(forward.step(x));
+            prop_assert!((back - x).abs() <= 1e-11 * 4.0 * REACH, "{x} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn unnested_thresholds_go_to_the_bank(model in unnested_model()) {
+        prop_assert_eq!(model.forward().method(), Method::Bank);
+    }
+
+    #[test]
+    fn out_of_reach_clamps_and_says_so(model in invertible_model(20), y in history(100), span in (-80.0..-1.0, 1.0..80.0)) {
+        let limits = (model.offsets().input + span.0, model.offsets().input + span.1);
+        let mut inverse = model.inverse(Some(limits)).unwrap();
+        let mut forward = model.forward();
+        let tolerance = 1e-12 * output_range(&model);
+        for y in y {
+            let (least, most) = (forward.peek(limits.0), forward.peek(limits.1));
+            let drive = inverse.step(y);
+            prop_assert!(limits.0 <= drive && drive <= limits.1);
+            let reached = forward.step(drive);
+            // The model moves to where the target clamped to its reach is: also back from a limit, without a jump.
+            prop_assert!((reached - y.clamp(least, most)).abs() <= tolerance, "{reached} instead of {y}");
+            if y > most + tolerance || y < least - tolerance {
+                prop_assert!(inverse.saturated());
+            }
+            if least + tolerance < y && y < most - tolerance {
+                prop_assert!(!inverse.saturated());
+            }
+        }
+    }
+
+    #[test]
+    fn non_finite_input_holds(model in invertible_model(20), x in history(60), bad in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY), Just(1e300)]) {
+        let limits = Some((model.offsets().input - 30.0, model.offsets().input + 30.0));
+        let (mut forward, mut inverse) = (model.forward(), model.inverse(limits).unwrap());
+        for x in x {
+            let (y, drive) = (forward.step(x), inverse.step(x));
+            let (forward_memory, inverse_memory) = (forward.state().memory, inverse.state().memory);
+            prop_assert_eq!(forward.peek(bad), y);
+            prop_assert_eq!(inverse.peek(bad), drive);
+            prop_assert_eq!(forward.step(bad), y);
+            prop_assert_eq!(inverse.step(bad), drive);
+            prop_assert_eq!(forward.state().memory, forward_memory);
+            prop_assert_eq!(inverse.state().memory, inverse_memory);
+        }
+        prop_assert!(forward.rejected() > 0 && forward.rejected() == inverse.rejected());
+    }
+
+    #[test]
+    fn peek_changes_nothing(model in invertible_model(20), x in history(60), probe in -2.0 * REACH..2.0 * REACH) {
+        let (mut forward, mut inverse) = (model.forward(), model.inverse(Some((-50.0, 50.0))).unwrap());
+        for x in x {
+            let (forward_state, inverse_state) = (forward.state(), inverse.state());
+            forward.peek(probe);
+            inverse.peek(probe);
+            let (y, drive) = (forward.peek(x), inverse.peek(x));
+            prop_assert_eq!(forward.state(), forward_state);
+            prop_assert_eq!(inverse.state(), inverse_state);
+            prop_assert_eq!(forward.step(x).to_bits(), y.to_bits());
+            prop_assert_eq!(inverse.step(x).to_bits(), drive.to_bits());
+        }
+    }
+
+    #[test]
+    fn run_equals_step(model in invertible_model(20), x in history(100)) {
+        let (mut forward, mut inverse) = (model.forward(), model.inverse(None).unwrap());
+        let (y, drive) = (run(&mut forward, &x), run(&mut inverse, &x));
+        let (mut forward_block, mut inverse_block) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        model.forward().run(&x, &mut forward_block).unwrap();
+        model.inverse(None).unwrap().run(&x, &mut inverse_block).unwrap();
+        prop_assert_eq!(y, forward_block);
+        prop_assert_eq!(drive, inverse_block);
+    }
+
+    #[test]
+    fn restored_state_continues_bit_for_bit(model in invertible_model(20), x in history(60), y in history(60)) {
+        let limits = Some((model.offsets().input - 60.0, model.offsets().input + 60.0));
+        let kernel = Kernel::new(&model);
+        let zeros = vec![0.0; model.weights().len()];
+        let forwards = [Forward::new(&kernel), Forward::with_initial(&kernel, &zeros).unwrap()];
+        for mut stream in forwards {
+            let mut other = stream.clone();
+            run(&mut stream, &x);
+            run(&mut other, &y);
+            other.set_state(&stream.state()).unwrap();
+            prop_assert_eq!(stream.state(), other.state());
+            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
+        }
+        let inverses =
+            [Inverse::new(&kernel, limits).unwrap(), Inverse::with_initial(&kernel, limits, &zeros).unwrap()];
+        for mut stream in inverses {
+            let mut other = stream.clone();
+            run(&mut stream, &x);
+            run(&mut other, &y);
+            other.set_state(&stream.state()).unwrap();
+            prop_assert_eq!(stream.saturated(), other.saturated());
+            prop_assert_eq!(stream.state(), other.state());
+            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
+        }
+    }
+
+    #[test]
+    fn reset_is_a_new_stream(model in invertible_model(20), x in history(60), y in history(60)) {
+        let limits = Some((5.0, 60.0));
+        let (mut forward, mut inverse) = (model.forward(), model.inverse(limits).unwrap());
+        run(&mut forward, &x);
+        run(&mut inverse, &x);
+        forward.reset();
+        inverse.reset();
+        prop_assert_eq!(run(&mut forward, &y), run(&mut model.forward(), &y));
+        prop_assert_eq!(run(&mut inverse, &y), run(&mut model.inverse(limits).unwrap(), &y));
+    }
+
+    #[test]
+    fn memory_is_bounded_by_the_operators(model in any_nested_model(6), x in history(300)) {
+        // Above the virgin state each turning point has fewer operators than the one below: at most n per family.
+        let mut stream = model.forward();
+        for x in x {
+            stream.step(x);
+            prop_assert!(stream.turning_points().len() <= 2 * model.weights().len());
+        }
+    }
+}

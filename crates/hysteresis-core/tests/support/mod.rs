@@ -1,0 +1,110 @@
+//! Random models and histories for the laws.
+#![allow(dead_code, reason = "each test file uses some of these")]
+
+use hysteresis_core::{Forward, Kernel, ModifiedPrandtlIshlinskii, Offsets};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// Largest threshold of the random models; histories go up to twice as far.
+pub const REACH: f64 = 100.0;
+
+/// A kind of move that a history may make.
+fn sample() -> impl Strategy<Value = Move> {
+    prop_oneof![
+        4 => (-2.0 * REACH..2.0 * REACH).prop_map(Move::To),
+        8 => (-8.0..8.0).prop_map(Move::By),
+        4 => (-0.05..0.05).prop_map(Move::By),
+        2 => Just(Move::By(0.0)),
+        1 => Just(Move::To(0.0)),
+        1 => Just(Move::To(-0.0)),
+        1 => Just(Move::By(f64::MIN_POSITIVE / 4.0)),
+        2 => (0..=20_i32).prop_map(|i| Move::To(f64::from(i - 10) * REACH / 10.0)),
+    ]
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Move {
+    To(f64),
+    By(f64),
+}
+
+/// Inputs with jumps, small moves, plateaus, repeats, denormals, both zeros and values that thresholds also have.
+pub fn history(length: usize) -> impl Strategy<Value = Vec<f64>> {
+    vec(sample(), 1..=length).prop_map(|moves| {
+        let mut x = 0.0;
+        let follow = |m: Move| {
+            x = match m {
+                Move::To(to) => to,
+                Move::By(by) => f64::clamp(x + by, -2.0 * REACH, 2.0 * REACH),
+            };
+            x
+        };
+        moves.into_iter().map(follow).collect()
+    })
+}
+
+/// The four thresholds of n operators, nested: everything grows, with many ties and zeros.
+pub fn nested_thresholds(n: usize) -> impl Strategy<Value = Vec<[f64; 4]>> {
+    let growth = prop_oneof![2 => Just(0.0), 3 => 0.0..1.0, 2 => Just(0.5)];
+    vec([growth.clone(), growth.clone(), growth.clone(), growth], n).prop_map(move |steps| {
+        let scale = REACH / steps.len() as f64;
+        let (mut r, mut ra, mut rb, mut rc) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        let grow = |[dr, dra, drb, drc]: [f64; 4]| {
+            (rb, rc) = (rb + scale * drb, rc + scale * drc);
+            (r, ra) = ((r + scale * dr).max(rc), (ra + scale * dra).max(rb));
+            [r, ra, rb, rc]
+        };
+        steps.into_iter().map(grow).collect()
+    })
+}
+
+fn build(weights: &[f64], thresholds: &[[f64; 4]], offsets: Offsets) -> ModifiedPrandtlIshlinskii {
+    let column = |j: usize| thresholds.iter().map(|row| row[j]).collect::<Vec<_>>();
+    ModifiedPrandtlIshlinskii::new(weights, &column(0), &column(1), &column(2), &column(3), offsets).unwrap()
+}
+
+fn offsets() -> impl Strategy<Value = Offsets> {
+    prop_oneof![
+        Just(Offsets::default()),
+        (-20.0..20.0, -50.0..50.0).prop_map(|(input, output)| Offsets { input, output })
+    ]
+}
+
+/// An invertible model of 1 to `operators` operators; the first is the identity.
+pub fn invertible_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+    (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
+        let weights = (0.2..2.0, vec(prop_oneof![Just(0.0), 0.0..1.0], n - 1));
+        (weights, nested_thresholds(n - 1)).prop_map(move |((identity, rest), rows)| {
+            let weights: Vec<f64> = core::iter::once(identity).chain(rest).collect();
+            let rows: Vec<[f64; 4]> = core::iter::once([0.0; 4]).chain(rows).collect();
+            build(&weights, &rows, offsets)
+        })
+    })
+}
+
+/// A model with weights of either sign and no need of an identity, its operators in any order.
+pub fn any_nested_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+    (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
+        let rows = nested_thresholds(n).prop_shuffle();
+        (vec(-1.0..1.0, n), rows).prop_map(move |(weights, rows)| build(&weights, &rows, offsets))
+    })
+}
+
+/// An invertible model whose thresholds are not nested.
+pub fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+    (0.2..2.0, 0.1..1.0, 0.1..1.0, 1.0..50.0_f64).prop_map(|(w0, w1, w2, r)| {
+        // The larger r has the smaller rb: no order nests both.
+        build(&[w0, w1, w2], &[[0.0; 4], [r, r, r, 0.0], [2.0 * r, r, 0.5 * r, 0.0]], Offsets::default())
+    })
+}
+
+/// The plain loop over all operators of the model, at rest.
+pub fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
+    Forward::with_initial(&Kernel::new(model), &vec![0.0; model.weights().len()]).unwrap()
+}
+
+/// The scale of the model's output over the histories: tolerances are relative to it.
+pub fn output_range(model: &ModifiedPrandtlIshlinskii) -> f64 {
+    let sum: f64 = model.weights().iter().map(|w| w.abs()).sum();
+    sum * 4.0 * REACH + model.offsets().output.abs()
+}
