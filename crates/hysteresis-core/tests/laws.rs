@@ -4,7 +4,9 @@ mod support;
 
 use hysteresis_core::{CoupledPlay, Forward, Inverse, Kernel, Method, Operator, Play, Process, Tracked};
 use proptest::prelude::*;
-use support::{REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, output_range, unnested_model};
+use support::{
+    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, output_range, unnested_model,
+};
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
 const AGREE: f64 = 1e-13;

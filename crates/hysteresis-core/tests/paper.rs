@@ -60,7 +60,14 @@ fn residual_percent(inverse: &mut impl Process) -> f64 {
     let amplitude = actuator.peek(500.0);
     let triangle = (0..=40_000_u32).map(|k| {
         let phase = f64::from(k) / 10_000.0;
-        amplitude * if phase < 1.0 { phase } else if phase < 3.0 { 2.0 - phase } else { phase - 4.0 }
+        amplitude
+            * if phase < 1.0 {
+                phase
+            } else if phase < 3.0 {
+                2.0 - phase
+            } else {
+                phase - 4.0
+            }
     });
     let error = triangle.map(|target| (actuator.step(inverse.step(target)) - target).abs()).fold(0.0, f64::max);
     100.0 * error / (2.0 * amplitude)

@@ -14,6 +14,7 @@
 mod arrays;
 mod errors;
 mod files;
+mod identify;
 mod models;
 mod operators;
 mod paper;
@@ -29,6 +30,8 @@ mod _core {
     use crate::errors::NotInvertibleError;
     #[pymodule_export]
     use crate::files::{load, write_file};
+    #[pymodule_export]
+    use crate::identify::{Identification, Quality, identify};
     #[pymodule_export]
     use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]

@@ -60,7 +60,7 @@ pub(crate) mod signals {
         array(py, signals::triangle(Wave { amplitude, frequency, rate, offset }, seconds))
     }
 
-    /// A triangle whose swing shrinks linearly to nothing: a record for identification, or to demagnetise.
+    /// A triangle of one cycle at full swing, which then shrinks to nothing: a record to identify from, or to demagnetise.
     ///
     /// Parameters
     /// ----------
@@ -69,15 +69,13 @@ pub(crate) mod signals {
     /// frequency, rate : float
     ///     Cycles and samples per second, in Hz.
     /// cycles : float
-    ///     How many cycles it takes to shrink to nothing.
+    ///     Duration, the first cycle at full swing included.
     ///
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
-    /// >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=2, rate=2)
-    /// array([0., 0., 0., 0.])
-    /// >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=2, rate=4)[1::2]
-    /// array([ 0.875, -0.625,  0.375, -0.125])
+    /// >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=3, rate=4)[1::2]  # the reversals
+    /// array([ 1.   , -1.   ,  0.875, -0.625,  0.375, -0.125])
     #[pyfunction]
     #[pyo3(signature = (amplitude, frequency, *, cycles, rate=10_000.0, offset=0.0))]
     fn decaying_triangle(

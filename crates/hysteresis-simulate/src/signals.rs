@@ -106,10 +106,10 @@ pub fn triangle(wave: Wave, seconds: f64) -> Result<Vec<f64>, Error> {
     wave.sample(seconds * wave.frequency, "seconds", unit_triangle)
 }
 
-/// A triangle whose swing shrinks linearly from the full amplitude to nothing over `cycles`.
+/// A triangle of one cycle at full swing, which then shrinks linearly to nothing until the end of `cycles`.
 ///
-/// Every reversal differs from all others, so a record of it tells the weights of all operators that it reaches. At
-/// the end a known memory is left: the actuator is demagnetised.
+/// The full strokes make an unknown memory known; then every reversal differs from all others, so a record of it
+/// tells the weights of all operators that it reaches. At the end the actuator is demagnetised.
 ///
 /// # Errors
 /// [`Error`] for a frequency or rate that is not positive, or a number that is not finite.
@@ -117,9 +117,52 @@ pub fn triangle(wave: Wave, seconds: f64) -> Result<Vec<f64>, Error> {
 /// ```
 /// use hysteresis_simulate::signals::{Wave, decaying_triangle};
 /// let wave = Wave { amplitude: 1.0, frequency: 1.0, rate: 4.0, offset: 0.0 };
-/// assert_eq!(decaying_triangle(wave, 2.0)?, [0.0, 0.875, 0.0, -0.625, 0.0, 0.375, 0.0, -0.125]);
+/// let reversals: Vec<f64> = decaying_triangle(wave, 3.0)?.into_iter().skip(1).step_by(2).collect();
+/// assert_eq!(reversals, [1.0, -1.0, 0.875, -0.625, 0.375, -0.125]);
 /// # Ok::<(), hysteresis_simulate::signals::Error>(())
 /// ```
 pub fn decaying_triangle(wave: Wave, cycles: f64) -> Result<Vec<f64>, Error> {
-    wave.sample(cycles, "cycles", |done| (1.0 - done / cycles) * unit_triangle(done))
+    wave.sample(cycles, "cycles", |done| ((cycles - done) / (cycles - 1.0).max(0.0)).min(1.0) * unit_triangle(done))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WAVE: Wave = Wave { amplitude: 500.0, frequency: 2.0, rate: 1000.0, offset: 10.0 };
+
+    #[test]
+    fn a_wave_keeps_within_its_swing_and_starts_at_its_offset() {
+        for samples in [sine(WAVE, 3.0), triangle(WAVE, 3.0), decaying_triangle(WAVE, 6.0)] {
+            let samples = samples.unwrap();
+            assert_eq!(samples.len(), 3000);
+            assert_eq!(samples[0], 10.0);
+            let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+            assert!((low + 490.0).abs() < 1e-9 && (high - 510.0).abs() < 1e-9, "{low} to {high}");
+        }
+    }
+
+    #[test]
+    fn a_decaying_triangle_of_one_cycle_is_a_triangle() {
+        assert_eq!(decaying_triangle(WAVE, 1.0).unwrap(), triangle(WAVE, 0.5).unwrap());
+    }
+
+    #[test]
+    fn what_no_signal_can_have_is_named() {
+        let named = |result: Result<Vec<f64>, Error>| result.unwrap_err().to_string();
+        assert_eq!(named(sine(Wave { rate: 0.0, ..WAVE }, 1.0)), "rate: expected a finite number above 0, got 0");
+        assert_eq!(
+            named(triangle(Wave { frequency: f64::NAN, ..WAVE }, 1.0)),
+            "frequency: expected a finite number above 0, got NaN"
+        );
+        assert_eq!(
+            named(triangle(Wave { amplitude: f64::INFINITY, ..WAVE }, 1.0)),
+            "amplitude: expected a finite number, got inf"
+        );
+        assert_eq!(
+            named(decaying_triangle(WAVE, f64::NAN)),
+            "cycles: expected a duration of 0 to 2^30 samples, got NaN"
+        );
+        assert_eq!(named(sine(WAVE, -1.0)), "seconds: expected a duration of 0 to 2^30 samples, got -1");
+    }
 }

@@ -111,6 +111,7 @@ impl Kernel {
 
 /// A model's parameters together with the memory of one stream.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "the engine's state stays in the stream, where a step finds it at once")]
 pub(crate) enum Memory {
     TurningPoints(Engine),
     Bank(Bank),

@@ -1,0 +1,153 @@
+//! What can go wrong, and what the message says: the argument, what was expected, what came.
+
+use core::fmt;
+
+/// Why a pair of signals is no record.
+///
+/// ```
+/// use hysteresis_identify::Record;
+/// let error = Record::new(&[0.0, f64::NAN], &[0.0, 1.0], 0).unwrap_err();
+/// assert_eq!(error.to_string(), "input[1]: expected a finite number (at most 1e100 in magnitude), got NaN");
+/// assert_eq!(error.in_record(2).to_string(), "record 2: input[1]: expected a finite number (at most 1e100 in \
+///     magnitude), got NaN");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// Input and output differ in length.
+    Length {
+        /// The name of the argument.
+        argument: &'static str,
+        /// The length it must have.
+        expected: usize,
+        /// The length that came.
+        got: usize,
+    },
+    /// A sample is NaN, infinite or beyond 1e100 in magnitude.
+    NotFinite {
+        /// The name of the argument.
+        argument: &'static str,
+        /// Which sample.
+        index: usize,
+        /// The sample.
+        got: f64,
+    },
+    /// No sample is left to fit.
+    Skip {
+        /// The samples of the record.
+        samples: usize,
+        /// The samples to skip.
+        got: usize,
+    },
+    /// All fitted samples of a signal are equal.
+    Constant {
+        /// The name of the argument.
+        argument: &'static str,
+        /// Its only value.
+        value: f64,
+    },
+}
+
+impl RecordError {
+    /// The same error with the place of the record in a list of records.
+    #[must_use]
+    pub fn in_record(self, record: usize) -> Error {
+        Error::Record { record, error: self }
+    }
+}
+
+impl fmt::Display for RecordError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Length { argument, expected, got } => {
+                write!(f, "{argument}: expected {expected} samples, got {got}")
+            }
+            Self::NotFinite { argument, index, got } => {
+                write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got}")
+            }
+            Self::Skip { samples, got } => {
+                write!(f, "skip: expected fewer than the {samples} samples of the record, got {got}")
+            }
+            Self::Constant { argument, value } => {
+                write!(f, "{argument}: expected fitted samples that vary, got {value} throughout")
+            }
+        }
+    }
+}
+
+impl core::error::Error for RecordError {}
+
+/// Why a model could not be identified.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hysteresis_identify::{Error, Options, identify};
+/// let error = identify(&[], &Options::default(), &mut |_| ControlFlow::Continue(())).unwrap_err();
+/// assert_eq!(error, Error::NoRecords);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// There is no record.
+    NoRecords,
+    /// A record is unusable.
+    Record {
+        /// Which record.
+        record: usize,
+        /// Why.
+        error: RecordError,
+    },
+    /// A model needs at least one operator.
+    NoOperators,
+    /// Fewer samples to fit than twice the unknowns.
+    TooFewSamples {
+        /// Twice the number of weights, output offsets and searched parameters.
+        expected: usize,
+        /// The fitted samples of all records together.
+        got: usize,
+    },
+    /// An option lies outside its domain.
+    Domain {
+        /// The name of the option.
+        parameter: &'static str,
+        /// Where in the array, for arrays.
+        index: Option<usize>,
+        /// The domain in words.
+        expected: &'static str,
+        /// The number that came.
+        got: f64,
+    },
+    /// The progress function asked to stop.
+    Interrupted,
+    /// Fixed ratios, or a model, that the core does not admit.
+    Core(hysteresis_core::Error),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NoRecords => write!(f, "records: expected at least one, got none"),
+            Self::Record { record, error } => write!(f, "record {record}: {error}"),
+            Self::NoOperators => write!(f, "operators: expected at least one, got none"),
+            Self::TooFewSamples { expected, got } => {
+                write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
+            }
+            Self::Domain { parameter, index: None, expected, got } => {
+                write!(f, "{parameter}: expected {expected}, got {got}")
+            }
+            Self::Domain { parameter, index: Some(index), expected, got } => {
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+            }
+            Self::Interrupted => write!(f, "identification was interrupted"),
+            Self::Core(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for Error {}
+
+impl From<hysteresis_core::Error> for Error {
+    fn from(error: hysteresis_core::Error) -> Self {
+        Self::Core(error)
+    }
+}

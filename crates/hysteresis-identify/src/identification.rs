@@ -1,0 +1,167 @@
+//! From records to a model.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+
+use crate::error::{Error, RecordError};
+use crate::options::{Form, Options};
+use crate::projection::{Fit, Projection};
+use crate::quality::{Quality, as_f64};
+use crate::record::{Record, check_finite};
+use crate::regressor::{Bank, Regressor};
+use crate::search::{Monitor, Progress, search};
+use crate::space::{Parameter, Space};
+
+/// The scan uses about this many samples per unknown, however long the records are.
+const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
+
+/// An identified model, and how well it fits.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Identification {
+    /// The model, with the output offset of the first record.
+    pub model: Model,
+    /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
+    pub ratios: Ratios,
+    /// By how many samples the output lags the input, fractions included.
+    pub delay: f64,
+    /// The output offset of every record, in the unit of the output.
+    pub output_offsets: Vec<f64>,
+    /// The quality over the fitted samples of all records.
+    pub fit: Quality,
+    /// The quality over the fitted samples of every record.
+    pub record_fits: Vec<Quality>,
+    /// How many passes over the records, whole or thinned, the search took.
+    pub evaluations: usize,
+}
+
+impl Identification {
+    /// The output for an input that starts from the virgin state: the model delayed by [`delay`](Self::delay) as
+    /// during identification, with the output offset of the first record.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(predict(&self.model, self.delay, self.output_offsets[0], input))
+    }
+
+    /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
+    /// threshold zero, or no operator there: the data showed no slope right after reversals.
+    ///
+    /// # Errors
+    /// [`hysteresis_core::Error::NotInvertible`] with the weight at fault.
+    pub fn check_invertible(&self) -> Result<(), hysteresis_core::Error> {
+        match &self.model {
+            Model::Conventional(model) => model.check_invertible(),
+            Model::Modified(model) => model.check_invertible(),
+        }
+    }
+}
+
+/// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
+///
+/// The sum of squared errors over all fitted samples is minimised. Weights and output offsets are exact at every
+/// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle);
+/// ratios, input offset and delay go from the best of several starts on a selection of the samples to Gauss-Newton
+/// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops.
+///
+/// Input and output may have any unit; weights come in output unit per input unit, the delay in samples.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// use hysteresis_identify::{Options, Record, Thresholds, identify};
+///
+/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(
+///     &[1.0, 0.3, 0.2, 0.1], &[0.0, 1.25, 2.5, 3.75], Ratios::PAPER, Offsets { input: 0.0, output: 7.0 })?;
+/// let mut stream = actuator.forward();
+/// let input: Vec<f64> = (0..800).map(|k| 5.0 * (1.0 - k as f64 / 800.0) * (k as f64 / 20.0).sin()).collect();
+/// let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
+///
+/// let options = Options { thresholds: Thresholds::Given(vec![0.0, 1.25, 2.5, 3.75]), ..Options::default() };
+/// let found = identify(&[Record::new(&input, &output, 0)?], &options, &mut |_| ControlFlow::Continue(()))?;
+/// assert!((found.ratios.rb - 0.30).abs() < 1e-6);
+/// assert!(found.fit.rmse < 1e-9 * found.fit.range);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Domain`] for bad thresholds, offset or delay,
+/// [`Error::Core`] for bad ratios, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights,
+/// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said so.
+pub fn identify(
+    records: &[Record<'_>],
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Identification, Error> {
+    let Some(shortest) = records.iter().map(|record| record.input().len()).min() else {
+        return Err(Error::NoRecords);
+    };
+    options.check(as_f64(shortest))?;
+    let space = Space::new(records, options);
+    let operators = options.operators();
+    let unknowns = operators + records.len() + space.axes().len();
+    let samples: usize = records.iter().map(Record::fitted_samples).sum();
+    if samples < 2 * unknowns {
+        return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
+    }
+    let stride = (samples / (SCAN_SAMPLES_PER_UNKNOWN * unknowns)).max(1);
+    let all = Projection::new(records, &space, operators, 1);
+    let thinned = Projection::new(records, &space, operators, stride);
+    let mut monitor = Monitor::new(progress);
+    let fit = search(&all, &thinned, &mut monitor)?;
+    assemble(records, options, &space, fit, monitor.evaluations())
+}
+
+fn assemble(
+    records: &[Record<'_>],
+    options: &Options,
+    space: &Space,
+    fit: Fit,
+    evaluations: usize,
+) -> Result<Identification, Error> {
+    let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
+    let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output: fit.output_offsets[0] };
+    let model = match options.form {
+        Form::Conventional => Model::from(PrandtlIshlinskii::new(&fit.weights, &thresholds, offsets)?),
+        Form::Modified => {
+            Model::from(ModifiedPrandtlIshlinskii::from_ratios(&fit.weights, &thresholds, ratios, offsets)?)
+        }
+    };
+    let delay = fit.point.get(Parameter::Delay);
+    let quality = |(record, offset): (&Record<'_>, &f64)| {
+        let predicted = predict(&model, delay, *offset, record.input());
+        Quality::of(&record.output()[record.skip()..], &predicted[record.skip()..], record.output_range())
+    };
+    let record_fits: Vec<_> = records.iter().zip(&fit.output_offsets).map(quality).collect();
+    let fit_of_all = Quality::pooled(&record_fits);
+    Ok(Identification {
+        model,
+        ratios,
+        delay,
+        output_offsets: fit.output_offsets,
+        fit: fit_of_all,
+        record_fits,
+        evaluations,
+    })
+}
+
+fn predict(model: &Model, delay: f64, output_offset: f64, input: &[f64]) -> Vec<f64> {
+    let (bank, weights, offsets) = match model {
+        Model::Conventional(model) => {
+            let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
+            (Bank::from_operators(plays), model.weights(), model.offsets())
+        }
+        Model::Modified(model) => {
+            (Bank::from_operators(model.operators().iter().copied()), model.weights(), model.offsets())
+        }
+    };
+    let mut regressor = Regressor::new(&bank, input, offsets.input, delay);
+    let next = |_| {
+        regressor.advance();
+        output_offset + regressor.output(weights)
+    };
+    (0..input.len()).map(next).collect()
+}

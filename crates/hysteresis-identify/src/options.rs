@@ -1,0 +1,129 @@
+//! What to identify, and what is known already.
+
+use hysteresis_core::Ratios;
+
+use crate::error::Error;
+use crate::record::is_admissible;
+
+/// Which model to fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Form {
+    /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
+    /// moves nothing but the virgin state: [`Setting::Fit`] puts it at the middle of the input range.
+    Conventional,
+    /// The modified Prandtl-Ishlinskii model (MPI), equation (6): coupled plays.
+    #[default]
+    Modified,
+}
+
+/// A parameter that is searched, or known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Setting<T> {
+    /// To be found.
+    #[default]
+    Fit,
+    /// Known beforehand.
+    Fixed(T),
+}
+
+/// The thresholds r_i of the operators, in the unit of the input.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Thresholds {
+    /// That many operators at r_i = i X / n, i = 0..n-1, the first of them the identity.
+    ///
+    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for the modified model; it
+    /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
+    /// play of threshold r moves both ways only on strokes above 2 r.
+    Uniform(usize),
+    /// These, strictly increasing from zero or above.
+    Given(Vec<f64>),
+}
+
+/// The options of [`identify`](crate::identify): by default a modified model of 20 operators, everything searched.
+///
+/// ```
+/// use hysteresis_core::Ratios;
+/// use hysteresis_identify::{Options, Setting, Thresholds};
+/// let options = Options {
+///     thresholds: Thresholds::Uniform(16),
+///     ratios: Setting::Fixed(Ratios::PAPER),
+///     ..Options::default()
+/// };
+/// assert_eq!(options.delay, Setting::Fit);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Which model.
+    pub form: Form,
+    /// How many operators, and where.
+    pub thresholds: Thresholds,
+    /// ra/r, rb/r, rc/r: searched in 2 >= ra >= rb >= 0, 1 >= rc >= 0. Ignored by the conventional model.
+    pub ratios: Setting<Ratios>,
+    /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
+    /// fifth of that range beyond either end.
+    pub input_offset: Setting<f64>,
+    /// By how many samples the output lags the input, fractions included: searched from 0 to a tenth of the
+    /// shortest record.
+    pub delay: Setting<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            form: Form::default(),
+            thresholds: Thresholds::Uniform(20),
+            ratios: Setting::Fit,
+            input_offset: Setting::Fit,
+            delay: Setting::Fit,
+        }
+    }
+}
+
+impl Options {
+    /// The number of operators.
+    #[must_use]
+    pub fn operators(&self) -> usize {
+        match &self.thresholds {
+            Thresholds::Uniform(operators) => *operators,
+            Thresholds::Given(thresholds) => thresholds.len(),
+        }
+    }
+
+    /// Checks everything that was given; `samples` is the length of the shortest record.
+    pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
+        if self.operators() == 0 {
+            return Err(Error::NoOperators);
+        }
+        if let Thresholds::Given(thresholds) = &self.thresholds {
+            let mut last = f64::NEG_INFINITY;
+            for (i, r) in thresholds.iter().enumerate() {
+                if !(is_admissible(*r) && *r >= 0.0 && *r > last) {
+                    let expected = "finite thresholds >= 0 that strictly increase";
+                    return Err(Error::Domain { parameter: "thresholds", index: Some(i), expected, got: *r });
+                }
+                last = *r;
+            }
+        }
+        if let Setting::Fixed(ratios) = self.ratios {
+            hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(
+                &[1.0],
+                &[0.0],
+                ratios,
+                hysteresis_core::Offsets::default(),
+            )?;
+        }
+        let domain = |parameter, expected, got| Error::Domain { parameter, index: None, expected, got };
+        match self.input_offset {
+            Setting::Fixed(offset) if !is_admissible(offset) => {
+                Err(domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset))
+            }
+            _ => Ok(()),
+        }?;
+        match self.delay {
+            Setting::Fixed(delay) if !(delay >= 0.0 && delay < samples) => {
+                Err(domain("delay", "a number >= 0 below the length of the shortest record", delay))
+            }
+            _ => Ok(()),
+        }
+    }
+}

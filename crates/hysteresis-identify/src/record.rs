@@ -1,0 +1,102 @@
+//! One measured record, checked once.
+
+use crate::error::RecordError;
+
+/// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
+///
+/// The record starts from the virgin state (every operator at rest at zero, projected by the first sample, as in
+/// the core). What happened before is unknown to the model, so the first samples may lie on no loop of it; they are
+/// taken by the operators like all others, but their outputs are not fitted and enter no metric.
+///
+/// ```
+/// use hysteresis_identify::Record;
+/// let record = Record::new(&[0.0, 1.0, 2.0, 1.0], &[0.0, 0.9, 2.1, 1.3], 1)?;
+/// assert_eq!(record.fitted_samples(), 3);
+/// # Ok::<(), hysteresis_identify::RecordError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Record<'a> {
+    input: &'a [f64],
+    output: &'a [f64],
+    skip: usize,
+    input_bounds: (f64, f64),
+    output_range: f64,
+}
+
+impl<'a> Record<'a> {
+    /// A record of equally long `input` and `output`; the first `skip` samples are not fitted.
+    ///
+    /// # Errors
+    /// [`RecordError::Length`] for unequal lengths, [`RecordError::Skip`] if nothing is left to fit,
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100, and
+    /// [`RecordError::Constant`] if the fitted part of either signal is constant: it says nothing about weights, and
+    /// a constant output is no base for an error in per cent.
+    pub fn new(input: &'a [f64], output: &'a [f64], skip: usize) -> Result<Self, RecordError> {
+        if output.len() != input.len() {
+            return Err(RecordError::Length { argument: "output", expected: input.len(), got: output.len() });
+        }
+        if skip >= input.len() {
+            return Err(RecordError::Skip { samples: input.len(), got: skip });
+        }
+        for (argument, values) in [("input", input), ("output", output)] {
+            check_finite(argument, values)?;
+            let (low, high) = bounds(&values[skip..]);
+            if low == high {
+                return Err(RecordError::Constant { argument, value: low });
+            }
+        }
+        let (low, high) = bounds(&output[skip..]);
+        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low })
+    }
+
+    /// The input, in the unit of the drive.
+    #[must_use]
+    pub fn input(&self) -> &'a [f64] {
+        self.input
+    }
+
+    /// The measured output.
+    #[must_use]
+    pub fn output(&self) -> &'a [f64] {
+        self.output
+    }
+
+    /// How many leading samples are not fitted.
+    #[must_use]
+    pub fn skip(&self) -> usize {
+        self.skip
+    }
+
+    /// How many samples are fitted.
+    #[must_use]
+    pub fn fitted_samples(&self) -> usize {
+        self.input.len() - self.skip
+    }
+
+    /// Smallest and largest input of the whole record, skipped samples included: they set the memory too.
+    pub(crate) fn input_bounds(&self) -> (f64, f64) {
+        self.input_bounds
+    }
+
+    /// Peak-to-peak of the fitted output.
+    pub(crate) fn output_range(&self) -> f64 {
+        self.output_range
+    }
+}
+
+/// Checks every number, or names the first that is not admissible.
+pub(crate) fn check_finite(argument: &'static str, values: &[f64]) -> Result<(), RecordError> {
+    match values.iter().position(|value| !is_admissible(*value)) {
+        Some(index) => Err(RecordError::NotFinite { argument, index, got: values[index] }),
+        None => Ok(()),
+    }
+}
+
+/// The core's own domain of inputs and outputs.
+pub(crate) fn is_admissible(value: f64) -> bool {
+    value.abs() <= hysteresis_core::MAX_MAGNITUDE
+}
+
+fn bounds(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+}

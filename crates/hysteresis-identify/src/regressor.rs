@@ -1,0 +1,179 @@
+//! The regressor: one row of operator outputs per sample, made on the fly.
+
+use hysteresis_core::{CoupledPlay, Ratios};
+
+/// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
+#[derive(Clone, Debug)]
+pub(crate) struct Bank {
+    r: Vec<f64>,
+    ra: Vec<f64>,
+    rb: Vec<f64>,
+    rc: Vec<f64>,
+}
+
+impl Bank {
+    /// The operators of thresholds `r` in these proportions: the same products as in the core.
+    pub(crate) fn from_ratios(r: &[f64], ratios: Ratios) -> Self {
+        let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
+        Self { r: r.to_vec(), ra: scaled(ratios.ra), rb: scaled(ratios.rb), rc: scaled(ratios.rc) }
+    }
+
+    pub(crate) fn from_operators(operators: impl Iterator<Item = CoupledPlay> + Clone) -> Self {
+        Self {
+            r: operators.clone().map(|z| z.r()).collect(),
+            ra: operators.clone().map(|z| z.ra()).collect(),
+            rb: operators.clone().map(|z| z.rb()).collect(),
+            rc: operators.map(|z| z.rc()).collect(),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.r.len()
+    }
+
+    /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.
+    fn next(&self, last: &[f64], x: f64, z: &mut [f64]) {
+        let n = z.len();
+        let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
+        for i in 0..n {
+            let lo = max(x - r[i], min(x - rc[i], 0.0));
+            let hi = min(x + ra[i], max(x + rb[i], 0.0));
+            z[i] = max(lo, min(hi, last[i]));
+        }
+    }
+}
+
+/// `f64::max` without its care for NaN, of which a record has none: one instruction, and it vectorises.
+#[inline]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `f64::min` likewise.
+#[inline]
+fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`.
+///
+/// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
+/// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.
+pub(crate) struct Regressor<'a> {
+    bank: &'a Bank,
+    input: &'a [f64],
+    input_offset: f64,
+    whole: usize,
+    fraction: f64,
+    taken: usize,
+    /// z `whole` samples before the current one.
+    now: Vec<f64>,
+    /// z one sample earlier still.
+    before: Vec<f64>,
+}
+
+impl<'a> Regressor<'a> {
+    /// The regressor before the record's first sample; `delay` in samples, not negative.
+    pub(crate) fn new(bank: &'a Bank, input: &'a [f64], input_offset: f64, delay: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
+        let whole = delay.floor() as usize;
+        let rest = vec![0.0; bank.len()];
+        let fraction = delay - delay.floor();
+        Self { bank, input, input_offset, whole, fraction, taken: 0, now: rest.clone(), before: rest }
+    }
+
+    /// Takes the next sample of the record, the first one included.
+    pub(crate) fn advance(&mut self) {
+        let sample = self.taken;
+        self.taken += 1;
+        if sample == 0 {
+            self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
+            self.before.copy_from_slice(&self.now);
+        } else if sample > self.whole {
+            std::mem::swap(&mut self.before, &mut self.now);
+            self.bank.next(&self.before, self.input[sample - self.whole] - self.input_offset, &mut self.now);
+        }
+    }
+
+    /// Writes the row of the current sample.
+    pub(crate) fn row(&self, row: &mut [f64]) {
+        for ((z, now), before) in row.iter_mut().zip(&self.now).zip(&self.before) {
+            *z = self.between(*now, *before);
+        }
+    }
+
+    /// The row of the current sample times the weights.
+    pub(crate) fn output(&self, weights: &[f64]) -> f64 {
+        let terms = weights.iter().zip(self.now.iter().zip(&self.before));
+        terms.map(|(w, (now, before))| w * self.between(*now, *before)).sum()
+    }
+
+    fn between(&self, now: f64, before: f64) -> f64 {
+        // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
+        now + self.fraction * (before - now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_core::Operator;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Bit for bit the operators of the core, with the input offset and a whole delay.
+        #[test]
+        fn equals_the_core(
+            input in prop::collection::vec(-10.0..10.0_f64, 2..60),
+            r in prop::collection::vec(0.0..8.0_f64, 1..9),
+            (ra, rb, rc) in (0.0..2.0_f64, 0.0..=1.0_f64, 0.0..=1.0_f64),
+            input_offset in -5.0..5.0_f64,
+            delay in 0_usize..5,
+        ) {
+            let ratios = Ratios { ra, rb: rb * ra, rc };
+            let bank = Bank::from_ratios(&r, ratios);
+            #[expect(clippy::cast_precision_loss, reason = "small")]
+            let mut regressor = Regressor::new(&bank, &input, input_offset, delay as f64);
+            let operators: Vec<_> = r.iter().map(|r| CoupledPlay::new(*r, ra * r, ratios.rb * r, rc * r).unwrap()).collect();
+            let mut z = vec![0.0; r.len()];
+            let mut row = z.clone();
+            let mut taken = 0;
+            for k in 0..input.len() {
+                regressor.advance();
+                while taken <= k.saturating_sub(delay) {
+                    for (z, operator) in z.iter_mut().zip(&operators) {
+                        *z = operator.next(*z, input[taken] - input_offset);
+                    }
+                    taken += 1;
+                }
+                regressor.row(&mut row);
+                prop_assert_eq!(&row, &z, "sample {}", k);
+            }
+        }
+    }
+
+    #[test]
+    fn a_fractional_delay_lies_between_its_neighbours() {
+        let bank = Bank::from_ratios(&[0.0, 1.0], Ratios::PAPER);
+        let input = [0.0, 4.0, -4.0, 3.0];
+        let outputs = |delay| {
+            let mut regressor = Regressor::new(&bank, &input, 0.0, delay);
+            let mut row = [0.0; 2];
+            input.map(|_| {
+                regressor.advance();
+                regressor.row(&mut row);
+                row
+            })
+        };
+        // The identity shows the interpolation; samples before the start hold the first.
+        assert_eq!(outputs(0.25).map(|row| row[0]), [0.0, 3.0, -2.0, 1.25]);
+        assert_eq!(outputs(1.25).map(|row| row[0]), [0.0, 0.0, 3.0, -2.0]);
+        // The reversal of the operator is not clipped: it is interpolated after the operator saw its peak.
+        assert_eq!(outputs(0.0).map(|row| row[1]), [0.0, 3.0, -3.05, 2.0]);
+        let (whole, later) = (outputs(0.0), outputs(1.0));
+        for (k, row) in outputs(0.5).iter().enumerate() {
+            assert!((row[1] - 0.5 * (whole[k][1] + later[k][1])).abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! The nonlinear half of the problem: a scan of starts on thinned rows, then Gauss-Newton on all of them.
+
+use std::cmp::Ordering;
+use std::ops::ControlFlow;
+
+use crate::error::Error;
+use crate::projection::{Fit, Linearised, Projection};
+use crate::space::{Parameter, Point};
+
+/// Successive halving: how many fits enter each round, and how many steps each of them may take in it.
+const ROUNDS: [(usize, usize); 3] = [(25, 3), (12, 5), (5, 12)];
+
+/// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
+const DELAY_MUST_GAIN: f64 = 0.01;
+
+/// The trust region of the first step, in scales of the axes.
+const FIRST_RADIUS: f64 = 0.25;
+
+/// Below this share of the sum of squares of the data the residual is rounding.
+const ROUNDING_SQUARES: f64 = 1e-28;
+
+/// Steps below this, in scales, change nothing.
+const MIN_STEP: f64 = 1e-13;
+
+/// What the search is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stage {
+    /// Trying starts on a selection of the samples.
+    Scan,
+    /// Improving the best starts on that selection.
+    Refine,
+    /// Improving the best of them on all samples.
+    Finish,
+}
+
+/// How far the search is, reported after every evaluation of the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// What the search is doing.
+    pub stage: Stage,
+    /// Passes over the records so far.
+    pub evaluations: usize,
+    /// The smallest root mean square error of this stage, in the unit of the output, over the samples it uses.
+    pub best_rmse: f64,
+    /// The share of the work that is done at least, from 0 to 1; it never decreases.
+    pub fraction: f64,
+}
+
+/// Counts evaluations and reports them.
+pub(crate) struct Monitor<'a> {
+    report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    now: Progress,
+}
+
+impl<'a> Monitor<'a> {
+    pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
+        let now = Progress { stage: Stage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
+        Self { report, now }
+    }
+
+    pub(crate) fn evaluations(&self) -> usize {
+        self.now.evaluations
+    }
+
+    /// Starts a stage.
+    fn enter(&mut self, stage: Stage) {
+        self.now.stage = stage;
+        self.now.best_rmse = f64::INFINITY;
+    }
+
+    /// Counts one evaluation.
+    fn evaluated(&mut self, rmse: f64, fraction: f64) -> Result<(), Error> {
+        self.now.evaluations += 1;
+        self.now.best_rmse = self.now.best_rmse.min(rmse);
+        self.now.fraction = fraction;
+        match (self.report)(&self.now) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::Interrupted),
+        }
+    }
+}
+
+/// When to stop improving.
+#[derive(Clone, Copy)]
+struct Patience {
+    /// The promised decrease, as a share of the sum of squares, that is not worth a step.
+    gain: f64,
+    steps: usize,
+}
+
+/// The part of the whole work that an improvement takes.
+#[derive(Clone, Copy)]
+struct Span {
+    from: f64,
+    to: f64,
+}
+
+impl Span {
+    fn at(self, done: usize, of: usize) -> f64 {
+        self.from + (self.to - self.from) * crate::quality::as_f64(done) / crate::quality::as_f64(of)
+    }
+}
+
+/// The best fit on all rows; `thinned` is the same problem on a selection of rows, for finding where to start.
+pub(crate) fn search(all: &Projection<'_>, thinned: &Projection<'_>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
+    let starts = all.space().starts();
+    let searched = !all.space().axes().is_empty();
+    let best = if searched { refine(thinned, scan(thinned, &starts, monitor)?, monitor)? } else { starts[0] };
+    monitor.enter(Stage::Finish);
+    let span = Span { from: 0.6, to: 1.0 };
+    improve(all, &best, Patience { gain: 1e-9, steps: 40 }, span, monitor)
+}
+
+/// The fits at all starts, best first, all at the delay that suits the best of them.
+fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -> Result<Vec<Fit>, Error> {
+    let delays = thinned.space().delays();
+    let (mut done, total) = (0, 2 * starts.len() + delays.len());
+    let span = Span { from: 0.0, to: 0.2 };
+    let mut fit_at = |point: &Point| {
+        let fit = thinned.fit(point, None);
+        done += 1;
+        monitor.evaluated(thinned.rmse(fit.squares), span.at(done, total)).map(|()| fit)
+    };
+    let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
+    fits.sort_by(by_squares);
+    let mut best = fits[0].clone();
+    for delay in delays {
+        let later = fit_at(&fits[0].point.with(Parameter::Delay, delay))?;
+        if later.squares < (1.0 - DELAY_MUST_GAIN) * best.squares {
+            best = later;
+        }
+    }
+    let delay = best.point.get(Parameter::Delay);
+    if delay != fits[0].point.get(Parameter::Delay) {
+        fits = starts.iter().map(|start| fit_at(&start.with(Parameter::Delay, delay))).collect::<Result<_, _>>()?;
+        fits.sort_by(by_squares);
+    }
+    Ok(fits)
+}
+
+/// Where the best of these fits leads: in every round the better ones go on.
+fn refine(thinned: &Projection<'_>, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Point, Error> {
+    monitor.enter(Stage::Refine);
+    let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
+    let whole = Span { from: 0.2, to: 0.6 };
+    for (entering, steps) in ROUNDS {
+        fits.truncate(entering);
+        for fit in &mut fits {
+            let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
+            *fit = improve(thinned, &fit.point, Patience { gain: 1e-5, steps }, span, monitor)?;
+            done += 1;
+        }
+        fits.sort_by(by_squares);
+    }
+    Ok(fits[0].point)
+}
+
+fn by_squares(p: &Fit, q: &Fit) -> Ordering {
+    p.squares.total_cmp(&q.squares)
+}
+
+/// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
+///
+/// The linear half is solved anew at every point (variable projection). A step comes from the residual linearised
+/// along the axes *and* the weights, min |y - offsets - Z w - D s| over w >= 0 and s in the box, which is the step of
+/// Kaufman (1975) with the bounds of both halves kept exactly. The model is piecewise linear in the ratios, so the
+/// steps converge fast once the pieces no longer change.
+fn improve(
+    projection: &Projection<'_>,
+    start: &Point,
+    patience: Patience,
+    span: Span,
+    monitor: &mut Monitor<'_>,
+) -> Result<Fit, Error> {
+    let mut here = projection.fit(start, None);
+    monitor.evaluated(projection.rmse(here.squares), span.from)?;
+    let mut radius = FIRST_RADIUS;
+    for done in 0..patience.steps {
+        if projection.space().axes().is_empty() || here.squares <= ROUNDING_SQUARES * here.base_squares {
+            break;
+        }
+        let fraction = span.at(done, patience.steps);
+        let linearised = projection.linearise(&here);
+        monitor.evaluated(projection.rmse(here.squares), fraction)?;
+        let Some(there) = step_down(projection, &here, &linearised, &mut radius, patience.gain, fraction, monitor)?
+        else {
+            break;
+        };
+        here = there;
+    }
+    monitor.evaluated(projection.rmse(here.squares), span.to)?;
+    Ok(here)
+}
+
+/// The first fit below `here` that shrinking the trust region finds, or none if none is worth a step.
+fn step_down(
+    projection: &Projection<'_>,
+    here: &Fit,
+    linearised: &Linearised,
+    radius: &mut f64,
+    gain: f64,
+    fraction: f64,
+    monitor: &mut Monitor<'_>,
+) -> Result<Option<Fit>, Error> {
+    let axes = projection.space().axes();
+    loop {
+        let bounds: Vec<_> = axes
+            .iter()
+            .map(|axis| {
+                let (value, reach) = (here.point.get(axis.parameter), *radius * axis.scale);
+                ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
+            })
+            .collect();
+        let (step, promised) = linearised.step(&bounds);
+        let size = axes.iter().zip(&step).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
+        let promised_decrease = here.squares - promised;
+        let worth_it = promised_decrease > gain * here.squares && size >= MIN_STEP;
+        if !worth_it {
+            return Ok(None);
+        }
+        let there = projection.fit(&projection.space().moved(&here.point, &step), Some(here));
+        monitor.evaluated(projection.rmse(there.squares), fraction)?;
+        let decrease = here.squares - there.squares;
+        if decrease > 0.75 * promised_decrease {
+            *radius = radius.max(2.0 * size);
+        } else if decrease.is_nan() || decrease < 0.25 * promised_decrease {
+            *radius = 0.25 * size;
+        }
+        if decrease > 0.0 {
+            return Ok(Some(there));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Every error, and what it names; progress and interruption.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{decaying_triangle, output, paper_actuator, run};
+use hysteresis_core::{Offsets, Ratios};
+use hysteresis_identify::{Error, Options, Progress, Record, RecordError, Setting, Stage, Thresholds, identify};
+
+fn data() -> (Vec<f64>, Vec<f64>) {
+    let input = decaying_triangle(1_000, 500.0, 6.0, 0.0);
+    let output = output(&paper_actuator(Offsets::default()), &input, 0.0);
+    (input, output)
+}
+
+fn refused(options: &Options) -> Error {
+    let (input, output) = data();
+    run(&[Record::new(&input, &output, 0).unwrap()], options).unwrap_err()
+}
+
+#[test]
+fn records() {
+    let refused = |input: &[f64], output: &[f64], skip| Record::new(input, output, skip).unwrap_err();
+    let error = refused(&[0.0, 1.0], &[0.0], 0);
+    assert_eq!(error, RecordError::Length { argument: "output", expected: 2, got: 1 });
+    assert_eq!(error.to_string(), "output: expected 2 samples, got 1");
+    assert_eq!(refused(&[0.0, 1.0], &[0.0, 1.0], 2), RecordError::Skip { samples: 2, got: 2 });
+    assert_eq!(refused(&[], &[], 0), RecordError::Skip { samples: 0, got: 0 });
+    for bad in [f64::NAN, f64::INFINITY, -1e101] {
+        // Skipped samples move the operators, so they are checked like all others.
+        let error = refused(&[bad, 0.0, 1.0], &[0.0, 0.0, 1.0], 1);
+        assert!(matches!(error, RecordError::NotFinite { argument: "input", index: 0, .. }), "{error}");
+        let error = refused(&[0.0, 0.0, 1.0], &[0.0, 0.0, bad], 1);
+        assert!(matches!(error, RecordError::NotFinite { argument: "output", index: 2, .. }), "{error}");
+    }
+    let error = refused(&[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0], 1);
+    assert_eq!(error, RecordError::Constant { argument: "input", value: 1.0 });
+    let error = refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 1);
+    assert_eq!(error.in_record(3), Error::Record { record: 3, error });
+    assert_eq!(error.in_record(3).to_string(), "record 3: output: expected fitted samples that vary, got 1 throughout");
+}
+
+#[test]
+fn nothing_to_fit() {
+    assert_eq!(run(&[], &Options::default()).unwrap_err(), Error::NoRecords);
+    for thresholds in [Thresholds::Uniform(0), Thresholds::Given(vec![])] {
+        assert_eq!(refused(&Options { thresholds, ..Options::default() }), Error::NoOperators);
+    }
+}
+
+/// 20 weights, one output offset, five searched parameters: 52 samples are enough, 51 are not.
+#[test]
+fn too_few_samples() {
+    let (input, output) = data();
+    let record = |samples: usize| Record::new(&input[..samples + 9], &output[..samples + 9], 9).unwrap();
+    assert_eq!(run(&[record(51)], &Options::default()).unwrap_err(), Error::TooFewSamples { expected: 52, got: 51 });
+    assert!(run(&[record(52)], &Options::default()).is_ok());
+}
+
+#[test]
+fn options() {
+    for (thresholds, place) in [(vec![0.0, 2.0, 2.0], 2), (vec![-1.0, 2.0], 0), (vec![0.0, f64::NAN, 1.0], 1)] {
+        let error = refused(&Options { thresholds: Thresholds::Given(thresholds), ..Options::default() });
+        assert!(
+            matches!(error, Error::Domain { parameter: "thresholds", index: Some(i), .. } if i == place),
+            "{error}"
+        );
+    }
+    let ratios = Setting::Fixed(Ratios { ra: 0.2, rb: 0.3, rc: 0.3 });
+    let error = refused(&Options { ratios, ..Options::default() });
+    assert!(matches!(error, Error::Core(hysteresis_core::Error::Domain { parameter: "rb", .. })), "{error}");
+    let input_offset = Setting::Fixed(f64::NAN);
+    let error = refused(&Options { input_offset, ..Options::default() });
+    assert!(matches!(error, Error::Domain { parameter: "input_offset", .. }), "{error}");
+    for delay in [-0.1, f64::NAN, 1_000.0] {
+        let error = refused(&Options { delay: Setting::Fixed(delay), ..Options::default() });
+        assert!(matches!(error, Error::Domain { parameter: "delay", index: None, .. }), "{error}");
+    }
+}
+
+#[test]
+fn predictions_refuse_what_records_refuse() {
+    let (input, output) = data();
+    let found = run(&[Record::new(&input, &output, 0).unwrap()], &Options::default()).unwrap();
+    let error = found.predict(&[1.0, f64::NAN]).unwrap_err();
+    assert!(matches!(error, RecordError::NotFinite { argument: "input", index: 1, .. }), "{error}");
+    assert_eq!(found.predict(&[]).unwrap(), []);
+}
+
+#[test]
+fn progress_goes_forward_and_can_stop_the_search() {
+    let (input, output) = data();
+    let record = [Record::new(&input, &output, 0).unwrap()];
+    let mut seen: Vec<Progress> = Vec::new();
+    let found = identify(&record, &Options::default(), &mut |progress| {
+        seen.push(*progress);
+        ControlFlow::Continue(())
+    });
+    let found = found.unwrap();
+    assert_eq!(found.evaluations, seen.len());
+    for stage in [Stage::Scan, Stage::Refine, Stage::Finish] {
+        assert!(seen.iter().any(|progress| progress.stage == stage), "{stage:?}");
+    }
+    for pair in seen.windows(2) {
+        assert_eq!(pair[1].evaluations, pair[0].evaluations + 1);
+        assert!(pair[1].fraction >= pair[0].fraction);
+        assert!(pair[1].stage != pair[0].stage || pair[1].best_rmse <= pair[0].best_rmse);
+    }
+    let last = seen.last().unwrap();
+    assert_eq!(last.fraction, 1.0);
+    assert!((last.best_rmse - found.fit.rmse).abs() <= 1e-9 * found.fit.range);
+
+    // Stopped anywhere, the search ends with that very call.
+    for stop in [1, seen.len() / 2, seen.len()] {
+        let mut calls = 0;
+        let stopped = identify(&record, &Options::default(), &mut |_| {
+            calls += 1;
+            if calls == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!((stopped.unwrap_err(), calls), (Error::Interrupted, stop));
+    }
+}

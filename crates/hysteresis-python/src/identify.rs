@@ -1,0 +1,304 @@
+//! Identification: arguments in, a model and its errors out.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::{Model, Ratios};
+use hysteresis_identify::{self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use crate::arrays::{read_only, vector};
+use crate::errors;
+use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+
+/// The errors of a fit, each with its unit or base.
+///
+/// `max_error` and `rmse` are in the unit of the output, `mse` in its square; the percentages are of `range`, the
+/// peak-to-peak of the measured output over the fitted samples.
+#[pyclass(module = "mpi_hyst", frozen, get_all)]
+pub(crate) struct Quality {
+    /// Largest absolute error, in the unit of the output.
+    max_error: f64,
+    /// Root mean square error, in the unit of the output.
+    rmse: f64,
+    /// Mean square error, in the unit of the output squared.
+    mse: f64,
+    /// Peak-to-peak of the measured output over the fitted samples: the base of the percentages.
+    range: f64,
+    /// Largest absolute error in % of range.
+    max_error_percent: f64,
+    /// Root mean square error in % of range.
+    rmse_percent: f64,
+    /// How many samples were fitted.
+    samples: usize,
+}
+
+impl From<&identification::Quality> for Quality {
+    fn from(quality: &identification::Quality) -> Self {
+        let identification::Quality { max_error, rmse, mse, range, max_error_percent, rmse_percent, samples, .. } =
+            *quality;
+        Self { max_error, rmse, mse, range, max_error_percent, rmse_percent, samples }
+    }
+}
+
+#[pymethods]
+impl Quality {
+    fn __repr__(&self) -> String {
+        format!(
+            "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
+            self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
+        )
+    }
+}
+
+/// What `identify` found: the model, its delay, and how well it fits.
+#[pyclass(module = "mpi_hyst", frozen)]
+pub(crate) struct Identification(identification::Identification);
+
+#[pymethods]
+impl Identification {
+    /// The model, with the output offset of the first record.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        match &self.0.model {
+            Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model.clone()))?.into_any()),
+            Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model.clone()))?.into_any()),
+        }
+    }
+
+    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
+    #[getter]
+    fn ratios(&self) -> (f64, f64, f64) {
+        let Ratios { ra, rb, rc } = self.0.ratios;
+        (ra, rb, rc)
+    }
+
+    /// By how many samples the output lags the input, fractions included.
+    #[getter]
+    fn delay(&self) -> f64 {
+        self.0.delay
+    }
+
+    /// The output offset of every record, in the unit of the output.
+    #[getter]
+    fn output_offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.0.output_offsets.iter().copied())
+    }
+
+    /// The errors over the fitted samples of all records.
+    #[getter]
+    fn fit(&self) -> Quality {
+        Quality::from(&self.0.fit)
+    }
+
+    /// The errors over the fitted samples of each record.
+    #[getter]
+    fn records(&self) -> Vec<Quality> {
+        self.0.record_fits.iter().map(Quality::from).collect()
+    }
+
+    /// How many passes over the records the search took.
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.0.evaluations
+    }
+
+    /// The output for the input `u` from the virgin state, delayed as the records were.
+    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let predicted = self.0.predict(vector("u", u)?.as_slice()?);
+        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| PyValueError::new_err(named(&error.to_string())))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Identification: delay {:.3} samples, fit {}>", self.0.delay, self.fit().__repr__())
+    }
+}
+
+/// Fits a model to measured records.
+///
+/// y(k) = output_offset + sum_i w_i z_i(k - delay), z_i the operators at u - input_offset. Weights are non-negative
+/// least squares, exact at every step of a search over ratios, input offset and delay. Every record starts from the
+/// virgin state and has its own output offset.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um). Or, for several records in one fit, a list of (u, y) pairs as the only
+///     argument.
+/// model : "modified" or "conventional"
+///     Coupled plays, or plays for comparison.
+/// operators : int
+///     How many, with uniform thresholds r_i = i X / n; the first is the identity.
+/// ratios : "fit" or (ra, rb, rc)
+///     Thresholds as fractions of r.
+/// input_offset : "fit" or float
+///     In the unit of u. The conventional model fixes it at the middle of the input range.
+/// delay : "fit" or float
+///     Samples by which y lags u, fractions included.
+/// thresholds : array, optional
+///     The r_i, instead of uniform ones.
+/// skip : int or list of int
+///     Leading samples of each record that set the memory but are not fitted.
+/// progress : callable, optional
+///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+///
+/// Returns
+/// -------
+/// Identification
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000)
+/// >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, delay=0.0)
+/// >>> [round(ratio, 4) for ratio in found.ratios]
+/// [0.95, 0.3, 0.35]
+#[pyfunction]
+#[pyo3(signature = (u, y=None, *, model="modified", operators=20, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', operators=20, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+pub(crate) fn identify(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    model: &str,
+    operators: i64,
+    ratios: Option<&Bound<'_, PyAny>>,
+    input_offset: Option<&Bound<'_, PyAny>>,
+    delay: Option<&Bound<'_, PyAny>>,
+    thresholds: Option<&Bound<'_, PyAny>>,
+    skip: Option<&Bound<'_, PyAny>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Identification> {
+    let options = Options {
+        form: form(model)?,
+        thresholds: match thresholds {
+            Some(thresholds) => Thresholds::Given(vector("thresholds", thresholds)?.as_slice()?.to_vec()),
+            None => Thresholds::Uniform(count(operators)?),
+        },
+        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
+            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
+            Setting::Fit => Setting::Fit,
+        },
+        input_offset: setting("input_offset", "a number", input_offset)?,
+        delay: setting("delay", "a number", delay)?,
+    };
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let skips = skips(skip, signals.len())?;
+    let records = signals
+        .iter()
+        .zip(skips)
+        .enumerate()
+        .map(|(i, ((u, y), skip))| {
+            let record = Record::new(u, y, skip);
+            record.map_err(|error| {
+                invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
+            })
+        })
+        .collect::<PyResult<Vec<_>>>()?;
+    let mut stopped_by = None;
+    let found = py.detach(|| {
+        identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                stopped_by = Some(error);
+                ControlFlow::Break(())
+            }
+        })
+    });
+    match (found, stopped_by) {
+        (_, Some(error)) => Err(error),
+        (Ok(found), None) => Ok(Identification(found)),
+        (Err(Error::Core(error)), None) => Err(errors::core(error)),
+        (Err(error), None) => Err(invalid(&error.to_string())),
+    }
+}
+
+/// Tells Python how far the search is, and stops it on Ctrl-C or when the caller's function raises.
+fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+    Python::attach(|py| {
+        py.check_signals()?;
+        progress.map_or(Ok(()), |progress| progress.call1(py, (now.fraction, now.best_rmse)).map(drop))
+    })
+}
+
+/// The records of the core call the signals input and output; Python calls them u and y.
+fn named(message: &str) -> String {
+    message.replace("input[", "u[").replace("output[", "y[").replace("input:", "u:").replace("output:", "y:")
+}
+
+fn invalid(message: &str) -> PyErr {
+    PyValueError::new_err(named(message))
+}
+
+fn form(model: &str) -> PyResult<Form> {
+    match model {
+        "modified" => Ok(Form::Modified),
+        "conventional" => Ok(Form::Conventional),
+        _ => Err(PyValueError::new_err(format!("model: expected \"modified\" or \"conventional\", got \"{model}\""))),
+    }
+}
+
+fn count(operators: i64) -> PyResult<usize> {
+    let wrong = |_| PyValueError::new_err(format!("operators: expected at least one, got {operators}"));
+    usize::try_from(operators).map_err(wrong)
+}
+
+/// "fit", or a value.
+fn setting<'py, T: FromPyObjectOwned<'py>>(
+    name: &str,
+    expected: &str,
+    value: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Setting<T>> {
+    let Some(value) = value else { return Ok(Setting::Fit) };
+    if value.cast::<PyString>().is_ok_and(|text| *text == "fit") {
+        return Ok(Setting::Fit);
+    }
+    let wrong = || {
+        Ok::<_, PyErr>(PyTypeError::new_err(format!("{name}: expected \"fit\" or {expected}, got {}", value.repr()?)))
+    };
+    match value.extract::<T>() {
+        Ok(value) => Ok(Setting::Fixed(value)),
+        Err(_) => Err(wrong()?),
+    }
+}
+
+type Signals = Vec<(Vec<f64>, Vec<f64>)>;
+
+/// One record from two arrays, or several from a list of pairs.
+fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
+    if let Some(y) = y {
+        return Ok(vec![(vector("u", u)?.as_slice()?.to_vec(), vector("y", y)?.as_slice()?.to_vec())]);
+    }
+    let pairs: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = u
+        .extract()
+        .map_err(|_| PyTypeError::new_err("u: expected an array with y beside it, or a list of (u, y) pairs alone"))?;
+    let copy = |(i, (u, y)): (usize, &(Bound<'_, PyAny>, Bound<'_, PyAny>))| {
+        let (u, y) = (vector(&format!("record {i}: u"), u)?, vector(&format!("record {i}: y"), y)?);
+        Ok((u.as_slice()?.to_vec(), y.as_slice()?.to_vec()))
+    };
+    pairs.iter().enumerate().map(copy).collect()
+}
+
+fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
+    let Some(skip) = skip else { return Ok(vec![0; records]) };
+    if let Ok(all) = skip.extract::<usize>() {
+        return Ok(vec![all; records]);
+    }
+    match skip.extract::<Vec<usize>>() {
+        Ok(each) if each.len() == records => Ok(each),
+        _ => Err(PyValueError::new_err(format!(
+            "skip: expected a number of samples, or a list of {records} of them, got {}",
+            skip.repr()?
+        ))),
+    }
+}
