@@ -1,26 +1,31 @@
 """Piezo hysteresis: coupled-play models, their exact inverse, identification and compensation."""
 
+from mpi_hyst import paper, signals
 from mpi_hyst._core import (
     CoupledPlay,
     Forward,
+    Identification,
     Inverse,
     ModifiedPrandtlIshlinskii,
     NotInvertibleError,
     Play,
     PrandtlIshlinskii,
+    Quality,
+    identify,
     load,
-    paper,
-    signals,
 )
 
 __all__ = [
     "CoupledPlay",
     "Forward",
+    "Identification",
     "Inverse",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Play",
     "PrandtlIshlinskii",
+    "Quality",
+    "identify",
     "load",
     "paper",
     "signals",

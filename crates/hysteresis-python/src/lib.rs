@@ -37,9 +37,9 @@ mod _core {
     #[pymodule_export]
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
-    use crate::paper::paper;
+    use crate::paper::{table_1, table_1_recovered, table_2};
     #[pymodule_export]
-    use crate::signals::signals;
+    use crate::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
     use crate::streams::{Forward, Inverse};
 }

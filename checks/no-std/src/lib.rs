@@ -1,0 +1,34 @@
+//! Links hysteresis-core where there is no std: see Cargo.toml.
+#![no_std]
+
+extern crate alloc;
+
+use core::alloc::{GlobalAlloc, Layout};
+use core::panic::PanicInfo;
+
+use hysteresis_core::{Process, paper};
+
+struct NoMemory;
+
+// SAFETY: an allocator may refuse every request; nothing is ever handed out, so nothing is ever given back.
+unsafe impl GlobalAlloc for NoMemory {
+    unsafe fn alloc(&self, _layout: Layout) -> *mut u8 {
+        core::ptr::null_mut()
+    }
+
+    unsafe fn dealloc(&self, _pointer: *mut u8, _layout: Layout) {}
+}
+
+#[global_allocator]
+static ALLOCATOR: NoMemory = NoMemory;
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// Uses the core, so that it is linked.
+#[unsafe(no_mangle)]
+pub extern "C" fn displacement(drive: f64) -> f64 {
+    paper::table_1_recovered().forward().step(drive)
+}
