@@ -1,6 +1,7 @@
 //! Where a family is on its current branch, and how far a move of the input takes it.
 
 use super::family::{Family, Line};
+use super::search::first_ahead;
 use super::state::FamilyState;
 use super::turning_points::{Direction, Remembered, Stack, TurningPoint};
 
@@ -21,41 +22,6 @@ pub(crate) struct Branch {
     below: usize,
     /// The newest turning point that still matters.
     top: Remembered,
-}
-
-/// The first index in `from..to` for which `passed` fails; `passed` holds for a prefix. A smooth signal passes few
-/// breakpoints at a time and the close of a loop all of them, so both ends are looked at first.
-#[inline]
-fn gallop(from: usize, to: usize, passed: impl Fn(usize) -> bool) -> usize {
-    if from >= to || !passed(from) {
-        return from;
-    }
-    if passed(to - 1) {
-        return to;
-    }
-    let (mut low, mut step) = (from + 1, 1);
-    while low + step < to {
-        if !passed(low + step) {
-            return bisect(low, low + step, passed);
-        }
-        low += step + 1;
-        step *= 2;
-    }
-    bisect(low, to - 1, passed)
-}
-
-/// The first index in `low..high` for which `passed` fails, or `high`.
-#[inline]
-fn bisect(mut low: usize, mut high: usize, passed: impl Fn(usize) -> bool) -> usize {
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if passed(middle) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    low
 }
 
 impl Branch {
@@ -128,12 +94,12 @@ impl Branch {
     /// Moves on to the input `x`, ahead on this branch. Takes turning points off but reads the stack only.
     #[inline]
     pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, x: f64) {
-        if !self.passed(self.end, x) {
+        if !self.direction.has_passed(self.end, x) {
             return;
         }
         loop {
             let captured = self.top.point.moved;
-            self.moved = gallop(self.moved, captured, |i| self.passed(self.starts_at(family, i), x));
+            self.moved = first_ahead(self.direction, x, self.moved..captured, |i| self.starts_at(family, i));
             if self.moved < captured || self.below == 0 {
                 break;
             }
@@ -141,18 +107,9 @@ impl Branch {
             self.top = stack.get(self.below);
         }
         if self.direction == Direction::Falling {
-            self.at_zero = gallop(self.at_zero, self.moved, |i| self.passed(-family.fall(i), x));
+            self.at_zero = first_ahead(self.direction, x, self.at_zero..self.moved, |i| -family.fall(i));
         }
         self.draw(family);
-    }
-
-    /// Whether the branch, come to `x`, has reached the input `mark`.
-    #[inline]
-    fn passed(&self, mark: f64, x: f64) -> bool {
-        match self.direction {
-            Direction::Rising => mark <= x,
-            Direction::Falling => mark >= x,
-        }
     }
 
     /// The input at which operator i, frozen at `top`, starts to slide.

@@ -4,9 +4,8 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::branch::Branch;
-use super::family::{Family, Line};
+use super::family::Family;
 use super::place::{Families, Place, Stacks};
-use super::solve::{At, solve};
 use super::state::{FamilyState, TurningPointState};
 use super::turning_points::{Direction, Stack};
 use super::{Piece, Reach};
@@ -50,7 +49,8 @@ impl Engine {
         if place.direction.leads_away(from, to) {
             place.reverse(&self.families, from, self.reversals + 1);
         }
-        self.look(place, to).1.at(to)
+        place.advance(&self.families, &self.stacks, to);
+        place.line(&self.families).at(to)
     }
 
     /// Moves the input from `from` in `direction` until the output is `to` or the input is at a limit.
@@ -61,9 +61,7 @@ impl Engine {
             self.place.reverse(&self.families, from, self.reversals);
             self.place.keep_top(&mut self.stacks);
         }
-        let (place, reach) = self.ahead_to_output(self.place, from, to, limits);
-        self.place = place;
-        reach
+        self.place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
     }
 
     /// Where [`move_output`](Self::move_output) would come to.
@@ -72,25 +70,7 @@ impl Engine {
         if direction != place.direction {
             place.reverse(&self.families, from, self.reversals + 1);
         }
-        self.ahead_to_output(place, from, to, limits).1
-    }
-
-    /// The place on the branch of `place` where the output is `to` or the input is at a limit.
-    #[inline]
-    fn ahead_to_output(&self, place: Place, from: f64, to: f64, limits: (f64, f64)) -> (Place, Reach) {
-        let direction = place.direction;
-        let start = At { input: from, place, line: place.line(&self.families) };
-        match solve(start, direction, to, direction.limit(limits), |place, x| self.look(place, x)) {
-            Ok(At { input, place, .. }) => (place, Reach { input, output: to, saturated: false }),
-            Err(At { input, place, line }) => (place, Reach { input, output: line.at(input), saturated: true }),
-        }
-    }
-
-    /// The place and its line when the input has moved on from `place` to `x`.
-    #[inline]
-    fn look(&self, mut place: Place, x: f64) -> (Place, Line) {
-        place.advance(&self.families, &self.stacks, x);
-        (place, place.line(&self.families))
+        place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
     }
 
     /// The line at the present place and the next breakpoint, over the input.

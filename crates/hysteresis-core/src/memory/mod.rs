@@ -8,6 +8,7 @@ mod branch;
 mod engine;
 mod family;
 mod place;
+mod search;
 mod solve;
 mod state;
 mod turning_points;

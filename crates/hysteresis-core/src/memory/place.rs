@@ -2,10 +2,11 @@
 
 use alloc::vec::Vec;
 
-use super::Piece;
 use super::branch::Branch;
 use super::family::{Family, Line, Member};
+use super::solve::{At, solve};
 use super::turning_points::{Direction, Stack};
+use super::{Piece, Reach};
 use crate::model::ModifiedPrandtlIshlinskii;
 
 /// A model as w_0 x plus two families of one-sided plays, the second one mirrored.
@@ -34,6 +35,9 @@ impl Families {
         Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })
     }
 }
+
+/// How many breakpoints an inverse walks one by one before it searches.
+const WALK: u32 = 4;
 
 /// Room for the turning points of both families.
 #[derive(Clone, Debug)]
@@ -73,6 +77,50 @@ impl Place {
     pub(crate) fn advance(&mut self, families: &Families, stacks: &Stacks, x: f64) {
         self.positive.advance(&families.positive, &stacks.positive, x);
         self.negative.advance(&families.negative, &stacks.negative, -x);
+    }
+
+    /// Moves on from the input `from` until the output is `to` or the input is at `limit`.
+    ///
+    /// A smooth signal passes few breakpoints at a time: the nearest are walked one by one, then the rest is solved.
+    #[inline]
+    pub(crate) fn advance_to_output(
+        &mut self,
+        families: &Families,
+        stacks: &Stacks,
+        from: f64,
+        to: f64,
+        limit: f64,
+    ) -> Reach {
+        let mut near = from;
+        for _ in 0..WALK {
+            let Piece { direction, line, end } = self.piece(families);
+            let end = direction.nearer(end, limit);
+            let reached = line.at(end);
+            if !direction.has_passed(reached, to) {
+                return Reach { input: line.inverted().at(to), output: to, saturated: false };
+            }
+            if end == limit {
+                return Reach { input: limit, output: reached, saturated: to != reached };
+            }
+            self.advance(families, stacks, end);
+            near = end;
+        }
+        self.solve_for_output(families, stacks, near, to, limit)
+    }
+
+    fn solve_for_output(&mut self, families: &Families, stacks: &Stacks, near: f64, to: f64, limit: f64) -> Reach {
+        let start = At { input: near, place: *self, line: self.line(families) };
+        let look = |mut place: Self, x: f64| {
+            place.advance(families, stacks, x);
+            (place, place.line(families))
+        };
+        let solved = solve(start, self.direction, to, limit, look);
+        let (Ok(at) | Err(at)) = solved;
+        *self = at.place;
+        match solved {
+            Ok(_) => Reach { input: at.input, output: to, saturated: false },
+            Err(_) => Reach { input: at.input, output: at.line.at(at.input), saturated: true },
+        }
     }
 
     /// Puts what the last reversal froze on the stacks.

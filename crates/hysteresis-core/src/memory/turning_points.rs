@@ -41,6 +41,15 @@ impl Direction {
         }
     }
 
+    /// Whether the input, come to `x`, has reached `mark`.
+    #[inline]
+    pub(crate) fn has_passed(self, mark: f64, x: f64) -> bool {
+        match self {
+            Self::Rising => mark <= x,
+            Self::Falling => mark >= x,
+        }
+    }
+
     /// Of two inputs that lie ahead, the one that comes first.
     #[inline]
     pub(crate) fn nearer(self, one: f64, other: f64) -> f64 {

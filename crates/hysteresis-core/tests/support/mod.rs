@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 /// Largest threshold of the random models; histories go up to twice as far.
-pub const REACH: f64 = 100.0;
+pub(crate) const REACH: f64 = 100.0;
 
 /// A kind of move that a history may make.
 fn sample() -> impl Strategy<Value = Move> {
@@ -29,7 +29,7 @@ enum Move {
 }
 
 /// Inputs with jumps, small moves, plateaus, repeats, denormals, both zeros and values that thresholds also have.
-pub fn history(length: usize) -> impl Strategy<Value = Vec<f64>> {
+pub(crate) fn history(length: usize) -> impl Strategy<Value = Vec<f64>> {
     vec(sample(), 1..=length).prop_map(|moves| {
         let mut x = 0.0;
         let follow = |m: Move| {
@@ -44,7 +44,8 @@ pub fn history(length: usize) -> impl Strategy<Value = Vec<f64>> {
 }
 
 /// The four thresholds of n operators, nested: everything grows, with many ties and zeros.
-pub fn nested_thresholds(n: usize) -> impl Strategy<Value = Vec<[f64; 4]>> {
+#[expect(clippy::cast_precision_loss, reason = "there are few operators")]
+pub(crate) fn nested_thresholds(n: usize) -> impl Strategy<Value = Vec<[f64; 4]>> {
     let growth = prop_oneof![2 => Just(0.0), 3 => 0.0..1.0, 2 => Just(0.5)];
     vec([growth.clone(), growth.clone(), growth.clone(), growth], n).prop_map(move |steps| {
         let scale = REACH / steps.len() as f64;
@@ -71,7 +72,7 @@ fn offsets() -> impl Strategy<Value = Offsets> {
 }
 
 /// An invertible model of 1 to `operators` operators; the first is the identity.
-pub fn invertible_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+pub(crate) fn invertible_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
     (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
         let weights = (0.2..2.0, vec(prop_oneof![Just(0.0), 0.0..1.0], n - 1));
         (weights, nested_thresholds(n - 1)).prop_map(move |((identity, rest), rows)| {
@@ -83,7 +84,7 @@ pub fn invertible_model(operators: usize) -> impl Strategy<Value = ModifiedPrand
 }
 
 /// A model with weights of either sign and no need of an identity, its operators in any order.
-pub fn any_nested_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+pub(crate) fn any_nested_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
     (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
         let rows = nested_thresholds(n).prop_shuffle();
         (vec(-1.0..1.0, n), rows).prop_map(move |(weights, rows)| build(&weights, &rows, offsets))
@@ -91,7 +92,7 @@ pub fn any_nested_model(operators: usize) -> impl Strategy<Value = ModifiedPrand
 }
 
 /// An invertible model whose thresholds are not nested.
-pub fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+pub(crate) fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
     (0.2..2.0, 0.1..1.0, 0.1..1.0, 1.0..50.0_f64).prop_map(|(w0, w1, w2, r)| {
         // The larger r has the smaller rb: no order nests both.
         build(&[w0, w1, w2], &[[0.0; 4], [r, r, r, 0.0], [2.0 * r, r, 0.5 * r, 0.0]], Offsets::default())
@@ -99,12 +100,12 @@ pub fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
 }
 
 /// The plain loop over all operators of the model, at rest.
-pub fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
+pub(crate) fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
     Forward::with_initial(&Kernel::new(model), &vec![0.0; model.weights().len()]).unwrap()
 }
 
 /// The scale of the model's output over the histories: tolerances are relative to it.
-pub fn output_range(model: &ModifiedPrandtlIshlinskii) -> f64 {
+pub(crate) fn output_range(model: &ModifiedPrandtlIshlinskii) -> f64 {
     let sum: f64 = model.weights().iter().map(|w| w.abs()).sum();
     sum * 4.0 * REACH + model.offsets().output.abs()
 }
