@@ -41,6 +41,7 @@ lint-python: $(PACKAGE)
 
 bench: ## time per sample beside a plain loop over operators
 	cargo bench --quiet -p hysteresis-bench
+	cargo run --quiet --release -p hysteresis-bench --bin bench-table
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all
