@@ -3,10 +3,10 @@
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 
-use super::Reach;
 use super::family::Line;
 use super::solve::{At, solve};
 use super::turning_points::Direction;
+use super::{Piece, Reach};
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
@@ -103,9 +103,10 @@ impl Bank {
         }
         let near = from.max(low).min(high);
         let direction = if self.peek_input(near) <= to { Direction::Rising } else { Direction::Falling };
-        let start = At { input: near, place: (), line: self.line_at(near) };
-        let (Ok(found) | Err(found)) =
-            solve(start, direction, to, direction.limit((low, high)), |(), x| ((), self.line_at(x)));
+        // How far a line goes is not known here: its piece ends where it is asked for.
+        let look = |x| Piece { direction, line: self.line_at(x), end: x };
+        let start = At { input: near, place: (), piece: look(near) };
+        let (Ok(found) | Err(found)) = solve(start, None, to, direction.limit((low, high)), |(), x| ((), look(x)));
         Reach { input: found.input, output: to, saturated: false }
     }
 

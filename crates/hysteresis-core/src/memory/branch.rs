@@ -77,12 +77,12 @@ impl Branch {
         self.end
     }
 
-    /// Turns round at `input`: what slid on this branch is frozen by a new turning point.
+    /// Turns round at `input`, where the model's output is `output`: what slid on this branch is frozen by a new turning point.
     #[inline]
-    pub(crate) fn reverse(&mut self, family: &Family, input: f64, reversal: u64) {
+    pub(crate) fn reverse(&mut self, family: &Family, input: f64, output: f64, reversal: u64) {
         if self.moved > 0 {
             let (moved, at_zero) = (self.moved, self.at_zero);
-            let point = TurningPoint { input, ended: self.direction, moved, at_zero, reversal };
+            let point = TurningPoint { input, output, ended: self.direction, moved, at_zero, reversal };
             self.top = Remembered { point, beyond: self.frozen(family) };
             self.below += 1;
         }
@@ -110,6 +110,17 @@ impl Branch {
             self.at_zero = first_ahead(self.direction, x, self.at_zero..self.moved, |i| -family.fall(i));
         }
         self.draw(family);
+    }
+
+    /// The turning point at which the present loop closes, if it is remembered: the newest that ended a branch of the
+    /// same direction.
+    #[inline]
+    pub(crate) fn closes_at(&self, stack: &Stack) -> Option<TurningPoint> {
+        if self.top.point.ended == self.direction {
+            return Some(self.top.point);
+        }
+        let older = stack.get(self.below.checked_sub(1)?).point;
+        (older.ended == self.direction).then_some(older)
     }
 
     /// The input at which operator i, frozen at `top`, starts to slide.

@@ -37,7 +37,7 @@ impl Families {
 }
 
 /// How many breakpoints an inverse walks one by one before it searches.
-const WALK: u32 = 4;
+const WALK: u32 = 6;
 
 /// Room for the turning points of both families.
 #[derive(Clone, Debug)]
@@ -67,9 +67,10 @@ impl Place {
     /// Turns round at the input `x`, which becomes turning point number `reversal`.
     #[inline]
     pub(crate) fn reverse(&mut self, families: &Families, x: f64, reversal: u64) {
+        let output = self.line(families).at(x);
         self.direction = self.direction.reversed();
-        self.positive.reverse(&families.positive, x, reversal);
-        self.negative.reverse(&families.negative, -x, reversal);
+        self.positive.reverse(&families.positive, x, output, reversal);
+        self.negative.reverse(&families.negative, -x, output, reversal);
     }
 
     /// Moves on to the input `x`, ahead on this branch.
@@ -108,18 +109,53 @@ impl Place {
         self.solve_for_output(families, stacks, near, to, limit)
     }
 
+    /// Moves over every remembered turning point whose output `to` lies beyond; the input there, and the one at which
+    /// the loop that holds `to` closes.
+    #[inline]
+    fn close_loops(
+        &mut self,
+        families: &Families,
+        stacks: &Stacks,
+        from: f64,
+        to: f64,
+        limit: f64,
+    ) -> (f64, Option<(f64, f64)>) {
+        let mut near = from;
+        loop {
+            let positive = self.positive.closes_at(&stacks.positive).map(|point| (point.input, point.output));
+            let negative = self.negative.closes_at(&stacks.negative).map(|point| (-point.input, point.output));
+            let nearest = match (positive, negative) {
+                (Some(one), Some(other)) if self.direction.has_passed(one.0, other.0) => Some(one),
+                (_, Some(other)) => Some(other),
+                (one, None) => one,
+            };
+            let Some((input, output)) = nearest else { return (near, None) };
+            let ahead = !self.direction.has_passed(input, near) && !self.direction.has_passed(limit, input);
+            if !ahead {
+                return (near, None);
+            }
+            if !self.direction.has_passed(output, to) {
+                return (near, Some((input, output)));
+            }
+            self.advance(families, stacks, input);
+            near = input;
+        }
+    }
+
+    #[inline(never)]
     fn solve_for_output(&mut self, families: &Families, stacks: &Stacks, near: f64, to: f64, limit: f64) -> Reach {
-        let start = At { input: near, place: *self, line: self.line(families) };
+        let (near, far) = self.close_loops(families, stacks, near, to, limit);
+        let start = At { input: near, place: *self, piece: self.piece(families) };
         let look = |mut place: Self, x: f64| {
             place.advance(families, stacks, x);
-            (place, place.line(families))
+            (place, place.piece(families))
         };
-        let solved = solve(start, self.direction, to, limit, look);
+        let solved = solve(start, far, to, limit, look);
         let (Ok(at) | Err(at)) = solved;
         *self = at.place;
         match solved {
             Ok(_) => Reach { input: at.input, output: to, saturated: false },
-            Err(_) => Reach { input: at.input, output: at.line.at(at.input), saturated: true },
+            Err(_) => Reach { input: at.input, output: at.piece.line.at(at.input), saturated: true },
         }
     }
 

@@ -56,7 +56,12 @@ impl FamilyState {
         for (height, point) in self.turning_points.iter().enumerate() {
             // Only the lowest turning point may have moved every operator, as many as the virgin state below it.
             let fewer = point.moved < below || height == 0 && point.moved == below;
-            if !fewer || point.moved == 0 || point.at_zero > point.moved || !is_admissible(point.input) {
+            if !fewer
+                || point.moved == 0
+                || point.at_zero > point.moved
+                || !is_admissible(point.input)
+                || point.output.is_nan()
+            {
                 return Err(Error::State {
                     expected: "turning points at finite inputs, each with fewer operators than the one below it \
                                and no more than the model has",

@@ -77,6 +77,8 @@ impl Direction {
 pub struct TurningPoint {
     /// The input at the reversal, in the family's own coordinate (mirrored for the negative family).
     pub input: f64,
+    /// The output of the whole model at the reversal: back at this input, the model is back at this output.
+    pub output: f64,
     /// The direction of the branch that ended here, in the same coordinate.
     pub ended: Direction,
     /// How many operators slid on that branch.
@@ -90,7 +92,14 @@ pub struct TurningPoint {
 impl TurningPoint {
     /// The bottom of every stack: all operators at zero, as if the input had come down to minus infinity.
     pub(crate) const fn virgin(operators: usize) -> Self {
-        Self { input: f64::MIN, ended: Direction::Falling, moved: operators, at_zero: operators, reversal: 0 }
+        Self {
+            input: f64::MIN,
+            output: f64::MIN,
+            ended: Direction::Falling,
+            moved: operators,
+            at_zero: operators,
+            reversal: 0,
+        }
     }
 }
 

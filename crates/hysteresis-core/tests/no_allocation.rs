@@ -1,0 +1,69 @@
+//! `step`, `peek`, `reset` and `run` into a given slice never allocate.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use hysteresis_core::{Forward, Inverse, Kernel, Process, paper};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+// SAFETY: every request goes to the system allocator as it came; counting touches a thread-local number only.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
+fn signal() -> Vec<f64> {
+    let mut samples = vec![f64::NAN, f64::INFINITY, -1e300];
+    samples.extend((0..5000_u32).map(|k| 600.0 * (f64::from(k) * f64::from(k) * 1e-4).sin()));
+    samples.extend((0..5000_u32).map(|k| 3.2 * (f64::from(k) * f64::from(k) * 1e-4).sin()));
+    samples
+}
+
+#[test]
+fn the_hot_path_never_allocates() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
+    let kernel = Kernel::new(&paper::table_1_recovered());
+    let zeros = vec![0.0; kernel.operators()];
+    let limits = Some((-500.0, 500.0));
+    let streams: [Box<dyn Process>; 4] = [
+        Box::new(Forward::new(&kernel)),
+        Box::new(Inverse::new(&kernel, limits).unwrap()),
+        Box::new(Forward::with_initial(&kernel, &zeros).unwrap()),
+        Box::new(Inverse::with_initial(&kernel, limits, &zeros).unwrap()),
+    ];
+    let signal = signal();
+    let mut output = vec![0.0; signal.len()];
+    for mut stream in streams {
+        let count = allocations(|| {
+            for x in &signal {
+                std::hint::black_box(stream.peek(*x));
+                std::hint::black_box(stream.step(*x));
+            }
+            stream.reset();
+            stream.run(&signal, &mut output).unwrap();
+        });
+        assert_eq!(count, 0);
+    }
+}
