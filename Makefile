@@ -9,7 +9,7 @@ TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench format clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench picture format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -34,8 +34,8 @@ lint-rust:
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 
 lint-python: $(PACKAGE)
-	$(BIN)/ruff check python tests
-	$(BIN)/ruff format --check python tests
+	$(BIN)/ruff check python tests docs
+	$(BIN)/ruff format --check python tests docs
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest mpi_hyst._core
 
@@ -43,10 +43,13 @@ bench: ## time per sample beside a plain loop over operators
 	cargo bench --quiet -p hysteresis-bench
 	cargo run --quiet --release -p hysteresis-bench --bin bench-table
 
+picture: $(PACKAGE) ## draw the picture of the README
+	$(BIN)/python docs/make_picture.py
+
 format: $(TOOLS) ## format all code
 	cargo fmt --all
-	$(BIN)/ruff format python tests
-	$(BIN)/ruff check --fix python tests
+	$(BIN)/ruff format python tests docs
+	$(BIN)/ruff check --fix python tests docs
 
 clean: ## remove all that was built
 	rm -rf target $(VENV) mpi-hyst-demo python/mpi_hyst/*.so

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import matplotlib as mpl
 import mpi_hyst as mh
 from matplotlib.figure import Figure
 
@@ -31,7 +32,8 @@ def main() -> None:
         axes.set_xlabel("target (µm)")
         axes.spines[["top", "right"]].set_visible(False)
     panels[0].set_ylabel("position (µm)")
-    figure.savefig(OUTPUT, metadata={"Date": None})
+    with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}):  # the same file every time
+        figure.savefig(OUTPUT, metadata={"Date": None})
 
 
 if __name__ == "__main__":

@@ -35,3 +35,8 @@ pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ra
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 pub use stream::{Forward, Inverse, StreamState};
+
+/// The example of the README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
