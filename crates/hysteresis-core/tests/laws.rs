@@ -256,6 +256,8 @@ proptest! {
         run(&mut inverse, &x);
         forward.reset();
         inverse.reset();
+        prop_assert_eq!(forward.state(), model.forward().state());
+        prop_assert_eq!(inverse.state(), model.inverse(limits).unwrap().state());
         prop_assert_eq!(run(&mut forward, &y), run(&mut model.forward(), &y));
         prop_assert_eq!(run(&mut inverse, &y), run(&mut model.inverse(limits).unwrap(), &y));
     }

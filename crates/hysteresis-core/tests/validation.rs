@@ -1,0 +1,199 @@
+//! What cannot be made, and what the message says.
+
+use hysteresis_core::{
+    CoupledPlay, Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, Play,
+    PrandtlIshlinskii, Process, Ratios, Tracked, paper,
+};
+
+fn message<T: core::fmt::Debug>(result: Result<T, Error>) -> String {
+    result.unwrap_err().to_string()
+}
+
+#[test]
+fn thresholds_out_of_their_domain_are_named() {
+    assert_eq!(message(Play::new(-1.0)), "r: expected a finite number >= 0, got -1");
+    assert_eq!(message(Play::new(f64::NAN)), "r: expected a finite number >= 0, got NaN");
+    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 0.0, 2.0)), "rc: expected 0 <= rc <= r = 1, got 2");
+    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 2.0, 0.0)), "rb: expected 0 <= rb <= ra = 1, got 2");
+    assert_eq!(message(CoupledPlay::new(1.0, f64::INFINITY, 0.0, 0.0)), "ra: expected a finite number >= 0, got inf");
+    let model = ModifiedPrandtlIshlinskii::new(
+        &[1.0, 1.0],
+        &[0.0, 1.0],
+        &[0.0, 1.0],
+        &[0.0, 0.5],
+        &[0.0, 1.5],
+        Offsets::default(),
+    );
+    assert_eq!(message(model), "rc[1]: expected 0 <= rc <= r = 1, got 1.5");
+}
+
+#[test]
+fn models_that_are_none_are_named() {
+    let conventional =
+        |weights: &[f64], thresholds: &[f64]| message(PrandtlIshlinskii::new(weights, thresholds, Offsets::default()));
+    assert_eq!(conventional(&[], &[]), "weights: expected at least one element, got none");
+    assert_eq!(conventional(&[1.0, 2.0], &[0.0]), "thresholds: expected 2 elements, got 1");
+    assert_eq!(conventional(&[1.0], &[-2.0]), "thresholds[0]: expected a finite number >= 0, got -2");
+    assert_eq!(
+        conventional(&[1.0, f64::NAN], &[0.0, 1.0]),
+        "weights[1]: expected a finite number (at most 1e100 in magnitude), got NaN"
+    );
+    let offsets = Offsets { input: 0.0, output: f64::INFINITY };
+    assert_eq!(
+        message(PrandtlIshlinskii::new(&[1.0], &[0.0], offsets)),
+        "output_offset: expected a finite number (at most 1e100 in magnitude), got inf"
+    );
+    let ratios = |ratios| message(ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, Offsets::default()));
+    assert_eq!(ratios(Ratios { rc: 1.5, ..Ratios::PAPER }), "rc: expected 0 <= rc <= 1 = 1, got 1.5");
+    assert_eq!(ratios(Ratios { rb: 1.5, ..Ratios::PAPER }), "rb: expected 0 <= rb <= ra = 0.95, got 1.5");
+}
+
+#[test]
+fn invertible_means_that_the_identity_outweighs_the_negative_weights() {
+    let check = |weights: &[f64], thresholds: &[f64]| {
+        PrandtlIshlinskii::new(weights, thresholds, Offsets::default()).unwrap().check_invertible()
+    };
+    assert_eq!(check(&[1.0, 0.5], &[0.0, 1.0]), Ok(()));
+    assert_eq!(check(&[1.0, 0.5, -0.9], &[0.0, 1.0, 2.0]), Ok(()));
+    // Partial sums are positive up to the last, and the slope is still -0.5 where all three slide.
+    let error = check(&[1.0, 1.0, -1.5], &[0.0, 1.0, 2.0]).unwrap_err();
+    assert_eq!(error, Error::NotInvertible { identity_weight: 1.0, negative_sum: -1.5 });
+    assert!(error.to_string().contains("not invertible") && error.to_string().contains("1 and -1.5"));
+    assert!(check(&[0.0, 1.0], &[0.0, 1.0]).is_err());
+    assert!(check(&[1.0], &[1.0]).is_err(), "no operator is the identity");
+    // Two identity operators count together; a slope lost in rounding is none.
+    assert_eq!(check(&[1.0, 1.0, -1.5], &[0.0, 0.0, 2.0]), Ok(()));
+    assert!(check(&[1.0, -(1.0 - 1e-14)], &[0.0, 1.0]).is_err());
+    let model = PrandtlIshlinskii::new(&[1.0, -2.0], &[0.0, 1.0], Offsets::default()).unwrap();
+    assert!(matches!(model.inverse(None), Err(Error::NotInvertible { .. })));
+}
+
+#[test]
+fn closed_forms_name_the_operator_that_breaks_them() {
+    let closed_form = |weights: &[f64], thresholds: &[f64]| {
+        let model = PrandtlIshlinskii::new(weights, thresholds, Offsets::default()).unwrap();
+        message(model.closed_form_inverse())
+    };
+    let lead = "no closed-form inverse: operator";
+    assert_eq!(closed_form(&[1.0], &[1.0]), format!("{lead} 0: expected the threshold 0, got 1"));
+    assert_eq!(
+        closed_form(&[1.0, 1.0, 1.0], &[0.0, 2.0, 1.0]),
+        format!("{lead} 2: expected a threshold not below the one before it, got 1")
+    );
+    assert_eq!(
+        closed_form(&[1.0, -1.5], &[0.0, 1.0]),
+        format!("{lead} 1: expected a positive sum of the weights up to it, got -0.5")
+    );
+}
+
+#[test]
+fn a_closed_form_inverse_swaps_the_offsets() {
+    let offsets = Offsets { input: 3.0, output: -7.0 };
+    let model = PrandtlIshlinskii::new(&[2.0, 0.5, 0.25], &[0.0, 1.0, 2.5], offsets).unwrap();
+    let mut inverse = model.closed_form_inverse().unwrap().forward();
+    let mut forward = model.forward();
+    for y in [-7.0, 5.0, 1.0, 9.0, -20.0, -3.0] {
+        // A few roundings of 20.
+        assert!((forward.step(inverse.step(y)) - y).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn limits_that_are_none_are_named() {
+    let actuator = paper::table_1_recovered();
+    let inverse = |low, high| message(actuator.inverse(Some((low, high))));
+    assert_eq!(inverse(5.0, 5.0), "limits[1]: expected a number above the low limit = 5, got 5");
+    assert_eq!(inverse(f64::NAN, 5.0), "limits[0]: expected a finite number (at most 1e100 in magnitude), got NaN");
+}
+
+#[test]
+fn blocks_of_unequal_length_are_refused_whole() {
+    let mut stream = paper::table_1().forward();
+    let before = stream.state();
+    assert_eq!(message(stream.run(&[1.0, 2.0], &mut [0.0])), "output: expected 2 elements, got 1");
+    assert_eq!(stream.state(), before);
+}
+
+#[test]
+fn initial_outputs_are_checked_and_projected() {
+    let kernel = Kernel::new(&paper::table_1_recovered());
+    assert_eq!(message(Forward::with_initial(&kernel, &[0.0])), "initial: expected 20 elements, got 1");
+    let mut initial = vec![0.0; 20];
+    initial[3] = f64::NAN;
+    assert!(message(Forward::with_initial(&kernel, &initial)).starts_with("initial[3]: expected a finite number"));
+    // The first sample projects any outputs onto what the operators can reach: a full stroke forgets them.
+    let mut odd = Forward::with_initial(&kernel, &[400.0; 20]).unwrap();
+    assert!((odd.step(-500.0) - paper::table_1_recovered().forward().step(-500.0)).abs() < 1e-14);
+    let mut z = Tracked::new(Play::new(10.0).unwrap());
+    z.set_state(99.0).unwrap();
+    assert_eq!(z.step(5.0), 15.0);
+    assert!(message(z.set_state(f64::NAN)).starts_with("state: expected a finite number"));
+}
+
+/// Everything about a state that can be wrong, each refused with the stream left as it was.
+#[test]
+fn states_of_another_stream_are_refused() {
+    let actuator = paper::table_1_recovered();
+    let mut stream = actuator.forward();
+    for x in [300.0, -200.0, 100.0, -50.0, 20.0] {
+        stream.step(x);
+    }
+    let good = stream.state();
+    let refused = |spoil: &dyn Fn(&mut hysteresis_core::TurningPointState)| {
+        let mut state = good.clone();
+        let MemoryState::TurningPoints(memory) = &mut state.memory else { unreachable!("the engine runs") };
+        spoil(memory);
+        let mut other = actuator.forward();
+        let before = other.state();
+        let error = other.set_state(&state).expect_err("a spoilt state");
+        assert_eq!(other.state(), before);
+        error.to_string()
+    };
+    assert!(refused(&|m| m.positive.moved = 99).contains("fewer sliding operators"));
+    assert!(refused(&|m| m.positive.at_zero = m.positive.moved + 1).contains("fewer sliding operators"));
+    assert!(refused(&|m| m.positive.turning_points[0].moved = 20).contains("fewer operators"));
+    assert!(refused(&|m| m.negative.turning_points[0].moved = 0).contains("fewer operators"));
+    assert!(refused(&|m| m.positive.turning_points[0].at_zero = 77).contains("fewer operators"));
+    assert!(refused(&|m| m.positive.turning_points[0].input = f64::NAN).contains("finite inputs"));
+    assert!(refused(&|m| m.positive.turning_points[0].output = f64::NAN).contains("finite inputs"));
+    assert!(refused(&|m| m.reversals = 0).contains("numbered"));
+    assert!(refused(&|m| m.positive.turning_points[0].reversal = 0).contains("numbered"));
+
+    let kernel = Kernel::new(&actuator);
+    let bank = Forward::with_initial(&kernel, &[0.0; 20]).unwrap();
+    assert!(message(stream.set_state(&bank.state())).contains("same method"));
+    let mut narrow = Inverse::new(&kernel, Some((-1.0, 1.0))).unwrap();
+    let mut wide = Inverse::new(&kernel, None).unwrap();
+    wide.step(2.0);
+    assert!(message(narrow.set_state(&wide.state())).contains("within the limits"));
+}
+
+#[cfg(feature = "json")]
+mod files {
+    use hysteresis_core::{JsonError, Model, SCHEMA, paper};
+
+    #[test]
+    fn every_truncation_is_refused() {
+        let text = Model::from(paper::table_2()).to_json();
+        assert_eq!(Model::from_json(&text).unwrap(), Model::from(paper::table_2()));
+        for cut in 0..text.trim_end().len() {
+            assert!(matches!(Model::from_json(&text[..cut]), Err(JsonError::Syntax(_))), "cut at {cut}");
+        }
+    }
+
+    #[test]
+    fn other_schemas_fields_and_numbers_are_refused() {
+        let text = Model::from(paper::table_1()).to_json();
+        let refused = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            Model::from_json(&text.replacen(from, to, 1)).unwrap_err().to_string()
+        };
+        assert!(refused(SCHEMA, "mpi_hyst/model/9").contains("schema: expected \"mpi_hyst/model/1\", got"));
+        assert!(refused("\"schema\"", "\"scheme\"").contains("got none"));
+        assert!(refused("\"r\"", "\"q\"").contains("not a model file: unknown field `q`"));
+        assert!(refused("0.0043", "-0.0043e999").contains("not a model file"));
+        assert!(refused("0.0043", "\"0.0043\"").contains("not a model file"));
+        assert!(refused("23.75", "-23.75").contains("ra[1]: expected a finite number >= 0, got -23.75"));
+        assert!(refused("modified", "conventional").contains("not a model file"));
+    }
+}
