@@ -21,7 +21,7 @@ pub(crate) fn is_admissible(value: f64) -> bool {
 /// ```
 /// use hysteresis_core::{CoupledPlay, Error};
 /// let error = CoupledPlay::new(10.0, 8.0, 9.0, 4.0).unwrap_err();
-/// assert_eq!(error.to_string(), "rb: expected 0 <= rb <= ra = 8, got 9");
+/// assert_eq!(error.to_string(), "rb: expected 0 <= rb <= ra = 8.0, got 9.0");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -105,8 +105,8 @@ impl fmt::Display for Bound {
         match *self {
             Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
             Self::NonNegative => write!(f, "a finite number >= 0"),
-            Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit}"),
-            Self::Above { what, limit } => write!(f, "a number above {what} = {limit}"),
+            Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
+            Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
         }
     }
 }
@@ -119,19 +119,19 @@ impl fmt::Display for Error {
                 write!(f, "{parameter}: expected {expected} elements, got {got}")
             }
             Self::Domain { parameter, index: None, expected, got } => {
-                write!(f, "{parameter}: expected {expected}, got {got}")
+                write!(f, "{parameter}: expected {expected}, got {got:?}")
             }
             Self::Domain { parameter, index: Some(index), expected, got } => {
-                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got:?}")
             }
             Self::NotInvertible { identity_weight, negative_sum } => write!(
                 f,
                 "the model is not invertible: its slope is only known to be positive if the weight of the identity \
                  operator (all thresholds zero) plus the sum of the negative weights is positive, but these are \
-                 {identity_weight} and {negative_sum}"
+                 {identity_weight:?} and {negative_sum:?}"
             ),
             Self::NoClosedForm { index, expected, got } => {
-                write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got}")
+                write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got:?}")
             }
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }

@@ -11,10 +11,10 @@ fn message<T: core::fmt::Debug>(result: Result<T, Error>) -> String {
 
 #[test]
 fn thresholds_out_of_their_domain_are_named() {
-    assert_eq!(message(Play::new(-1.0)), "r: expected a finite number >= 0, got -1");
+    assert_eq!(message(Play::new(-1.0)), "r: expected a finite number >= 0, got -1.0");
     assert_eq!(message(Play::new(f64::NAN)), "r: expected a finite number >= 0, got NaN");
-    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 0.0, 2.0)), "rc: expected 0 <= rc <= r = 1, got 2");
-    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 2.0, 0.0)), "rb: expected 0 <= rb <= ra = 1, got 2");
+    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 0.0, 2.0)), "rc: expected 0 <= rc <= r = 1.0, got 2.0");
+    assert_eq!(message(CoupledPlay::new(1.0, 1.0, 2.0, 0.0)), "rb: expected 0 <= rb <= ra = 1.0, got 2.0");
     assert_eq!(message(CoupledPlay::new(1.0, f64::INFINITY, 0.0, 0.0)), "ra: expected a finite number >= 0, got inf");
     let model = ModifiedPrandtlIshlinskii::new(
         &[1.0, 1.0],
@@ -24,7 +24,7 @@ fn thresholds_out_of_their_domain_are_named() {
         &[0.0, 1.5],
         Offsets::default(),
     );
-    assert_eq!(message(model), "rc[1]: expected 0 <= rc <= r = 1, got 1.5");
+    assert_eq!(message(model), "rc[1]: expected 0 <= rc <= r = 1.0, got 1.5");
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn models_that_are_none_are_named() {
         |weights: &[f64], thresholds: &[f64]| message(PrandtlIshlinskii::new(weights, thresholds, Offsets::default()));
     assert_eq!(conventional(&[], &[]), "weights: expected at least one element, got none");
     assert_eq!(conventional(&[1.0, 2.0], &[0.0]), "thresholds: expected 2 elements, got 1");
-    assert_eq!(conventional(&[1.0], &[-2.0]), "thresholds[0]: expected a finite number >= 0, got -2");
+    assert_eq!(conventional(&[1.0], &[-2.0]), "thresholds[0]: expected a finite number >= 0, got -2.0");
     assert_eq!(
         conventional(&[1.0, f64::NAN], &[0.0, 1.0]),
         "weights[1]: expected a finite number (at most 1e100 in magnitude), got NaN"
@@ -44,7 +44,7 @@ fn models_that_are_none_are_named() {
         "output_offset: expected a finite number (at most 1e100 in magnitude), got inf"
     );
     let ratios = |ratios| message(ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, Offsets::default()));
-    assert_eq!(ratios(Ratios { rc: 1.5, ..Ratios::PAPER }), "rc: expected 0 <= rc <= 1 = 1, got 1.5");
+    assert_eq!(ratios(Ratios { rc: 1.5, ..Ratios::PAPER }), "rc: expected 0 <= rc <= 1 = 1.0, got 1.5");
     assert_eq!(ratios(Ratios { rb: 1.5, ..Ratios::PAPER }), "rb: expected 0 <= rb <= ra = 0.95, got 1.5");
 }
 
@@ -58,7 +58,7 @@ fn invertible_means_that_the_identity_outweighs_the_negative_weights() {
     // Partial sums are positive up to the last, and the slope is still -0.5 where all three slide.
     let error = check(&[1.0, 1.0, -1.5], &[0.0, 1.0, 2.0]).unwrap_err();
     assert_eq!(error, Error::NotInvertible { identity_weight: 1.0, negative_sum: -1.5 });
-    assert!(error.to_string().contains("not invertible") && error.to_string().contains("1 and -1.5"));
+    assert!(error.to_string().contains("not invertible") && error.to_string().contains("1.0 and -1.5"));
     assert!(check(&[0.0, 1.0], &[0.0, 1.0]).is_err());
     assert!(check(&[1.0], &[1.0]).is_err(), "no operator is the identity");
     // Two identity operators count together; a slope lost in rounding is none.
@@ -75,10 +75,10 @@ fn closed_forms_name_the_operator_that_breaks_them() {
         message(model.closed_form_inverse())
     };
     let lead = "no closed-form inverse: operator";
-    assert_eq!(closed_form(&[1.0], &[1.0]), format!("{lead} 0: expected the threshold 0, got 1"));
+    assert_eq!(closed_form(&[1.0], &[1.0]), format!("{lead} 0: expected the threshold 0, got 1.0"));
     assert_eq!(
         closed_form(&[1.0, 1.0, 1.0], &[0.0, 2.0, 1.0]),
-        format!("{lead} 2: expected a threshold not below the one before it, got 1")
+        format!("{lead} 2: expected a threshold not below the one before it, got 1.0")
     );
     assert_eq!(
         closed_form(&[1.0, -1.5], &[0.0, 1.0]),
@@ -102,7 +102,7 @@ fn a_closed_form_inverse_swaps_the_offsets() {
 fn limits_that_are_none_are_named() {
     let actuator = paper::table_1_recovered();
     let inverse = |low, high| message(actuator.inverse(Some((low, high))));
-    assert_eq!(inverse(5.0, 5.0), "limits[1]: expected a number above the low limit = 5, got 5");
+    assert_eq!(inverse(5.0, 5.0), "limits[1]: expected a number above the low limit = 5.0, got 5.0");
     assert_eq!(inverse(f64::NAN, 5.0), "limits[0]: expected a finite number (at most 1e100 in magnitude), got NaN");
 }
 

@@ -63,13 +63,13 @@ impl fmt::Display for RecordError {
                 write!(f, "{argument}: expected {expected} samples, got {got}")
             }
             Self::NotFinite { argument, index, got } => {
-                write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got}")
+                write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got:?}")
             }
             Self::Skip { samples, got } => {
                 write!(f, "skip: expected fewer than the {samples} samples of the record, got {got}")
             }
             Self::Constant { argument, value } => {
-                write!(f, "{argument}: expected fitted samples that vary, got {value} throughout")
+                write!(f, "{argument}: expected fitted samples that vary, got {value:?} throughout")
             }
         }
     }
@@ -133,10 +133,10 @@ impl fmt::Display for Error {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
             }
             Self::Domain { parameter, index: None, expected, got } => {
-                write!(f, "{parameter}: expected {expected}, got {got}")
+                write!(f, "{parameter}: expected {expected}, got {got:?}")
             }
             Self::Domain { parameter, index: Some(index), expected, got } => {
-                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got:?}")
             }
             Self::Interrupted => write!(f, "identification was interrupted"),
             Self::Core(error) => error.fmt(f),

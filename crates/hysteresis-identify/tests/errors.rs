@@ -38,7 +38,7 @@ fn records() {
     assert_eq!(error, RecordError::Constant { argument: "input", value: 1.0 });
     let error = refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 1);
     assert_eq!(error.in_record(3), Error::Record { record: 3, error });
-    assert_eq!(error.in_record(3).to_string(), "record 3: output: expected fitted samples that vary, got 1 throughout");
+    assert_eq!(error.in_record(3).to_string(), "record 3: output: expected fitted samples that vary, got 1.0 throughout");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn predictions_refuse_what_records_refuse() {
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &Options::default()).unwrap();
     let error = found.predict(&[1.0, f64::NAN]).unwrap_err();
     assert!(matches!(error, RecordError::NotFinite { argument: "input", index: 1, .. }), "{error}");
-    assert_eq!(found.predict(&[]).unwrap(), []);
+    assert!(found.predict(&[]).unwrap().is_empty());
 }
 
 #[test]

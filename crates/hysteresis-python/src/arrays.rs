@@ -1,7 +1,7 @@
 //! Arrays in and out.
 
 use hysteresis_core::Process;
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadwriteArray1, PyUntypedArrayMethods};
+use numpy::{BorrowError, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadwriteArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -15,7 +15,7 @@ const BLOCK: usize = 1 << 20;
 /// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
 pub(crate) fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
     if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && array.is_c_contiguous()
+        && is_slice(array)
     {
         return Ok(array.readonly());
     }
@@ -33,8 +33,14 @@ pub(crate) fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyR
         let shape = array.getattr(intern!(py, "shape"))?;
         return Err(PyValueError::new_err(format!("{name}: expected a one-dimensional array, got shape {shape}")));
     }
-    let converted = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, numpy::dtype::<f64>(py)))?;
+    let arguments = (array, numpy::dtype::<f64>(py), ["C", "ALIGNED"]);
+    let converted = numpy.call_method1(intern!(py, "require"), arguments)?;
     Ok(converted.cast_into::<PyArray1<f64>>()?.readonly())
+}
+
+/// Whether the elements lie one after the other where the processor expects numbers.
+fn is_slice(array: &Bound<'_, PyArray1<f64>>) -> bool {
+    array.is_c_contiguous() && array.data().is_aligned()
 }
 
 /// Numbers as a new array that nobody can write to.
@@ -62,14 +68,19 @@ pub(crate) fn run<'py>(
     let out = output(out, samples.len())?;
     if out.is(&*samples) {
         drop(samples);
-        run_in_place(py, process, &mut writable(&out)?)?;
+        run_in_place(py, process, &mut out.readwrite())?;
+    } else if !is_slice(&out) {
+        // numpy moves the results to wherever strides and alignment put them.
+        let dense = PyArray1::zeros(py, samples.len(), false);
+        run_blocks(py, process, samples.as_slice()?, &mut dense.readwrite())?;
+        out.set_item(py.Ellipsis(), dense)?;
     } else if let Ok(mut free) = out.try_readwrite() {
         run_blocks(py, process, samples.as_slice()?, &mut free)?;
     } else {
-        // The output overlaps the input (or is read-only): what is written must not be read back as input.
+        // The output overlaps the input: what is written must not be read back as input.
         let copy = samples.as_slice()?.to_vec();
         drop(samples);
-        run_blocks(py, process, &copy, &mut writable(&out)?)?;
+        run_blocks(py, process, &copy, &mut out.readwrite())?;
     }
     Ok(out)
 }
@@ -80,11 +91,7 @@ fn run_blocks(
     input: &[f64],
     out: &mut PyReadwriteArray1<'_, f64>,
 ) -> PyResult<()> {
-    let Ok(contiguous) = out.as_slice_mut() else {
-        out.as_array_mut().iter_mut().zip(input).for_each(|(y, x)| *y = process.step(*x));
-        return Ok(());
-    };
-    for (x, y) in input.chunks(BLOCK).zip(contiguous.chunks_mut(BLOCK)) {
+    for (x, y) in input.chunks(BLOCK).zip(out.as_slice_mut()?.chunks_mut(BLOCK)) {
         py.check_signals()?;
         process.run(x, y).map_err(errors::core)?;
     }
@@ -101,6 +108,7 @@ fn run_in_place(py: Python<'_>, process: &mut impl Process, samples: &mut PyRead
     Ok(())
 }
 
+/// `out`, if as many samples can be written to it.
 fn output<'py>(out: &Bound<'py, PyAny>, samples: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let Ok(array) = out.cast::<PyArray1<f64>>() else {
         let got = out.get_type().name()?;
@@ -108,13 +116,11 @@ fn output<'py>(out: &Bound<'py, PyAny>, samples: usize) -> PyResult<Bound<'py, P
             "out: expected a one-dimensional float64 array of {samples} elements, got {got}"
         )));
     };
-    if array.len() == samples {
-        Ok(array.clone())
-    } else {
-        Err(PyValueError::new_err(format!("out: expected {samples} elements, got {}", array.len())))
+    if array.len() != samples {
+        return Err(PyValueError::new_err(format!("out: expected {samples} elements, got {}", array.len())));
     }
-}
-
-fn writable<'py>(out: &Bound<'py, PyArray1<f64>>) -> PyResult<PyReadwriteArray1<'py, f64>> {
-    out.try_readwrite().map_err(|_| PyValueError::new_err("out: expected an array that can be written to"))
+    match array.try_readwrite() {
+        Err(BorrowError::NotWriteable) => Err(PyValueError::new_err("out: expected an array that can be written to")),
+        _ => Ok(array.clone()),
+    }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hysteresis_core::Model;
+use hysteresis_core::{JsonError, Model};
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -59,5 +59,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
 }
 
 fn read(path: &Path) -> PyResult<String> {
-    fs::read_to_string(path).map_err(|error| errors::io(&path.display().to_string(), &error))
+    let shown = path.display().to_string();
+    let bytes = fs::read(path).map_err(|error| errors::io(&shown, &error))?;
+    String::from_utf8(bytes).map_err(|_| errors::json(&shown, &JsonError::Syntax("no UTF-8 text".to_owned())))
 }

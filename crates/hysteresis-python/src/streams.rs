@@ -4,6 +4,7 @@ use hysteresis_core::{self as core, Method, Process, StreamState};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
 use crate::{arrays, errors};
@@ -38,7 +39,7 @@ pub(crate) struct Forward(pub(crate) core::Forward);
 /// >>> actuator = mh.paper.table_1_recovered()
 /// >>> inverse = actuator.inverse(limits=(-500.0, 500.0))
 /// >>> drive = inverse.run([0.0, 1.0, 2.0, 1.5])
-/// >>> abs(actuator.forward().run(drive) - [0.0, 1.0, 2.0, 1.5]).max() < 1e-14
+/// >>> bool(abs(actuator.forward().run(drive) - [0.0, 1.0, 2.0, 1.5]).max() < 1e-14)
 /// True
 /// >>> inverse.step(99.0), inverse.saturated
 /// (500.0, True)
@@ -57,7 +58,13 @@ fn to_python<'py>(py: Python<'py>, state: &StreamState) -> PyResult<Bound<'py, P
 }
 
 fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
-    depythonize(state).map_err(|error| PyValueError::new_err(format!("state: expected what .state returned; {error}")))
+    let wrong = |what: &str| PyValueError::new_err(format!("state: expected what .state returned; {what}"));
+    let plain = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
+    // The conversion takes anything for a truth value.
+    if !state.get_item("saturated")?.is_instance_of::<PyBool>() {
+        return Err(wrong("saturated is neither True nor False"));
+    }
+    Ok(plain)
 }
 
 #[pymethods]

@@ -28,7 +28,7 @@ pub struct Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}, got {}", self.parameter, self.expected, self.got)
+        write!(f, "{}: expected {}, got {:?}", self.parameter, self.expected, self.got)
     }
 }
 
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn what_no_signal_can_have_is_named() {
         let named = |result: Result<Vec<f64>, Error>| result.unwrap_err().to_string();
-        assert_eq!(named(sine(Wave { rate: 0.0, ..WAVE }, 1.0)), "rate: expected a finite number above 0, got 0");
+        assert_eq!(named(sine(Wave { rate: 0.0, ..WAVE }, 1.0)), "rate: expected a finite number above 0, got 0.0");
         assert_eq!(
             named(triangle(Wave { frequency: f64::NAN, ..WAVE }, 1.0)),
             "frequency: expected a finite number above 0, got NaN"
@@ -163,6 +163,6 @@ mod tests {
             named(decaying_triangle(WAVE, f64::NAN)),
             "cycles: expected a duration of 0 to 2^30 samples, got NaN"
         );
-        assert_eq!(named(sine(WAVE, -1.0)), "seconds: expected a duration of 0 to 2^30 samples, got -1");
+        assert_eq!(named(sine(WAVE, -1.0)), "seconds: expected a duration of 0 to 2^30 samples, got -1.0");
     }
 }

@@ -11,7 +11,7 @@ use crate::error::{Error, is_admissible};
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
-    serde(tag = "method", rename_all = "snake_case")
+    serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)
 )]
 pub enum MemoryState {
     /// The turning points of nested thresholds.
@@ -60,7 +60,7 @@ impl FamilyState {
                 || point.moved == 0
                 || point.at_zero > point.moved
                 || !is_admissible(point.input)
-                || point.output.is_nan()
+                || !is_admissible(point.output)
             {
                 return Err(Error::State {
                     expected: "turning points at finite inputs, each with fewer operators than the one below it \

@@ -22,7 +22,7 @@ pub const SCHEMA: &str = "mpi_hyst/model/1";
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JsonError {
-    /// Not JSON, cut off, or a field is missing, unknown or of the wrong type; the message tells where.
+    /// Not JSON, cut off, or a field is missing, unknown or of the wrong type; the message tells where, on one line.
     Syntax(String),
     /// JSON, but of another schema.
     Schema {
@@ -37,8 +37,8 @@ impl fmt::Display for JsonError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Syntax(message) => write!(f, "not a model file: {message}"),
-            Self::Schema { got: Some(got) } => write!(f, "schema: expected \"{SCHEMA}\", got \"{got}\""),
-            Self::Schema { got: None } => write!(f, "schema: expected \"{SCHEMA}\", got none"),
+            Self::Schema { got: Some(got) } => write!(f, "schema: expected {SCHEMA:?}, got {got:?}"),
+            Self::Schema { got: None } => write!(f, "schema: expected {SCHEMA:?}, got none"),
             Self::Model(error) => error.fmt(f),
         }
     }
@@ -114,7 +114,7 @@ impl Model {
     /// # Errors
     /// [`JsonError`] that tells a cut-off text, another schema and an invalid model apart.
     pub fn from_json(text: &str) -> Result<Self, JsonError> {
-        let syntax = |error: serde_json::Error| JsonError::Syntax(error.to_string());
+        let syntax = |error: serde_json::Error| JsonError::Syntax(error.to_string().replace(['\n', '\r'], " "));
         let header: Header = serde_json::from_str(text).map_err(syntax)?;
         if header.schema.as_deref() != Some(SCHEMA) {
             return Err(JsonError::Schema { got: header.schema });

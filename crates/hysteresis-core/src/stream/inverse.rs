@@ -26,6 +26,8 @@ pub struct Inverse {
     segment: Segment,
     offsets: Offsets,
     limits: (f64, f64),
+    /// The limits relative to the input offset, as the memory counts inputs.
+    reach: (f64, f64),
     memory: Memory,
     saturated: bool,
     rejected: u64,
@@ -54,23 +56,19 @@ impl Inverse {
     fn start(kernel: &Kernel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
         kernel.invertible?;
         let limits = check_limits(limits)?;
+        let offsets = kernel.offsets;
+        let reach = (limits.0 - offsets.input, limits.1 - offsets.input);
         let nowhere = Segment::new(Piece::point(Direction::Rising, 0.0, 0.0), 0.0);
-        let mut stream =
-            Self { segment: nowhere, offsets: kernel.offsets, limits, memory, saturated: false, rejected: 0 };
+        let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated: false, rejected: 0 };
         stream.reset();
         Ok(stream)
-    }
-
-    /// The limits relative to the input offset, as the memory counts inputs.
-    fn reach(&self) -> (f64, f64) {
-        (self.limits.0 - self.offsets.input, self.limits.1 - self.offsets.input)
     }
 
     #[cold]
     #[inline(never)]
     fn leave_segment(&mut self, y: f64) -> f64 {
         if is_admissible(y) {
-            let (direction, from, limits) = (self.segment.direction_to(y), self.segment.output(), self.reach());
+            let (direction, from, limits) = (self.segment.direction_to(y), self.segment.output(), self.reach);
             let reached = self.memory.move_output(direction, from, y, limits);
             self.saturated = reached.saturated;
             self.enter_segment(reached.input, reached.output);
@@ -83,17 +81,23 @@ impl Inverse {
     /// The segment at a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
     /// segment is a point, so that the next sample starts from exactly there.
     fn enter_segment(&mut self, input: f64, output: f64) {
-        let mut piece = self.memory.inverse_piece(input, output, self.reach());
+        let mut piece = self.memory.inverse_piece(input, output, self.reach);
         if piece.line.at(output) != input {
             piece = Piece::point(piece.direction, output, input);
         }
         self.segment = Segment::new(piece, output);
     }
 
-    /// The input that the memory has come to, as a drive within the limits.
+    /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
     #[inline]
     fn drive(&self, x: f64) -> f64 {
-        (x + self.offsets.input).max(self.limits.0).min(self.limits.1)
+        if x >= self.reach.1 {
+            self.limits.1
+        } else if x <= self.reach.0 {
+            self.limits.0
+        } else {
+            (x + self.offsets.input).max(self.limits.0).min(self.limits.1)
+        }
     }
 
     /// Whether the last target was out of reach and the drive is at a limit.
@@ -146,7 +150,7 @@ impl Inverse {
     /// [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_finite("state.last_input", None, state.last_input)?;
-        let (low, high) = self.reach();
+        let (low, high) = self.reach;
         if !(low <= state.last_output && state.last_output <= high) {
             return Err(Error::State { expected: "a drive within the limits of the stream" });
         }
@@ -190,7 +194,7 @@ impl Process for Inverse {
             Some(x) => x,
             None if is_admissible(y) => {
                 let (direction, from) = (self.segment.direction_to(y), self.segment.output());
-                self.memory.peek_output(direction, from, y, self.reach()).input
+                self.memory.peek_output(direction, from, y, self.reach).input
             }
             None => self.segment.output(),
         };
@@ -199,7 +203,7 @@ impl Process for Inverse {
 
     fn reset(&mut self) {
         self.memory.reset();
-        let (low, high) = self.reach();
+        let (low, high) = self.reach;
         let start = 0.0_f64.max(low).min(high);
         let output = if start == 0.0 {
             self.memory.output(0.0)

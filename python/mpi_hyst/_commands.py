@@ -1,0 +1,169 @@
+"""The commands with their options; what they do is in _identify, _precompensate and _demo."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+import click
+
+from mpi_hyst._errors import CommandError, one_line
+
+_INTERRUPTED = 130
+_WRONG = 2
+
+_File = click.Path(path_type=Path)
+_Function = TypeVar("_Function", bound=Callable[..., object])
+
+
+class _Commands(click.Group):
+    """A group whose every error is one line on standard error and exit status 2."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        *_: Any,
+        **extra: Any,
+    ) -> NoReturn:
+        extra["standalone_mode"] = False
+        try:
+            status = super().main(args, prog_name, **extra)
+        except click.Abort:
+            _end("interrupted, nothing written", _INTERRUPTED)
+        except click.ClickException as error:
+            _end(" ".join(error.format_message().split()), _WRONG)
+        except (CommandError, OSError) as error:
+            _end(one_line(error), _WRONG)
+        sys.exit(status if isinstance(status, int) else 0)
+
+
+def _end(message: str, status: int) -> NoReturn:
+    with suppress(OSError):
+        click.echo(f"mpi-hyst: error: {message}", err=True)
+    sys.exit(status)
+
+
+@click.group(
+    cls=_Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="mpi_hyst", prog_name="mpi-hyst")
+@click.pass_context
+def commands(context: click.Context) -> None:
+    """Piezo hysteresis: identify a model from records, compensate with its exact inverse."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+def _numbers(names: str) -> dict[str, Any]:
+    """Make an option of several numbers with commas between them."""
+    count = len(names.split(","))
+
+    def convert(
+        context: click.Context, option: click.Parameter, value: str | None
+    ) -> tuple[float, ...] | None:
+        if value is None:
+            return None
+        try:
+            numbers = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != count:
+            message = f"expected {names}, {count} numbers, got {value!r}"
+            raise click.BadParameter(message, context, option)
+        return numbers
+
+    return {"metavar": names, "callback": convert}
+
+
+def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function], _Function]:
+    def decorate(function: _Function) -> _Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+@commands.command(no_args_is_help=False)
+@_options(
+    click.argument("data", nargs=-1, required=True, type=_File),
+    click.option("--input", "input_column", required=True, help="Column of the drive."),
+    click.option("--output", "output_column", required=True, help="Column of the displacement."),
+    click.option("-o", "model_path", type=_File, help="Model file to write (JSON)."),
+    click.option("--report", "report_path", type=_File, help="Report to write (one HTML file)."),
+    click.option(
+        "--skip",
+        multiple=True,
+        metavar="ROWS|SECONDSs",
+        help="Leading part that sets the memory but is not fitted: 1000 (rows) or 5s. "
+        "Once for all files, or once per file.",
+    ),
+    click.option(
+        "--rows",
+        multiple=True,
+        type=click.IntRange(min=1),
+        help="Read only so many rows. Once for all files, or once per file.",
+    ),
+    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
+    click.option(
+        "--model",
+        type=click.Choice(["modified", "conventional"]),
+        default="modified",
+        show_default=True,
+        help="Coupled plays, or plays for comparison.",
+    ),
+    click.option("--operators", type=click.IntRange(min=1), default=20, show_default=True),
+    click.option(
+        "--ratios", **_numbers("RA,RB,RC"), help="Thresholds ra, rb, rc over r.  [fitted]"
+    ),
+    click.option("--input-offset", type=float, help="Where the model's zero lies.  [fitted]"),
+    click.option("--delay", type=float, help="Samples by which the output lags.  [fitted]"),
+)
+def identify(**options: Any) -> None:
+    """Fit a model to measured records in CSV files.
+
+    Each record starts from rest, or has its unknown start left out by --skip.
+    """
+    from mpi_hyst import _identify
+
+    click.echo(_identify.run(_identify.Request(**options)))
+
+
+@commands.command(no_args_is_help=False)
+@_options(
+    click.argument("model_path", metavar="MODEL.json", type=_File),
+    click.argument("trajectory", metavar="TRAJECTORY.csv", type=_File),
+    click.option("-o", "drive_path", required=True, type=_File, help="Drive to write (CSV)."),
+    click.option("--column", help="Column of the target.  [default: the only numeric one]"),
+    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
+    click.option(
+        "--limits", **_numbers("LOW,HIGH"), help="Limits of the drive, for example -500,500."
+    ),
+)
+def precompensate(**options: Any) -> None:
+    """Compute the drive that makes the model follow a trajectory: the exact inverse."""
+    from mpi_hyst import _precompensate
+
+    click.echo(_precompensate.run(_precompensate.Request(**options)))
+
+
+@commands.command()
+@click.option(
+    "--out",
+    "directory",
+    type=_File,
+    default=Path("mpi-hyst-demo"),
+    show_default=True,
+    help="Directory for the report, the models and the records.",
+)
+def demo(directory: Path) -> None:
+    """Show the whole chain on the actuator of the paper; needs no data."""
+    from mpi_hyst import _demo
+
+    click.echo(_demo.run(directory))

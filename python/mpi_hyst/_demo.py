@@ -1,0 +1,228 @@
+"""`mpi-hyst demo`: the whole chain on the actuator of the paper, without any data.
+
+The actuator is Table I with the digits that Table II recovers; the records are simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._outputs import Output, check_directory, write_outputs
+from mpi_hyst._progress import progress_bar
+from mpi_hyst._records import Samples, write_table
+from mpi_hyst._report import require
+from mpi_hyst._tables import digits, text_table
+
+RATE = 10_000  # samples per second, the loop of the paper
+NOISE = 0.015  # um rms, the noise of the paper's sensor
+LIMITS = (-500.0, 500.0)  # V
+_SEED = 2017
+
+Model = mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
+
+
+def seconds(values: Samples) -> Samples:
+    """Return when each sample is taken."""
+    return np.arange(values.size) / RATE
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A simulated record: what was driven, what the sensor said, and where the actuator was."""
+
+    name: str
+    drive: Samples
+    measured: Samples
+    position: Samples
+
+
+@dataclass(frozen=True)
+class Error:
+    """How far off, in um, and of which peak-to-peak."""
+
+    max: float
+    rms: float
+    base: float
+
+    @classmethod
+    def of(cls, difference: Samples, wanted: Samples) -> Error:
+        """Sum up a difference."""
+        rms = float(np.sqrt(np.mean(difference**2)))
+        return cls(float(np.abs(difference).max()), rms, float(np.ptp(wanted)))
+
+    def cells(self) -> list[str]:
+        """Format with unit nm and % of the base."""
+        of_base = (f"{100 * value / self.base:.3f}" for value in (self.max, self.rms))
+        return [_nanometres(self.max), _nanometres(self.rms), *of_base, digits(self.base)]
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A way to drive the actuator along the target, and where it went."""
+
+    name: str
+    drive: Samples
+    position: Samples
+    target: Samples
+
+    @property
+    def error(self) -> Error:
+        """Against the target."""
+        return Error.of(self.position - self.target, self.target)
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Everything the demo computes."""
+
+    actuator: mh.ModifiedPrandtlIshlinskii
+    records: tuple[Measurement, Measurement]
+    conventional: mh.Identification
+    modified: mh.Identification
+    target: Samples
+    schemes: list[Scheme]
+
+    def modelled(self, found: mh.Identification, record: Measurement) -> Samples:
+        """Return what a model says about a record."""
+        return found.predict(record.drive)
+
+
+def run(directory: Path) -> str:
+    """Compute everything, write it into the directory, and return the main tables."""
+    check_directory(directory)
+    require("the demo")
+    from mpi_hyst import _demo_report
+
+    demo = compute()
+    report = _demo_report.report(demo, directory)
+    outputs = [
+        Output(directory / "conventional.json", demo.conventional.model.save),
+        Output(directory / "modified.json", demo.modified.model.save),
+        *(
+            Output.of_text(directory / f"{record.name}.csv", _record_table(record))
+            for record in demo.records
+        ),
+        Output.of_text(directory / "trajectory.csv", _table(demo.target, "target_um")),
+        Output.of_text(directory / "drive.csv", _table(exact(demo).drive, "drive_v")),
+        Output.of_text(directory / "report.html", report),
+    ]
+    directory.mkdir(parents=True, exist_ok=True)
+    write_outputs(outputs)
+    return "\n\n".join(
+        [
+            "models, errors on the record they were fitted to and on one they have not seen\n\n"
+            + text_table(*model_errors(demo)),
+            "actuator driven open loop along a trajectory within ±3 um\n\n"
+            + text_table(*tracking_errors(demo)),
+            "% of the base: the peak-to-peak of what is wanted\n\n"
+            f"report  {directory / 'report.html'}",
+        ]
+    )
+
+
+def compute() -> Demo:
+    """Make the records, fit both models, and follow the target with every scheme."""
+    actuator = mh.paper.table_1_recovered()
+    records = _records(actuator)
+    learned = records[0]
+    with progress_bar("conventional model", "um") as progress:
+        conventional = mh.identify(
+            learned.drive, learned.measured, model="conventional", progress=progress
+        )
+    with progress_bar("modified model", "um") as progress:
+        modified = mh.identify(learned.drive, learned.measured, progress=progress)
+    target = _target()
+    drives = _drives(actuator, conventional.model, modified.model, learned, target)
+    schemes = [Scheme(name, drive, actuator.forward().run(drive), target) for name, drive in drives]
+    return Demo(actuator, records, conventional, modified, target, schemes)
+
+
+def _records(actuator: mh.ModifiedPrandtlIshlinskii) -> tuple[Measurement, Measurement]:
+    noise = np.random.default_rng(_SEED)
+    decaying = mh.signals.decaying_triangle(LIMITS[1], 5.0, cycles=6, rate=RATE)
+    waves = [
+        mh.signals.sine(amplitude, frequency, seconds=1.0, rate=RATE)
+        for amplitude, frequency in ((260.0, 2.0), (150.0, 7.3), (60.0, 19.0))
+    ]
+    unseen = np.sum(waves, axis=0)
+
+    def measure(name: str, drive: Samples) -> Measurement:
+        position = actuator.forward().run(drive)
+        measured = position + noise.normal(0.0, NOISE, drive.size)
+        return Measurement(name, drive, measured, position)
+
+    return measure("identification", decaying), measure("validation", unseen)
+
+
+def _target() -> Samples:
+    """Return a full stroke and then moves that turn around at many places, in um."""
+    stroke = mh.signals.triangle(3.0, 2.5, seconds=0.4, rate=RATE)
+    slow = mh.signals.sine(1.7, 2.5, seconds=0.8, rate=RATE)
+    fast = mh.signals.sine(0.9, 21.25, seconds=0.8, rate=RATE)
+    return np.concatenate([stroke, slow + fast])
+
+
+def _drives(
+    actuator: mh.ModifiedPrandtlIshlinskii,
+    conventional: Model,
+    modified: Model,
+    learned: Measurement,
+    target: Samples,
+) -> Sequence[tuple[str, Samples]]:
+    assert isinstance(conventional, mh.PrandtlIshlinskii)
+    gain = np.ptp(learned.drive) / np.ptp(learned.measured)
+    closed_form = conventional.closed_form_inverse()
+    return (
+        ("straight line (no model)", gain * target),
+        ("conventional model, closed form", closed_form.forward().run(target)),
+        ("Table II, parametric inverse", mh.paper.table_2().forward().run(target)),
+        ("identified model, exact inverse", modified.inverse(LIMITS).run(target)),
+        ("true model, exact inverse", actuator.inverse(LIMITS).run(target)),
+    )
+
+
+def exact(demo: Demo) -> Scheme:
+    """Return the scheme an engineer would use: the exact inverse of the identified model."""
+    return demo.schemes[-2]
+
+
+def model_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
+    """Return the errors of both models as a table."""
+    header = ["against", "model", "max nm", "rms nm", "max %", "rms %", "base um"]
+    rows = []
+    learned, unseen = demo.records
+    for against, record, wanted in (
+        ("identification, measured", learned, learned.measured),
+        ("validation, measured", unseen, unseen.measured),
+        ("validation, true position", unseen, unseen.position),
+    ):
+        for name, found in (("conventional", demo.conventional), ("modified", demo.modified)):
+            error = Error.of(wanted - demo.modelled(found, record), wanted)
+            rows.append([against, name, *error.cells()])
+    return header, rows
+
+
+def tracking_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
+    """Return the errors of all schemes as a table."""
+    header = ["drive from", "max nm", "rms nm", "max %", "rms %", "base um"]
+    return header, [[scheme.name, *scheme.error.cells()] for scheme in demo.schemes]
+
+
+def _nanometres(micrometres: float) -> str:
+    value = 1e3 * micrometres
+    return f"{value:.2f}" if value >= 0.005 else f"{value:.0e}"
+
+
+def _record_table(record: Measurement) -> str:
+    return write_table(
+        {"time_s": seconds(record.drive), "drive_v": record.drive, "position_um": record.measured}
+    )
+
+
+def _table(values: Samples, name: str) -> str:
+    return write_table({"time_s": seconds(values), name: values})

@@ -1,0 +1,302 @@
+"""Figures that every report shares: loops, residuals, weights and thresholds.
+
+They are made through matplotlib's objects: no window, no global state. The colours are those of
+Okabe and Ito, which the colour-blind tell apart.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+import mpi_hyst as mh
+from mpi_hyst._records import Quantity, Samples
+
+MEASURED = "#9aa5b1"
+INK = "#1c2733"
+SOFT = "#5b6875"
+BLUE = "#0072b2"
+ORANGE = "#d55e00"
+GREEN = "#009e73"
+GRID = "#e6eaee"
+
+_WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
+_LINE_POINTS = 2400
+_LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
+_CLOUD_POINTS = 4500
+_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+_COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What one model says about a record."""
+
+    name: str
+    colour: str
+    output: Samples
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A measured record, its first `skip` samples not fitted, and what the models say."""
+
+    name: str
+    input: Samples
+    measured: Samples
+    seconds: Samples | None
+    skip: int
+    curves: Sequence[Curve]
+    input_quantity: Quantity
+    output_quantity: Quantity
+
+    @property
+    def time(self) -> Samples:
+        """Seconds, or the number of the sample."""
+        return np.arange(self.input.size, dtype=float) if self.seconds is None else self.seconds
+
+    @property
+    def time_label(self) -> str:
+        """For an axis."""
+        return "sample" if self.seconds is None else "time (s)"
+
+    @property
+    def speed(self) -> Samples:
+        """The change of the input over the time, or over one sample."""
+        return np.asarray(np.gradient(self.input, self.time), dtype=np.float64)
+
+    @property
+    def speed_label(self) -> str:
+        """For an axis."""
+        over = "s" if self.seconds is not None else "sample"
+        return f"speed of {self.input_quantity.name} ({self.input_quantity.unit or '1'}/{over})"
+
+
+def new_figure(height: float) -> Figure:
+    """Return an empty figure as wide as the page."""
+    return Figure(figsize=(_WIDTH, height), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.06))
+
+
+def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
+    """Give a panel the look of the report."""
+    axes.set_title(title, loc="left", fontsize=10.5, color=INK, fontweight="bold")
+    axes.set_xlabel(x_label, fontsize=10, color=INK)
+    axes.set_ylabel(y_label, fontsize=10, color=INK)
+    axes.tick_params(labelsize=9, colors=SOFT, length=3)
+    axes.grid(visible=True, color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(SOFT)
+    return axes
+
+
+def legend(axes: Axes, **keywords: Any) -> None:
+    """Add a legend without a frame."""
+    axes.legend(**{"fontsize": 9, "frameon": False, "labelcolor": INK, **keywords})
+
+
+def top_legend(figure: Figure, *panels: Axes) -> None:
+    """Put one legend for all panels above them, to the right."""
+    handles, labels = [], []
+    for axes in panels:
+        found = axes.get_legend_handles_labels()
+        handles += found[0]
+        labels += found[1]
+    shown = figure.legend(
+        handles,
+        labels,
+        loc="outside upper right",
+        ncols=len(labels),
+        frameon=False,
+        fontsize=9.5,
+        labelcolor=INK,
+    )
+    for line in shown.get_lines():
+        size = 14.0 if line.get_marker() == "." else line.get_markersize()
+        line.set(linewidth=2.6, markersize=size, alpha=1.0)
+
+
+def data_uri(figure: Figure) -> str:
+    """Return the figure as an SVG image that carries everything it needs, the same every time."""
+    text = io.StringIO()
+    # The salt makes the names inside the image repeatable; rc_context puts the setting back.
+    with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}):
+        figure.savefig(text, format="svg", dpi=120, metadata=_NO_METADATA)
+    # A hundredth of a point is enough for a line, and a third of the file.
+    short = _COORDINATES.sub(r"\1 \2 \3", text.getvalue())
+    return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")
+
+
+def thinned(samples: int, points: int) -> slice:
+    """Return the slice that leaves about so many of the samples."""
+    return slice(None, None, max(1, -(-samples // points)))
+
+
+def envelope(values: Samples, points: int = _LINE_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the indices that keep the extremes of every stretch, so that no spike is lost."""
+    stretch = max(1, -(-2 * values.size // points))
+    if stretch <= 2:
+        return np.arange(values.size)
+    starts = range(0, values.size, stretch)
+    kept = {
+        start + int(at) for start in starts for at in _extremes(values[start : start + stretch])
+    }
+    return np.array(sorted(kept))
+
+
+def _extremes(values: Samples) -> tuple[np.intp, np.intp]:
+    return values.argmin(), values.argmax()
+
+
+def loops(traces: Sequence[Trace]) -> Figure:
+    """Draw the loops measured and modelled, and below them the same without their straight line."""
+    figure = new_figure(7.8)
+    panels = figure.subplots(2, len(traces), squeeze=False, height_ratios=(1.0, 1.35))
+    for column, trace in enumerate(traces):
+        whole, width = panels[0][column], panels[1][column]
+        fitted = slice(trace.skip, None)
+        drive, measured = trace.input[fitted], trace.measured[fitted]
+        line = np.polynomial.Polynomial.fit(drive, measured, 1)(drive)
+        every = thinned(drive.size, _LOOP_POINTS)
+        for axes, base in ((whole, np.zeros_like(line)), (width, line)):
+            cloud = thinned(drive.size, _CLOUD_POINTS)
+            axes.plot(
+                drive[cloud],
+                (measured - base)[cloud],
+                ".",
+                color=MEASURED,
+                markersize=3.5,
+                markeredgewidth=0,
+                label="measured",
+                rasterized=True,
+            )
+            for curve in trace.curves:
+                modelled = (curve.output[fitted] - base)[every]
+                axes.plot(
+                    drive[every],
+                    modelled,
+                    color=curve.colour,
+                    linewidth=1.0,
+                    label=curve.name,
+                    rasterized=True,
+                )
+        label, output = trace.input_quantity.label, trace.output_quantity
+        dress(whole, trace.name, label, output.label)
+        dress(width, f"{trace.name}, straight line removed", label, f"Δ {output.label}")
+    top_legend(figure, panels[0][0])
+    return figure
+
+
+def residuals(trace: Trace) -> Figure:
+    """Draw what the models leave: over the input, over its speed, and over time."""
+    figure = new_figure(6.2)
+    panels = figure.subplot_mosaic([["input", "speed"], ["time", "time"]])
+    fitted = slice(trace.skip, None)
+    drive, speed, time = trace.input[fitted], trace.speed[fitted], trace.time
+    extent = 0.0
+    for curve in trace.curves:
+        residual = trace.measured - curve.output
+        extent = max(extent, float(np.abs(residual[fitted]).max()))
+        every = thinned(drive.size, _CLOUD_POINTS)
+        dots: dict[str, Any] = {
+            "color": curve.colour,
+            "marker": ".",
+            "linestyle": "none",
+            "markersize": 2.2,
+        }
+        dots |= {"markeredgewidth": 0, "alpha": 0.5, "rasterized": True}
+        panels["input"].plot(drive[every], residual[fitted][every], **dots)
+        panels["speed"].plot(speed[every], residual[fitted][every], **dots)
+        kept = envelope(residual)
+        panels["time"].plot(
+            time[kept],
+            residual[kept],
+            color=curve.colour,
+            linewidth=0.6,
+            alpha=0.9,
+            label=curve.name,
+        )
+    unit = trace.output_quantity.shown_unit
+    label = f"measured − model ({unit})" if unit else "measured − model"
+    dress(panels["input"], "over the input", trace.input_quantity.label, label)
+    dress(panels["speed"], "over its speed", trace.speed_label, label)
+    dress(panels["time"], "over time", trace.time_label, label)
+    if trace.skip:
+        panels["time"].axvspan(time[0], time[trace.skip], color=GRID, label="not fitted", zorder=0)
+    top_legend(figure, panels["time"])
+    panels["time"].set_xlim(time[0], time[-1])
+    panels["speed"].locator_params(axis="x", nbins=6)
+    for axes in panels.values():
+        axes.set_ylim(-1.12 * extent, 1.12 * extent)
+        axes.axhline(0.0, color=SOFT, linewidth=0.8)
+    return figure
+
+
+@dataclass(frozen=True)
+class Bank:
+    """The weights and thresholds of one model, for comparison."""
+
+    name: str
+    colour: str
+    model: mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
+    marker: str = "o"
+
+    @property
+    def thresholds(self) -> Samples:
+        """The thresholds r."""
+        if isinstance(self.model, mh.ModifiedPrandtlIshlinskii):
+            return self.model.r
+        return self.model.thresholds
+
+
+def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Figure:
+    """Draw the weights, their sum, and the thresholds of models side by side."""
+    figure = new_figure(3.5)
+    single, total, thresholds = figure.subplots(1, 3)
+    in_weight = f" ({weight_unit})" if weight_unit else ""
+    in_threshold = f" ({threshold_unit})" if threshold_unit else ""
+    for index, bank in enumerate(banks):
+        r, w = bank.thresholds, bank.model.weights
+        look = {"color": bank.colour, "markersize": 4.5, "linewidth": 1.1, "label": bank.name}
+        look |= {"marker": bank.marker, "markerfacecolor": "none" if index else bank.colour}
+        single.plot(r[1:], w[1:], **(look | {"linewidth": 0.6}))
+        total.plot(r, np.cumsum(w), **look)
+        if not isinstance(bank.model, mh.ModifiedPrandtlIshlinskii):
+            continue
+        named = {"ra": bank.model.ra, "rb": bank.model.rb, "rc": bank.model.rc}
+        for values in named.values():
+            thresholds.plot(r, values, **(look | {"label": None, "linewidth": 0.6}))
+        if index == 0:
+            _name_ends(thresholds, float(r[-1]), {name: float(v[-1]) for name, v in named.items()})
+    dress(single, "weights, but the first", f"threshold r{in_threshold}", f"w{in_weight}")
+    dress(total, "sum of the weights up to r", f"threshold r{in_threshold}", f"Σ w{in_weight}")
+    dress(thresholds, "other thresholds", f"r{in_threshold}", f"ra, rb, rc{in_threshold}")
+    single.set_ylim(bottom=0.0 if min(bank.model.weights.min() for bank in banks) >= 0 else None)
+    legend(total, loc="lower right")
+    return figure
+
+
+def _name_ends(axes: Axes, x: float, ends: dict[str, float]) -> None:
+    """Name lines at their right end; those that end at the same place share one name."""
+    for y in dict.fromkeys(ends.values()):
+        names = ", ".join(name for name, end in ends.items() if end == y)
+        axes.annotate(
+            names,
+            (x, y),
+            xytext=(7, 0),
+            textcoords="offset points",
+            fontsize=9.5,
+            color=INK,
+            va="center",
+        )

@@ -1,0 +1,100 @@
+"""`mpi-hyst precompensate`: a model and a trajectory in, the drive that follows it out."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._errors import CommandError
+from mpi_hyst._outputs import Output, check_outputs, write_outputs
+from mpi_hyst._records import Quantity, Samples, read_trajectory, write_table
+from mpi_hyst._tables import digits, in_unit, text_pairs
+
+_SATURATED = "saturated"
+_DRIVE = "drive"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked, by the names of the options."""
+
+    model_path: Path
+    trajectory: Path
+    drive_path: Path
+    column: str | None = None
+    time: str | None = None
+    limits: tuple[float, float] | None = None
+
+
+def run(request: Request) -> str:
+    """Compute the drive, write it, and return what there is to know about it."""
+    check_outputs([request.drive_path], [request.model_path, request.trajectory])
+    model = _load(request.model_path)
+    columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    target = columns.values[column]
+    drive, saturated = _drive(model, target, request)
+    table: dict[str, Samples | list[int]] = {}
+    if columns.time_column is not None:
+        table[columns.time_column] = columns.values[columns.time_column]
+    table[_DRIVE] = drive
+    if saturated.any():
+        table[_SATURATED] = saturated.astype(int).tolist()
+    residual = np.abs(model.forward().run(drive) - target)
+    write_outputs([Output.of_text(request.drive_path, write_table(table))])
+    return _summary(request, Quantity(column), drive, residual, saturated)
+
+
+def _load(path: Path) -> mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii:
+    try:
+        return mh.load(path)
+    except (ValueError, TypeError) as error:
+        message = str(error)
+        raise CommandError(message if str(path) in message else f"{path}: {message}") from error
+
+
+def _drive(
+    model: mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii, target: Samples, request: Request
+) -> tuple[Samples, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Run the exact inverse; with limits, note which targets are out of reach."""
+    try:
+        inverse = model.inverse(request.limits)
+    except mh.NotInvertibleError as error:
+        raise CommandError(f"{request.model_path}: {error}") from error
+    except (ValueError, TypeError) as error:
+        raise CommandError(re.sub(r"^limits(\[\d\])?", "--limits", str(error))) from error
+    if request.limits is None:
+        return inverse.run(target), np.zeros(target.size, dtype=np.bool_)
+    # A drive at its limit may be just what the target needs: only the stream knows.
+    steps = [(inverse.step(value), inverse.saturated) for value in target.tolist()]
+    return np.array([drive for drive, _ in steps]), np.array([flag for _, flag in steps])
+
+
+def _summary(
+    request: Request,
+    quantity: Quantity,
+    drive: Samples,
+    residual: Samples,
+    saturated: np.ndarray[tuple[int], np.dtype[np.bool_]],
+) -> str:
+    count = int(saturated.sum())
+    pairs = [
+        ("samples", f"{drive.size}, from rest"),
+        ("drive", f"{digits(float(drive.min()))} to {digits(float(drive.max()))}"),
+    ]
+    if request.limits is None:
+        pairs.append(("saturated", "none, no --limits given"))
+    else:
+        low, high = request.limits
+        pairs.append(("saturated", f"{count} of {drive.size} samples at {low:g} or {high:g}"))
+    residual_text = in_unit(float(residual.max()), quantity.unit, 3)
+    if 0 < count < drive.size:
+        free = float(residual[~saturated].max())
+        residual_text += f", {in_unit(free, quantity.unit, 3)} where not saturated"
+    pairs.append(("max |model - target|", residual_text))
+    return f"{request.drive_path}: drive that makes the model follow {quantity.column}\n\n" + (
+        text_pairs(pairs)
+    )

@@ -1,0 +1,28 @@
+"""The progress bar of an identification."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from tqdm import tqdm
+
+from mpi_hyst._tables import in_unit
+
+Progress = Callable[[float, float], None]
+
+
+@contextmanager
+def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
+    """Show the fraction done and the best error so far on standard error, if that is a terminal."""
+    form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}{postfix}"
+    with tqdm(
+        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=None
+    ) as bar:
+
+        def show(fraction: float, best_rmse: float) -> None:
+            bar.set_postfix_str(f"best rms {in_unit(best_rmse, unit, 3)}", refresh=False)
+            bar.update(fraction - bar.n)
+
+        yield show

@@ -1,0 +1,353 @@
+"""The command line: what it writes, what it says, and how it refuses."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import numpy.typing as npt
+import pytest
+from click.testing import CliRunner, Result
+from mpi_hyst._commands import commands
+
+Array = npt.NDArray[np.float64]
+
+COLUMNS = ["--input", "drive_v", "--output", "position_um"]
+RATIOS = {"ra": 0.9, "rb": 0.3, "rc": 0.4}
+RATE = 200.0
+
+
+def actuator() -> mh.ModifiedPrandtlIshlinskii:
+    return mh.ModifiedPrandtlIshlinskii.from_ratios(
+        [4e-3, 3e-4, 2e-4, 4e-4], [0.0, 100.0, 200.0, 300.0], **RATIOS
+    )
+
+
+def write_csv(path: Path, header: str, rows: Sequence[Sequence[object]]) -> Path:
+    lines = [header, *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def record_rows(amplitude: float = 400.0) -> list[list[object]]:
+    drive = mh.signals.decaying_triangle(amplitude, 1.0, cycles=5, rate=RATE)
+    position = actuator().forward().run(drive)
+    return [
+        [sample / RATE, *pair]
+        for sample, pair in enumerate(zip(drive.tolist(), position.tolist(), strict=True))
+    ]
+
+
+HEADER = "time_s,drive_v,position_um"
+
+
+@pytest.fixture
+def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A directory to be in, with a record, a model and a trajectory."""
+    monkeypatch.chdir(tmp_path)
+    write_csv(tmp_path / "record.csv", HEADER, record_rows())
+    actuator().save(tmp_path / "stage.json")
+    target = 1.2 * np.sin(np.arange(300) / 20.0)
+    write_csv(
+        tmp_path / "trajectory.csv",
+        "time_s,target_um",
+        [[sample / RATE, value] for sample, value in enumerate(target.tolist())],
+    )
+    return tmp_path
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(commands, arguments, catch_exceptions=False)
+
+
+def column(path: Path, name: str) -> Array:
+    with path.open(newline="", encoding="utf-8") as file:
+        return np.array([float(row[name]) for row in csv.DictReader(file)])
+
+
+def assert_refused(result: Result, directory: Path, before: set[str], *said: str) -> None:
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert result.stderr.startswith("mpi-hyst: error: ")
+    assert result.stderr.count("\n") == 1 and result.stderr.endswith("\n")
+    for words in said:
+        assert words in result.stderr
+    assert {path.name for path in directory.iterdir()} == before
+
+
+def names_in(directory: Path) -> set[str]:
+    return {path.name for path in directory.iterdir()}
+
+
+def test_identify_recovers_the_model_of_a_record(there: Path) -> None:
+    result = run("identify", "record.csv", *COLUMNS, "--operators", "4", "-o", "found.json")
+    assert result.exit_code == 0, result.output
+    found = mh.load(there / "found.json")
+    assert isinstance(found, mh.ModifiedPrandtlIshlinskii)
+    drive = column(there / "record.csv", "drive_v")
+    measured = column(there / "record.csv", "position_um")
+    assert np.abs(found.forward().run(drive) - measured).max() < 1e-2 * np.ptp(measured)
+    for words in ("modified", "4 coupled plays", "record.csv", "1000", "rms um", "% of range"):
+        assert words in result.stdout
+    assert "found.json" in result.stdout
+    assert result.stderr == ""
+
+
+def test_identify_without_a_file_says_how_to_save(there: Path) -> None:
+    before = names_in(there)
+    result = run("identify", "record.csv", *COLUMNS, "--operators", "4")
+    assert result.exit_code == 0
+    assert "-o stage.json" in result.stdout
+    assert names_in(there) == before
+
+
+def test_identify_keeps_what_is_given(there: Path) -> None:
+    result = run(
+        *("identify", "record.csv", *COLUMNS, "--operators", "4", "--ratios", "0.9,0.3,0.4"),
+        *("--input-offset", "-1.5", "--delay", "0", "-o", "found.json"),
+    )
+    found = mh.load(there / "found.json")
+    assert isinstance(found, mh.ModifiedPrandtlIshlinskii)
+    assert found.input_offset == -1.5
+    np.testing.assert_allclose(found.ra[1:] / found.r[1:], 0.9)
+    assert result.stdout.count("(given)") == 3
+
+
+def test_identify_fits_the_conventional_model(there: Path) -> None:
+    result = run("identify", "record.csv", *COLUMNS, "--model", "conventional", "-o", "found.json")
+    assert result.exit_code == 0
+    assert isinstance(mh.load(there / "found.json"), mh.PrandtlIshlinskii)
+
+
+@pytest.mark.parametrize("skips", [("1s", "1s"), ("200", "200"), ("1s",), ("200",)])
+def test_seconds_and_rows_to_skip_mean_the_same(there: Path, skips: tuple[str, ...]) -> None:
+    write_csv(there / "other.csv", HEADER, record_rows(300.0))
+    options = [word for skip in skips for word in ("--skip", skip)]
+    result = run("identify", "record.csv", "other.csv", *COLUMNS, "--operators", "4", *options)
+    assert result.exit_code == 0, result.output
+    assert "1600 samples of 2 records" in result.stdout
+    assert result.stdout.count(" 800 ") == 2
+
+
+@pytest.mark.usefixtures("there")
+def test_rows_limit_what_is_read() -> None:
+    result = run("identify", "record.csv", *COLUMNS, "--operators", "4", "--rows", "700")
+    assert "700 samples" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("encoding", "separator", "end"),
+    [("utf-8-sig", ",", "\n"), ("utf-8", ";", "\r\n"), ("utf-8", "\t", "\n\n\n")],
+)
+def test_files_of_spreadsheets_are_read(
+    there: Path, encoding: str, separator: str, end: str
+) -> None:
+    text = (there / "record.csv").read_text("utf-8").strip().replace(",", separator)
+    (there / "other.csv").write_text(text.replace("\n", end), encoding=encoding, newline="")
+    result = run("identify", "other.csv", *COLUMNS, "--operators", "4")
+    assert result.exit_code == 0, result.output
+
+
+def changed(line: int, text: str) -> list[list[object]]:
+    rows = record_rows()
+    rows[line - 2] = [text]
+    return rows
+
+
+WRONG_RECORDS: dict[str, tuple[list[list[object]], list[str]]] = {
+    "text": (changed(11, "0.045,volts,1"), ["line 11, column drive_v", "'volts'"]),
+    "empty cell": (changed(11, "0.045,,1"), ["line 11, column drive_v", "empty cell"]),
+    "nan": (changed(11, "0.045,1,nan"), ["line 11, column position_um", "not finite: nan"]),
+    "infinite": (changed(11, "0.045,-inf,1"), ["line 11, column drive_v", "not finite: -inf"]),
+    "underscore": (changed(11, "0.045,1_0,1"), ["line 11, column drive_v", "'1_0'"]),
+    "short row": (changed(11, "0.045,1"), ["line 11", "expected 3 cells", "got 2"]),
+    "long row": (changed(11, "0.045,1,2,3"), ["line 11", "expected 3 cells", "got 4"]),
+    "time runs back": (changed(11, "0.001,1,2"), ["line 11, column time_s", "does not increase"]),
+    "no rows": ([], ["no rows"]),
+    "too few samples": (record_rows()[:9], ["at least", "got 9"]),
+    "constant input": ([[k, 1.5, k] for k in range(99)], ["column drive_v", "vary", "1.5"]),
+    "constant output": ([[k, k, 7] for k in range(99)], ["column position_um", "vary", "7"]),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_RECORDS)
+def test_identify_refuses_a_wrong_record(there: Path, wrong: str) -> None:
+    rows, said = WRONG_RECORDS[wrong]
+    write_csv(there / "wrong.csv", HEADER, rows)
+    before = names_in(there)
+    result = run("identify", "wrong.csv", *COLUMNS, "-o", "out.json", "--report", "out.html")
+    assert_refused(result, there, before, "wrong.csv", *said)
+
+
+def test_the_wrong_one_of_two_records_is_named(there: Path) -> None:
+    write_csv(there / "wrong.csv", HEADER, WRONG_RECORDS["constant input"][0])
+    before = names_in(there)
+    result = run("identify", "record.csv", "wrong.csv", *COLUMNS, "-o", "out.json")
+    assert_refused(result, there, before, "wrong.csv")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", ["empty file"]),
+        ("zeit,µm\n1,2\n".encode("latin-1"), ["not UTF-8"]),
+        (b"a,b\n1,2\n", ["no column 'drive_v'", "a, b"]),
+        (b"drive_v,drive_v,position_um\n1,2,3\n", ["2 columns are named 'drive_v'"]),
+        (b"drive_v;position_um\n1,5;2\n", ["line 2, column drive_v", "decimal point"]),
+    ],
+)
+def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[str]) -> None:
+    (there / "wrong.csv").write_bytes(content)
+    before = names_in(there)
+    result = run("identify", "wrong.csv", *COLUMNS, "-o", "out.json")
+    assert_refused(result, there, before, "wrong.csv", *said)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["missing.csv", *COLUMNS], ["missing.csv", "No such file"]),
+        ([".", *COLUMNS], ["directory"]),
+        (["record.csv", "--input", "volt", "--output", "position_um"], ["'volt'", HEADER[:6]]),
+        (["record.csv", "--input", "drive_v", "--output", "drive_v"], ["both", "'drive_v'"]),
+        (["record.csv", *COLUMNS, "--time", "clock"], ["no column 'clock'"]),
+        (["record.csv", *COLUMNS, "--ratios", "0.9,0.3"], ["--ratios", "RA,RB,RC"]),
+        (["record.csv", *COLUMNS, "--ratios", "0.3,0.9,0.3"], ["--ratios", "rb"]),
+        (["record.csv", *COLUMNS, "--ratios", "0.9,-0.3,0.3"], ["--ratios", "rb"]),
+        (["record.csv", *COLUMNS, "--ratios", "0.9,0.3,1.2"], ["--ratios", "rc"]),
+        (
+            ["record.csv", *COLUMNS, "--ratios", "0.9,0.3,0.3", "--model", "conventional"],
+            ["--ratios", "conventional"],
+        ),
+        (["record.csv", *COLUMNS, "--operators", "0"], ["--operators"]),
+        (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
+        (["record.csv", *COLUMNS, "--delay", "-1"], ["--delay", "-1"]),
+        (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
+        (["record.csv", *COLUMNS, "--skip", "5 minutes"], ["--skip", "'5 minutes'"]),
+        (["record.csv", *COLUMNS, "--skip", "1.5"], ["--skip", "'1.5'"]),
+        (["record.csv", *COLUMNS, "--skip", "5s"], ["record.csv", "--skip 5s"]),
+        (["record.csv", *COLUMNS, "--skip", "1", "--skip", "2"], ["--skip", "2 times"]),
+        (["record.csv", *COLUMNS, "--model", "preisach"], ["--model", "'preisach'"]),
+        (["record.csv", "--input", "drive_v"], ["--output"]),
+        ([*COLUMNS], ["DATA"]),
+        (["record.csv", *COLUMNS, "--speed", "1"], ["--speed"]),
+        (["record.csv", *COLUMNS, "-o", "no/such/out.json"], ["no/such", "does not exist"]),
+        (["record.csv", *COLUMNS, "-o", "."], ["is a directory"]),
+        (["record.csv", *COLUMNS, "-o", "record.csv"], ["record.csv", "overwritten"]),
+        (["record.csv", *COLUMNS, "--report", "./record.csv"], ["record.csv", "overwritten"]),
+        (["record.csv", *COLUMNS, "-o", "a", "--report", "./a"], ["two outputs"]),
+        (["record.csv", *COLUMNS, "-o", os.devnull], ["not a regular file"]),
+    ],
+)
+def test_identify_refuses_wrong_arguments(
+    there: Path, arguments: list[str], said: list[str]
+) -> None:
+    if "-o" not in arguments:
+        arguments = [*arguments, "-o", "out.json"]
+    before = names_in(there)
+    assert_refused(run("identify", *arguments), there, before, *said)
+
+
+def test_seconds_to_skip_need_a_time_column(there: Path) -> None:
+    rows = [row[1:] for row in record_rows()]
+    write_csv(there / "untimed.csv", "drive_v,position_um", rows)
+    before = names_in(there)
+    result = run("identify", "untimed.csv", *COLUMNS, "--skip", "1s", "-o", "out.json")
+    assert_refused(result, there, before, "untimed.csv", "--time")
+
+
+def test_records_of_different_rates_are_refused(there: Path) -> None:
+    rows = [[2.0 * sample / RATE, *row[1:]] for sample, row in enumerate(record_rows())]
+    write_csv(there / "slow.csv", HEADER, rows)
+    before = names_in(there)
+    result = run("identify", "record.csv", "slow.csv", *COLUMNS, "-o", "out.json")
+    assert_refused(result, there, before, "slow.csv", "0.005000 s and 0.01000 s")
+
+
+def test_precompensate_makes_the_model_follow(there: Path) -> None:
+    result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
+    assert result.exit_code == 0, result.output
+    drive = column(there / "drive.csv", "drive")
+    target = column(there / "trajectory.csv", "target_um")
+    assert np.abs(actuator().forward().run(drive) - target).max() < 1e-14
+    np.testing.assert_array_equal(
+        column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
+    )
+    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
+    assert "300, from rest" in result.stdout
+
+
+def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
+    result = run(
+        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
+        *("--column", "target_um", "--limits", "-150,200"),
+    )
+    assert result.exit_code == 0, result.output
+    drive = column(there / "drive.csv", "drive")
+    saturated = column(there / "drive.csv", "saturated").astype(bool)
+    target = column(there / "trajectory.csv", "target_um")
+    assert (drive.min(), drive.max()) == (-150.0, 200.0)
+    missed = np.abs(actuator().forward().run(drive) - target)
+    assert missed[~saturated].max() < 1e-14 < missed[saturated].min()
+    assert f"{saturated.sum()} of 300 samples" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("files", "options", "said"),
+    [
+        ({}, ["missing.json", "trajectory.csv"], ["missing.json", "No such file"]),
+        ({}, ["stage.json", "missing.csv"], ["missing.csv", "No such file"]),
+        ({"cut.json": '{"schema": "mpi_h'}, ["cut.json", "trajectory.csv"], ["cut.json"]),
+        ({"old.json": '{"schema": "mpi_hyst/model/0"}'}, ["old.json", "trajectory.csv"],
+         ["old.json", "schema"]),
+        ({}, ["record.csv", "trajectory.csv"], ["record.csv", "not a model file"]),
+        ({"flat.csv": "time_s,target_um\n0,text\n"}, ["stage.json", "flat.csv"], ["no numeric"]),
+        ({"nan.csv": "time_s,target_um\n0,1\n1,nan\n"}, ["stage.json", "nan.csv"],
+         ["nan.csv, line 3, column target_um"]),
+        ({}, ["stage.json", "record.csv"], ["--column", "drive_v, position_um"]),
+        ({}, ["stage.json", "trajectory.csv", "--column", "x"], ["no column 'x'", "target_um"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "5"], ["--limits", "LOW,HIGH"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "5,-5"], ["--limits:", "-5"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "nan,5"], ["--limits:", "NaN"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "stage.json"], ["overwritten"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "trajectory.csv"], ["overwritten"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "no/drive.csv"], ["does not exist"]),
+    ],
+)  # fmt: skip
+def test_precompensate_refuses(
+    there: Path, files: dict[str, str], options: list[str], said: list[str]
+) -> None:
+    for name, text in files.items():
+        (there / name).write_text(text, encoding="utf-8")
+    before = names_in(there)
+    contents = {path: path.read_bytes() for path in there.iterdir()}
+    given = [] if "-o" in options else ["-o", "drive.csv"]
+    assert_refused(run("precompensate", *options, *given), there, before, *said)
+    assert contents == {path: path.read_bytes() for path in there.iterdir()}
+
+
+def test_precompensate_says_why_a_model_has_no_inverse(there: Path) -> None:
+    wrong = mh.ModifiedPrandtlIshlinskii.from_ratios([1e-3, -2e-3], [0.0, 10.0], **RATIOS)
+    wrong.save(there / "wrong.json")
+    before = names_in(there)
+    result = run("precompensate", "wrong.json", "trajectory.csv", "-o", "drive.csv")
+    assert_refused(result, there, before, "wrong.json", "not invertible")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["bogus"], ["demo", "extra"], ["demo", "--out", "stage.json"]]
+)
+def test_other_wrong_commands(there: Path, arguments: list[str]) -> None:
+    before = names_in(there)
+    assert_refused(run(*arguments), there, before, arguments[-1])
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["identify", "-h"], ["--version"]])
+def test_help_and_version_are_no_errors(arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 0
+    assert result.stdout and not result.stderr
