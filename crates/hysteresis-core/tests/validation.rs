@@ -156,6 +156,8 @@ fn states_of_another_stream_are_refused() {
     assert!(refused(&|m| m.positive.turning_points[0].at_zero = 77).contains("fewer operators"));
     assert!(refused(&|m| m.positive.turning_points[0].input = f64::NAN).contains("finite inputs"));
     assert!(refused(&|m| m.positive.turning_points[0].output = f64::NAN).contains("finite inputs"));
+    assert!(refused(&|m| m.positive.turning_points[0].output += 1e-3).contains("outputs that the model has"));
+    assert!(refused(&|m| m.negative.turning_points[0].input -= 1.0).contains("outputs that the model has"));
     assert!(refused(&|m| m.reversals = 0).contains("numbered"));
     assert!(refused(&|m| m.positive.turning_points[0].reversal = 0).contains("numbered"));
 

@@ -11,6 +11,9 @@ use super::turning_points::{Direction, Stack};
 use super::{Piece, Reach};
 use crate::error::Error;
 
+/// How far a saved output may be from the model's, relative to its scale: far above rounding, far below any use.
+const RESTORE_TOLERANCE: f64 = 1e-9;
+
 /// A model with its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Engine {
@@ -105,18 +108,35 @@ impl Engine {
         }
     }
 
-    /// Continues from a saved state.
-    pub(crate) fn restore(&mut self, state: &TurningPointState) -> Result<(), Error> {
+    /// Continues from a saved state whose input was `input`.
+    pub(crate) fn restore(&mut self, state: &TurningPointState, input: f64) -> Result<(), Error> {
         let TurningPointState { direction, reversals, .. } = *state;
         let restored = |family: &Family, saved: &FamilyState, direction: Direction| {
             saved.check(family.len(), reversals)?;
             Ok(Branch::restored(family, saved, direction))
         };
-        let (positive, positive_stack) = restored(&self.families.positive, &state.positive, direction)?;
-        let (negative, negative_stack) = restored(&self.families.negative, &state.negative, direction.reversed())?;
-        self.place = Place { direction, positive, negative };
-        self.stacks = Stacks { positive: positive_stack, negative: negative_stack };
-        self.reversals = reversals;
+        let families = self.families.clone();
+        let (positive, positive_stack) = restored(&families.positive, &state.positive, direction)?;
+        let (negative, negative_stack) = restored(&families.negative, &state.negative, direction.reversed())?;
+        let place = Place { direction, positive, negative };
+        let stacks = Stacks { positive: positive_stack, negative: negative_stack };
+        let candidate = Self { families, place, stacks, reversals };
+        candidate.check_outputs(input)?;
+        *self = candidate;
+        Ok(())
+    }
+
+    /// Back at a remembered turning point the model is back at its output: so the inverse may rely on those.
+    fn check_outputs(&self, input: f64) -> Result<(), Error> {
+        let positive = self.place.positive.remembered(&self.stacks.positive).map(|p| (p.input, p.output));
+        let negative = self.place.negative.remembered(&self.stacks.negative).map(|p| (-p.input, p.output));
+        for (turn, output) in positive.chain(negative) {
+            let tolerance = RESTORE_TOLERANCE * self.families.output_scale(input.abs() + turn.abs());
+            let agrees = (self.peek_input(input, turn) - output).abs() <= tolerance;
+            if !agrees {
+                return Err(Error::State { expected: "turning points with the outputs that the model has there" });
+            }
+        }
         Ok(())
     }
 }

@@ -98,6 +98,11 @@ impl Family {
         self.rungs[i].gap
     }
 
+    /// Sum of |w_i| (input + a_i + b_i).
+    pub(crate) fn output_scale(&self, input: f64) -> f64 {
+        self.rungs.windows(2).map(|pair| (pair[1].weight - pair[0].weight).abs() * (input + pair[0].gap)).sum()
+    }
+
     /// Sum of w_i (x - a_i) over `from..to`, as a line in x.
     #[inline]
     pub(crate) fn risen(&self, from: usize, to: usize) -> Line {

@@ -186,10 +186,10 @@ impl Memory {
         }
     }
 
-    /// Continues from a saved state.
-    pub(crate) fn restore(&mut self, state: &MemoryState) -> Result<(), Error> {
+    /// Continues from a saved state whose input was `input`.
+    pub(crate) fn restore(&mut self, state: &MemoryState, input: f64) -> Result<(), Error> {
         match (self, state) {
-            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state),
+            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input),
             (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
         }

@@ -36,6 +36,13 @@ impl Families {
     }
 }
 
+impl Families {
+    /// An upper bound of what is summed for an output at inputs of that magnitude: what rounding is relative to.
+    pub(crate) fn output_scale(&self, input: f64) -> f64 {
+        self.identity_weight.abs() * input + self.positive.output_scale(input) + self.negative.output_scale(input)
+    }
+}
+
 /// How many breakpoints an inverse walks one by one before it searches.
 const WALK: u32 = 6;
 

@@ -100,7 +100,7 @@ impl Forward {
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_finite("state.last_input", None, state.last_input)?;
         check_finite("state.last_output", None, state.last_output)?;
-        self.memory.restore(&state.memory)?;
+        self.memory.restore(&state.memory, state.last_input)?;
         self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
         self.rejected = state.rejected;
         Ok(())

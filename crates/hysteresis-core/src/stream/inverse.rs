@@ -154,7 +154,7 @@ impl Inverse {
         if !(low <= state.last_output && state.last_output <= high) {
             return Err(Error::State { expected: "a drive within the limits of the stream" });
         }
-        self.memory.restore(&state.memory)?;
+        self.memory.restore(&state.memory, state.last_output)?;
         self.saturated = state.saturated;
         self.rejected = state.rejected;
         self.enter_segment(state.last_output, state.last_input);
