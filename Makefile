@@ -61,5 +61,5 @@ $(TOOLS): pyproject.toml
 	@touch $@
 
 $(PACKAGE): $(TOOLS) $(RUST) pyproject.toml
-	$(BIN)/maturin develop --quiet --release --extras all
+	$(BIN)/maturin develop --quiet --release --extras cli,report
 	@touch $@
