@@ -18,6 +18,7 @@ mod identify;
 mod models;
 mod operators;
 mod paper;
+mod process;
 mod signals;
 mod streams;
 

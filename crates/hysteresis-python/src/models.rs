@@ -126,8 +126,74 @@ fn offset_keywords(py: Python<'_>, offsets: Offsets) -> PyResult<Bound<'_, PyDic
     Ok(keywords)
 }
 
-#[pymethods]
-impl PrandtlIshlinskii {
+/// The methods that both models have, and its own.
+macro_rules! model_methods {
+    ($class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $class {
+            /// The number of operators n.
+            #[getter]
+            fn operators(&self) -> usize {
+                self.model.weights().len()
+            }
+
+            /// Subtracted from the input.
+            #[getter]
+            fn input_offset(&self) -> f64 {
+                self.model.offsets().input
+            }
+
+            /// Added to the output.
+            #[getter]
+            fn output_offset(&self) -> f64 {
+                self.model.offsets().output
+            }
+
+            /// Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together.
+            #[getter]
+            fn invertible(&self) -> bool {
+                self.model.check_invertible().is_ok()
+            }
+
+            /// Why the model is not invertible, or None.
+            #[getter]
+            fn not_invertible_because(&self) -> Option<String> {
+                self.model.check_invertible().err().map(|error| error.to_string())
+            }
+
+            /// The forward model as a stream, at rest or from the operator outputs `initial`.
+            #[pyo3(signature = (initial=None))]
+            fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+                forward(&self.kernel, initial)
+            }
+
+            /// The exact inverse as a stream, the drive within `limits` (low, high).
+            ///
+            /// Raises NotInvertibleError if the model may not be invertible.
+            #[pyo3(signature = (limits=None, initial=None))]
+            fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+                inverse(&self.kernel, limits, initial)
+            }
+
+            /// Writes the model to a JSON file; the file appears only when it is complete.
+            fn save(&self, path: PathBuf) -> PyResult<()> {
+                save(&self.model.clone().into(), path)
+            }
+
+            fn __eq__(&self, other: &Self) -> bool {
+                self.model == other.model
+            }
+
+            fn __repr__(&self) -> String {
+                format!("<{} of {} operators>", stringify!($class), self.operators())
+            }
+
+            $($own)*
+        }
+    };
+}
+
+model_methods!(PrandtlIshlinskii {
     #[new]
     #[pyo3(signature = (weights, thresholds, *, input_offset=0.0, output_offset=0.0))]
     fn new(
@@ -155,50 +221,6 @@ impl PrandtlIshlinskii {
         read_only(py, self.model.operators().iter().map(core::Play::r))
     }
 
-    /// The number of operators n.
-    #[getter]
-    fn operators(&self) -> usize {
-        self.model.weights().len()
-    }
-
-    /// Subtracted from the input.
-    #[getter]
-    fn input_offset(&self) -> f64 {
-        self.model.offsets().input
-    }
-
-    /// Added to the output.
-    #[getter]
-    fn output_offset(&self) -> f64 {
-        self.model.offsets().output
-    }
-
-    /// Whether the weight at threshold zero outweighs all negative weights together.
-    #[getter]
-    fn invertible(&self) -> bool {
-        self.model.check_invertible().is_ok()
-    }
-
-    /// Why the model is not invertible, or None.
-    #[getter]
-    fn not_invertible_because(&self) -> Option<String> {
-        self.model.check_invertible().err().map(|error| error.to_string())
-    }
-
-    /// The forward model as a stream, at rest or from the operator outputs `initial`.
-    #[pyo3(signature = (initial=None))]
-    fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
-        forward(&self.kernel, initial)
-    }
-
-    /// The exact inverse as a stream, the drive within `limits` (low, high).
-    ///
-    /// Raises NotInvertibleError if the model may not be invertible.
-    #[pyo3(signature = (limits=None, initial=None))]
-    fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
-        inverse(&self.kernel, limits, initial)
-    }
-
     /// The inverse as another conventional model, in closed form.
     ///
     /// w'_0 = 1 / w_0, w'_i = -w_i / (S_i S_(i-1)), r'_i = sum_(j<=i) w_j (r_i - r_j), S_i = sum_(j<=i) w_j.
@@ -215,15 +237,6 @@ impl PrandtlIshlinskii {
         self.model.closed_form_inverse().map(Self::from).map_err(errors::core)
     }
 
-    /// Writes the model to a JSON file; the file appears only when it is complete.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
-        save(&self.model.clone().into(), path)
-    }
-
-    fn __eq__(&self, other: &Self) -> bool {
-        self.model == other.model
-    }
-
     fn __hash__(&self) -> u64 {
         let offsets = self.model.offsets();
         let thresholds = self.model.operators().iter().map(core::Play::r);
@@ -234,11 +247,7 @@ impl PrandtlIshlinskii {
         let positional = (self.weights(py)?, self.thresholds(py)?).into_pyobject(py)?;
         Ok((positional, offset_keywords(py, self.model.offsets())?))
     }
-
-    fn __repr__(&self) -> String {
-        format!("<PrandtlIshlinskii of {} operators>", self.operators())
-    }
-}
+});
 
 impl ModifiedPrandtlIshlinskii {
     fn values(&self, threshold: impl Fn(&CoupledPlay) -> f64) -> impl Iterator<Item = f64> {
@@ -246,8 +255,7 @@ impl ModifiedPrandtlIshlinskii {
     }
 }
 
-#[pymethods]
-impl ModifiedPrandtlIshlinskii {
+model_methods!(ModifiedPrandtlIshlinskii {
     #[new]
     #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0))]
     fn new(
@@ -331,50 +339,6 @@ impl ModifiedPrandtlIshlinskii {
         read_only(py, self.values(CoupledPlay::rc))
     }
 
-    /// The number of operators n.
-    #[getter]
-    fn operators(&self) -> usize {
-        self.model.weights().len()
-    }
-
-    /// Subtracted from the input.
-    #[getter]
-    fn input_offset(&self) -> f64 {
-        self.model.offsets().input
-    }
-
-    /// Added to the output.
-    #[getter]
-    fn output_offset(&self) -> f64 {
-        self.model.offsets().output
-    }
-
-    /// Whether the weight of the identity operators outweighs all negative weights together.
-    #[getter]
-    fn invertible(&self) -> bool {
-        self.model.check_invertible().is_ok()
-    }
-
-    /// Why the model is not invertible, or None.
-    #[getter]
-    fn not_invertible_because(&self) -> Option<String> {
-        self.model.check_invertible().err().map(|error| error.to_string())
-    }
-
-    /// The forward model as a stream, at rest or from the operator outputs `initial`.
-    #[pyo3(signature = (initial=None))]
-    fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
-        forward(&self.kernel, initial)
-    }
-
-    /// The exact inverse as a stream, the drive within `limits` (low, high).
-    ///
-    /// Raises NotInvertibleError if the model may not be invertible.
-    #[pyo3(signature = (limits=None, initial=None))]
-    fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
-        inverse(&self.kernel, limits, initial)
-    }
-
     /// The parametric inverse of the paper, equation (7) and Table II: another modified model, input um, output V.
     ///
     /// Weights and r' as in the closed form of the conventional model, then ra' = ra r', rb' = rb r', rc' = rc r'.
@@ -393,15 +357,6 @@ impl ModifiedPrandtlIshlinskii {
         self.model.parametric_inverse(Ratios { ra, rb, rc }).map(Self::from).map_err(errors::core)
     }
 
-    /// Writes the model to a JSON file; the file appears only when it is complete.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
-        save(&self.model.clone().into(), path)
-    }
-
-    fn __eq__(&self, other: &Self) -> bool {
-        self.model == other.model
-    }
-
     fn __hash__(&self) -> u64 {
         let offsets = self.model.offsets();
         let thresholds = self.model.operators().iter().flat_map(|z| [z.r(), z.ra(), z.rb(), z.rc()]);
@@ -413,8 +368,4 @@ impl ModifiedPrandtlIshlinskii {
             (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?).into_pyobject(py)?;
         Ok((positional, offset_keywords(py, self.model.offsets())?))
     }
-
-    fn __repr__(&self) -> String {
-        format!("<ModifiedPrandtlIshlinskii of {} operators>", self.operators())
-    }
-}
+});

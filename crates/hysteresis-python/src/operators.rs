@@ -1,10 +1,11 @@
 //! Single operators.
 
-use hysteresis_core::{self as core, Operator, Process, Tracked};
+use hysteresis_core::{self as core, Process, Tracked};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::{arrays, errors};
+use crate::errors;
+use crate::process::process_methods;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
 ///
@@ -43,13 +44,7 @@ pub(crate) struct Play(Tracked<core::Play>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
-/// Sets the output that an operator continues from.
-fn set_state<O: Operator>(tracked: &mut Tracked<O>, state: f64) -> PyResult<()> {
-    tracked.set_state(state).map_err(errors::core)
-}
-
-#[pymethods]
-impl Play {
+process_methods!(Play {
     #[new]
     fn new(r: f64) -> PyResult<Self> {
         Ok(Self(Tracked::new(core::Play::new(r).map_err(errors::core)?)))
@@ -61,34 +56,7 @@ impl Play {
         self.0.operator().r()
     }
 
-    /// Takes one sample; an input that is not finite leaves the output as it is.
-    #[pyo3(signature = (input, /))]
-    fn step(&mut self, input: f64) -> f64 {
-        self.0.step(input)
-    }
-
-    /// What `step` would return, without taking the sample.
-    #[pyo3(signature = (input, /))]
-    fn peek(&self, input: f64) -> f64 {
-        self.0.peek(input)
-    }
-
-    /// Takes an array of samples into `out`, or into a new array.
-    #[pyo3(signature = (input, out=None))]
-    fn run<'py>(
-        &mut self,
-        input: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        arrays::run(&mut self.0, input, out)
-    }
-
-    /// Back to rest: z = 0.
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    /// The last output z: the whole memory.
+    /// The last output z: the whole memory. Set it to continue from there.
     #[getter]
     fn state(&self) -> f64 {
         self.0.state()
@@ -96,22 +64,15 @@ impl Play {
 
     #[setter]
     fn set_state(&mut self, state: f64) -> PyResult<()> {
-        set_state(&mut self.0, state)
-    }
-
-    /// How many inputs were not finite.
-    #[getter]
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
+        self.0.set_state(state).map_err(errors::core)
     }
 
     fn __repr__(&self) -> String {
         format!("Play(r={})", self.r())
     }
-}
+});
 
-#[pymethods]
-impl CoupledPlay {
+process_methods!(CoupledPlay {
     #[new]
     fn new(r: f64, ra: f64, rb: f64, rc: f64) -> PyResult<Self> {
         Ok(Self(Tracked::new(core::CoupledPlay::new(r, ra, rb, rc).map_err(errors::core)?)))
@@ -141,34 +102,7 @@ impl CoupledPlay {
         self.0.operator().rc()
     }
 
-    /// Takes one sample; an input that is not finite leaves the output as it is.
-    #[pyo3(signature = (input, /))]
-    fn step(&mut self, input: f64) -> f64 {
-        self.0.step(input)
-    }
-
-    /// What `step` would return, without taking the sample.
-    #[pyo3(signature = (input, /))]
-    fn peek(&self, input: f64) -> f64 {
-        self.0.peek(input)
-    }
-
-    /// Takes an array of samples into `out`, or into a new array.
-    #[pyo3(signature = (input, out=None))]
-    fn run<'py>(
-        &mut self,
-        input: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        arrays::run(&mut self.0, input, out)
-    }
-
-    /// Back to rest: z = 0.
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    /// The last output z: the whole memory.
+    /// The last output z: the whole memory. Set it to continue from there.
     #[getter]
     fn state(&self) -> f64 {
         self.0.state()
@@ -176,16 +110,10 @@ impl CoupledPlay {
 
     #[setter]
     fn set_state(&mut self, state: f64) -> PyResult<()> {
-        set_state(&mut self.0, state)
-    }
-
-    /// How many inputs were not finite.
-    #[getter]
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
+        self.0.set_state(state).map_err(errors::core)
     }
 
     fn __repr__(&self) -> String {
         format!("CoupledPlay(r={}, ra={}, rb={}, rc={})", self.r(), self.ra(), self.rb(), self.rc())
     }
-}
+});

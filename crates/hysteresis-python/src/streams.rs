@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
-use crate::{arrays, errors};
+use crate::errors;
+use crate::process::process_methods;
 
 /// The output of a model, sample by sample: made by `model.forward()`.
 ///
@@ -53,10 +54,6 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-fn to_python<'py>(py: Python<'py>, state: &StreamState) -> PyResult<Bound<'py, PyAny>> {
-    Ok(pythonize(py, state)?)
-}
-
 fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     let wrong = |what: &str| PyValueError::new_err(format!("state: expected what .state returned; {what}"));
     let plain = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
@@ -67,115 +64,46 @@ fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     Ok(plain)
 }
 
-#[pymethods]
-impl Forward {
-    /// Takes one sample: the displacement at this input. An input that is not finite leaves everything as it is.
-    #[pyo3(signature = (input, /))]
-    fn step(&mut self, input: f64) -> f64 {
-        self.0.step(input)
-    }
+/// The methods of a stream of a model: those of a process, those that both streams have, and its own.
+macro_rules! stream_methods {
+    ($class:ident { $($own:tt)* }) => {
+        process_methods!($class {
+            /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
+            /// bit.
+            #[getter]
+            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                Ok(pythonize(py, &self.0.state())?)
+            }
 
-    /// What `step` would return, without taking the sample.
-    #[pyo3(signature = (input, /))]
-    fn peek(&self, input: f64) -> f64 {
-        self.0.peek(input)
-    }
+            #[setter]
+            fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                self.0.set_state(&from_python(state)?).map_err(errors::core)
+            }
 
-    /// Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array.
-    #[pyo3(signature = (input, out=None))]
-    fn run<'py>(
-        &mut self,
-        input: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        arrays::run(&mut self.0, input, out)
-    }
+            /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
+            #[getter]
+            fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+                PyArray1::from_vec(py, self.0.turning_points())
+            }
 
-    /// Back to the start: at rest, or at the initial outputs that were given.
-    fn reset(&mut self) {
-        self.0.reset();
-    }
+            /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
+            #[getter]
+            fn method(&self) -> &'static str {
+                method_name(self.0.method())
+            }
 
-    /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
-    #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.state())
-    }
+            $($own)*
+        });
+    };
+}
 
-    #[setter]
-    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.set_state(&from_python(state)?).map_err(errors::core)
-    }
-
-    /// The reversals of the input that still determine the output, oldest first; empty for a bank.
-    #[getter]
-    fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.0.turning_points())
-    }
-
-    /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
-    #[getter]
-    fn method(&self) -> &'static str {
-        method_name(self.0.method())
-    }
-
-    /// How many inputs were not finite.
-    #[getter]
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-
+stream_methods!(Forward {
     fn __repr__(&self) -> String {
         format!("<Forward by {}>", self.method())
     }
-}
+});
 
-#[pymethods]
-impl Inverse {
-    /// Takes one target: the drive that brings the model there, or the limit that comes closest.
-    #[pyo3(signature = (target, /))]
-    fn step(&mut self, target: f64) -> f64 {
-        self.0.step(target)
-    }
-
-    /// What `step` would return, without taking the target.
-    #[pyo3(signature = (target, /))]
-    fn peek(&self, target: f64) -> f64 {
-        self.0.peek(target)
-    }
-
-    /// Takes an array of targets, bit for bit like `step` in a loop, into `out` or a new array.
-    #[pyo3(signature = (input, out=None))]
-    fn run<'py>(
-        &mut self,
-        input: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        arrays::run(&mut self.0, input, out)
-    }
-
-    /// Back to the start: at rest, or at the initial outputs that were given.
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
-    #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.state())
-    }
-
-    #[setter]
-    fn set_state(&mut self, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.set_state(&from_python(state)?).map_err(errors::core)
-    }
-
-    /// The reversals of the drive that still determine the output, oldest first; empty for a bank.
-    #[getter]
-    fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.0.turning_points())
-    }
-
+stream_methods!(Inverse {
     /// Whether the last target was out of reach and the drive is at a limit.
     #[getter]
     fn saturated(&self) -> bool {
@@ -188,22 +116,10 @@ impl Inverse {
         self.0.limits()
     }
 
-    /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
-    #[getter]
-    fn method(&self) -> &'static str {
-        method_name(self.0.method())
-    }
-
-    /// How many targets were not finite.
-    #[getter]
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-
     fn __repr__(&self) -> String {
         match self.limits() {
             Some((low, high)) => format!("<Inverse by {}, limits ({low}, {high})>", self.method()),
             None => format!("<Inverse by {}>", self.method()),
         }
     }
-}
+});
