@@ -6,6 +6,14 @@ use crate::error::Error;
 ///
 /// No method allocates, locks, panics, logs or reads a clock. An input that is not finite, or beyond
 /// [`MAX_MAGNITUDE`](crate::MAX_MAGNITUDE), leaves state and output as they are and is counted.
+///
+/// ```
+/// use hysteresis_core::{Play, Process, Tracked};
+/// let mut play = Tracked::new(Play::new(1.0)?);
+/// assert_eq!((play.peek(3.0), play.step(3.0), play.step(f64::NAN)), (2.0, 2.0, 2.0));
+/// assert_eq!(play.rejected(), 1);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
 pub trait Process {
     /// Takes one sample and returns the output.
     fn step(&mut self, input: f64) -> f64;

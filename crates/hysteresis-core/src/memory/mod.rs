@@ -52,6 +52,14 @@ pub(crate) struct Reach {
 }
 
 /// Which algorithm evaluates a stream.
+///
+/// ```
+/// use hysteresis_core::{Forward, Kernel, Method, paper};
+/// let kernel = Kernel::new(&paper::table_1());
+/// assert_eq!(Forward::new(&kernel).method(), Method::TurningPoints);
+/// assert_eq!(Forward::with_initial(&kernel, &[0.1; 20])?.method(), Method::Bank);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Turning points and prefix sums: the cost does not grow with the number of operators.
@@ -64,6 +72,15 @@ pub enum Method {
 ///
 /// Made once per model; [`Forward::new`](crate::Forward::new) and [`Inverse::new`](crate::Inverse::new) then only
 /// allocate the memory of one stream. Cloning shares.
+///
+/// ```
+/// use hysteresis_core::{Forward, Inverse, Kernel, Method, Process, paper};
+/// let kernel = Kernel::new(&paper::table_1_recovered());
+/// assert_eq!(kernel.method(), Method::TurningPoints);
+/// let (mut actuator, mut inverse) = (Forward::new(&kernel), Inverse::new(&kernel, None)?);
+/// assert!((actuator.step(inverse.step(1.5)) - 1.5).abs() < 1e-14); // um
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Kernel {
     pub(crate) offsets: Offsets,

@@ -17,6 +17,14 @@ use crate::error::{Error, check_finite};
 ///
 /// `input` in the unit of the input moves the sticky zero of the coupled play (unipolar drives), `output` in the
 /// unit of the output is the reading of the sensor at the model's zero.
+///
+/// ```
+/// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+/// let offsets = Offsets { input: 2.0, output: -100.0 };
+/// let model = PrandtlIshlinskii::new(&[10.0], &[0.0], offsets)?;
+/// assert_eq!(model.forward().step(3.0), -90.0);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offsets {
     /// Subtracted from the input, in the unit of the input.

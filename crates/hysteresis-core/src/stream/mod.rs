@@ -10,6 +10,19 @@ pub use inverse::Inverse;
 use crate::memory::MemoryState;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
+///
+/// ```
+/// use hysteresis_core::{Process, paper};
+/// let actuator = paper::table_1_recovered();
+/// let mut stream = actuator.forward();
+/// stream.step(300.0);
+/// let saved = stream.state();
+/// let next = stream.step(-100.0);
+/// let mut other = actuator.forward();
+/// other.set_state(&saved)?;
+/// assert_eq!(other.step(-100.0), next);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct StreamState {
