@@ -38,7 +38,10 @@ fn records() {
     assert_eq!(error, RecordError::Constant { argument: "input", value: 1.0 });
     let error = refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 1);
     assert_eq!(error.in_record(3), Error::Record { record: 3, error });
-    assert_eq!(error.in_record(3).to_string(), "record 3: output: expected fitted samples that vary, got 1.0 throughout");
+    assert_eq!(
+        error.in_record(3).to_string(),
+        "record 3: output: expected fitted samples that vary, got 1.0 throughout"
+    );
 }
 
 #[test]
