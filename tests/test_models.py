@@ -154,8 +154,8 @@ def test_from_ratios_multiplies_r() -> None:
         ({"ra": -1.0}, "ra: expected a finite number >= 0, got -1.0"),
         ({"ra": math.nan}, "ra: expected a finite number >= 0, got NaN"),
         ({"rb": 1.0}, "rb: expected 0 <= rb <= ra = 0.9, got 1.0"),
-        ({"rc": 1.5}, "rc: expected 0 <= rc <= 1 = 1.0, got 1.5"),
-        ({"rc": -0.1}, "rc: expected 0 <= rc <= 1 = 1.0, got -0.1"),
+        ({"rc": 1.5}, "rc: expected a number from 0.0 to 1.0, got 1.5"),
+        ({"rc": -0.1}, "rc: expected a number from 0.0 to 1.0, got -0.1"),
     ],
 )
 def test_impossible_ratios_are_named(ratios: dict[str, float], message: str) -> None:

@@ -26,7 +26,7 @@ pub fn actuator(operators: u32) -> ModifiedPrandtlIshlinskii {
 pub enum Signal {
     /// A sine of 1 Hz whose amplitude decays from 500 V to nothing.
     Smooth,
-    /// A sine of 50 Hz and 500 V with 0.1 V rms of uniform noise.
+    /// A sine of 50 Hz and 500 V, with 0.1 V rms of uniform noise.
     Noisy,
     /// Uniform over +-500 V, every sample anew.
     White,
@@ -47,7 +47,7 @@ impl Signal {
         let sine = |frequency: f64, k: u32| (core::f64::consts::TAU * frequency * f64::from(k) * 1e-4).sin();
         let sample = |k: u32| match self {
             Self::Smooth => 500.0 * (1.0 - f64::from(k) / f64::from(count)) * sine(1.0, k),
-            Self::Noisy => 499.0 * sine(50.0, k) + 0.1 * 12.0_f64.sqrt() * noise.next(),
+            Self::Noisy => 500.0 * sine(50.0, k) + 0.1 * 12.0_f64.sqrt() * noise.next(),
             Self::White => 1000.0 * noise.next(),
         };
         (0..count).map(sample).collect()

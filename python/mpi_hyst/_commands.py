@@ -118,7 +118,7 @@ def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
         show_default=True,
         help="Coupled plays, or plays for comparison.",
     ),
-    click.option("--operators", type=click.IntRange(min=1), default=20, show_default=True),
+    click.option("--operators", type=click.IntRange(1, 100_000), default=20, show_default=True),
     click.option(
         "--ratios", **_numbers("RA,RB,RC"), help="Thresholds ra, rb, rc over r.  [fitted]"
     ),

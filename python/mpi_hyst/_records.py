@@ -21,6 +21,8 @@ from mpi_hyst._errors import CommandError
 
 Samples = npt.NDArray[np.float64]
 
+# What the library refuses too, but there without the line.
+MAX_MAGNITUDE = 1e100
 TIME_COLUMNS = ("time_s", "time")
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 _UNITS = {
@@ -228,6 +230,8 @@ def _number(cell: str) -> float:
     value = float(text)
     if not math.isfinite(value):
         raise ValueError(f"not finite: {text}")
+    if abs(value) > MAX_MAGNITUDE:
+        raise ValueError(f"larger than {MAX_MAGNITUDE:g}: {text[:40]}")
     return value
 
 

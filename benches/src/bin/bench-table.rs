@@ -1,5 +1,6 @@
 //! The medians of the last `cargo bench`, as a table: time per sample and its ratio to the plain loop.
 
+use std::env;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,8 @@ use serde_json::Value;
 
 /// Median time per sample in ns, as criterion left it.
 fn median(signal: &str, case: &str, operators: u32) -> Result<f64, Box<dyn Error>> {
-    let directory = Path::new("target/criterion").join(signal).join(case).join(operators.to_string());
+    let target = env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    let directory = Path::new(&target).join("criterion").join(signal).join(case).join(operators.to_string());
     let path = directory.join("new/estimates.json");
     let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}; run `make bench`", path.display()))?;
     let estimates: Value = serde_json::from_str(&text)?;

@@ -91,6 +91,13 @@ pub enum Bound {
         /// The outer threshold.
         limit: f64,
     },
+    /// Between two numbers.
+    Between {
+        /// The least.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
     /// Above another number, named in words.
     Above {
         /// What bounds it from below.
@@ -106,6 +113,7 @@ impl fmt::Display for Bound {
             Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
             Self::NonNegative => write!(f, "a finite number >= 0"),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
+            Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
         }
     }
@@ -127,8 +135,8 @@ impl fmt::Display for Error {
             Self::NotInvertible { identity_weight, negative_sum } => write!(
                 f,
                 "the model is not invertible: its slope is only known to be positive if the weight of the identity \
-                 operator (all thresholds zero) plus the sum of the negative weights is positive, but these are \
-                 {identity_weight:?} and {negative_sum:?}"
+                 operator (all thresholds zero) plus the sum of the negative weights exceeds 1e-100, and 1e-12 of \
+                 the sum of all magnitudes, but these are {identity_weight:?} and {negative_sum:?}"
             ),
             Self::NoClosedForm { index, expected, got } => {
                 write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got:?}")

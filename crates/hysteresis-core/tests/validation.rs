@@ -44,7 +44,7 @@ fn models_that_are_none_are_named() {
         "output_offset: expected a finite number (at most 1e100 in magnitude), got inf"
     );
     let ratios = |ratios| message(ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, Offsets::default()));
-    assert_eq!(ratios(Ratios { rc: 1.5, ..Ratios::PAPER }), "rc: expected 0 <= rc <= 1 = 1.0, got 1.5");
+    assert_eq!(ratios(Ratios { rc: 1.5, ..Ratios::PAPER }), "rc: expected a number from 0.0 to 1.0, got 1.5");
     assert_eq!(ratios(Ratios { rb: 1.5, ..Ratios::PAPER }), "rb: expected 0 <= rb <= ra = 0.95, got 1.5");
 }
 
@@ -64,6 +64,8 @@ fn invertible_means_that_the_identity_outweighs_the_negative_weights() {
     // Two identity operators count together; a slope lost in rounding is none.
     assert_eq!(check(&[1.0, 1.0, -1.5], &[0.0, 0.0, 2.0]), Ok(()));
     assert!(check(&[1.0, -(1.0 - 1e-14)], &[0.0, 1.0]).is_err());
+    // Its reciprocal would not be finite.
+    assert!(check(&[1e-310], &[0.0]).is_err());
     let model = PrandtlIshlinskii::new(&[1.0, -2.0], &[0.0, 1.0], Offsets::default()).unwrap();
     assert!(matches!(model.inverse(None), Err(Error::NotInvertible { .. })));
 }
@@ -161,7 +163,25 @@ fn states_of_another_stream_are_refused() {
     assert!(refused(&|m| m.reversals = 0).contains("numbered"));
     assert!(refused(&|m| m.positive.turning_points[0].reversal = 0).contains("numbered"));
 
+    assert!(refused(&|m| m.reversals = u64::MAX).contains("2^63"));
+    assert!(refused(&|m| (m.negative.moved, m.negative.at_zero) = (1, 1)).contains("output that the model has"));
+    assert!(refused(&|m| m.negative.at_zero += 1).contains("expected"));
+
+    let spoilt = |spoil: &dyn Fn(&mut hysteresis_core::StreamState)| {
+        let mut state = good.clone();
+        spoil(&mut state);
+        message(actuator.forward().set_state(&state))
+    };
+    assert!(spoilt(&|s| s.last_output += 1e-3).contains("output that the model has"));
+    assert!(spoilt(&|s| s.last_input += 1.0).contains("output that the model has"));
+    assert!(spoilt(&|s| (s.last_input, s.last_output) = (f64::NAN, 0.0)).contains("finite"));
+
     let kernel = Kernel::new(&actuator);
+    let mut sum = Forward::with_initial(&kernel, &[0.0; 20]).unwrap();
+    sum.step(100.0);
+    let mut state = sum.state();
+    state.last_output += 1e-3;
+    assert!(message(sum.set_state(&state)).contains("sum to the output"));
     let bank = Forward::with_initial(&kernel, &[0.0; 20]).unwrap();
     assert!(message(stream.set_state(&bank.state())).contains("same method"));
     let mut narrow = Inverse::new(&kernel, Some((-1.0, 1.0))).unwrap();

@@ -31,26 +31,27 @@ impl Quality {
         for (y, prediction) in measured.iter().zip(predicted) {
             let error = y - prediction;
             max_error = max_error.max(error.abs());
-            squares += error * error;
+            squares += (error / range) * (error / range);
         }
         Self::from_sums(max_error, squares, range, measured.len())
     }
 
     /// The quality over all records together.
     pub(crate) fn pooled(records: &[Self]) -> Self {
-        let (mut max_error, mut squares, mut range, mut samples) = (0.0_f64, 0.0, 0.0_f64, 0);
+        let range = records.iter().fold(0.0, |range: f64, record| range.max(record.range));
+        let (mut max_error, mut squares, mut samples) = (0.0_f64, 0.0, 0);
         for record in records {
             max_error = max_error.max(record.max_error);
-            squares += record.mse * as_f64(record.samples);
-            range = range.max(record.range);
+            squares += (record.rmse / range) * (record.rmse / range) * as_f64(record.samples);
             samples += record.samples;
         }
         Self::from_sums(max_error, squares, range, samples)
     }
 
+    /// From the sum of the squares of e / range: squares of e alone may underflow in a unit like the metre.
     fn from_sums(max_error: f64, squares: f64, range: f64, samples: usize) -> Self {
-        let mse = squares / as_f64(samples);
-        let rmse = mse.sqrt();
+        let mean = squares / as_f64(samples);
+        let (mse, rmse) = (mean * range * range, mean.sqrt() * range);
         Self {
             max_error,
             rmse,
@@ -83,5 +84,12 @@ mod tests {
         assert_eq!((both.max_error, both.range, both.samples), (3.0, 10.0, 6));
         assert!((both.mse - 10.0 / 6.0).abs() < 1e-15);
         assert!((both.rmse_percent - 10.0 * both.rmse).abs() < 1e-13);
+    }
+
+    #[test]
+    fn the_unit_does_not_matter() {
+        let (one, tiny) =
+            (Quality::of(&[0.0, 4.0], &[1.0, 1.0], 4.0), Quality::of(&[0.0, 4e-200], &[1e-200; 2], 4e-200));
+        assert!((one.rmse_percent - tiny.rmse_percent).abs() < 1e-12 && (tiny.rmse / one.rmse - 1e-200).abs() < 1e-212);
     }
 }

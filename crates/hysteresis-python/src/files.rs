@@ -13,6 +13,8 @@ use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 #[pyfunction]
 pub(crate) fn write_file(path: PathBuf, text: &str) -> PyResult<()> {
     let shown = path.display().to_string();
+    // A link stays a link: what it points to is replaced.
+    let path = fs::canonicalize(&path).unwrap_or(path);
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));
     let temporary = path.with_file_name(name);

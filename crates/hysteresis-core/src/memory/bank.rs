@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use super::family::Line;
 use super::solve::{At, solve};
 use super::turning_points::Direction;
-use super::{Piece, Reach};
+use super::{Piece, RESTORE_TOLERANCE, Reach};
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
@@ -60,9 +60,15 @@ impl Bank {
         &self.outputs
     }
 
-    pub(crate) fn restore(&mut self, outputs: &[f64]) -> Result<(), Error> {
+    /// Continues from saved operator outputs, which must sum to `output` but for rounding.
+    pub(crate) fn restore(&mut self, outputs: &[f64], output: f64) -> Result<(), Error> {
         if outputs.len() != self.outputs.len() || outputs.iter().any(|z| check_finite("state", None, *z).is_err()) {
             return Err(Error::State { expected: "one finite output for each operator" });
+        }
+        let weighted = || self.members.0.iter().zip(outputs).map(|((weight, _), z)| weight * z);
+        let scale: f64 = weighted().map(f64::abs).sum();
+        if (weighted().sum::<f64>() - output).abs() > RESTORE_TOLERANCE * scale.max(output.abs()) {
+            return Err(Error::State { expected: "operator outputs that sum to the output" });
         }
         self.outputs.copy_from_slice(outputs);
         Ok(())

@@ -1,5 +1,6 @@
 //! Where a family is on its current branch, and how far a move of the input takes it.
 
+use super::RESTORE_TOLERANCE;
 use super::family::{Family, Line};
 use super::search::first_ahead;
 use super::state::FamilyState;
@@ -47,6 +48,14 @@ impl Branch {
         (branch.moved, branch.at_zero) = (state.moved, state.at_zero);
         branch.draw(family);
         (branch, stack)
+    }
+
+    /// Whether `x` lies on the branch but for rounding: past the reversal it began with, or before the one where its
+    /// loop closes.
+    pub(crate) fn holds(&self, x: f64) -> bool {
+        let TurningPoint { input, ended, .. } = self.top.point;
+        let (past, slack) = (self.direction.sign() * (x - input), RESTORE_TOLERANCE * (x.abs() + input.abs()));
+        if ended == self.direction { past <= slack } else { past >= -slack }
     }
 
     /// What restores the branch.

@@ -8,11 +8,11 @@ use super::family::Family;
 use super::place::{Families, Place, Stacks};
 use super::state::{FamilyState, TurningPointState};
 use super::turning_points::{Direction, Stack};
-use super::{Piece, Reach};
+use super::{Piece, RESTORE_TOLERANCE, Reach};
 use crate::error::Error;
 
-/// How far a saved output may be from the model's, relative to its scale: far above rounding, far below any use.
-const RESTORE_TOLERANCE: f64 = 1e-9;
+/// Far more reversals than any stream sees, and far from the end of the counter.
+const MAX_REVERSALS: u64 = 1 << 63;
 
 /// A model with its memory.
 #[derive(Clone, Debug)]
@@ -108,9 +108,12 @@ impl Engine {
         }
     }
 
-    /// Continues from a saved state whose input was `input`.
-    pub(crate) fn restore(&mut self, state: &TurningPointState, input: f64) -> Result<(), Error> {
+    /// Continues from a saved state that was at this input and output.
+    pub(crate) fn restore(&mut self, state: &TurningPointState, input: f64, output: f64) -> Result<(), Error> {
         let TurningPointState { direction, reversals, .. } = *state;
+        if reversals > MAX_REVERSALS {
+            return Err(Error::State { expected: "at most 2^63 reversals" });
+        }
         let restored = |family: &Family, saved: &FamilyState, direction: Direction| {
             saved.check(family.len(), reversals)?;
             Ok(Branch::restored(family, saved, direction))
@@ -121,22 +124,35 @@ impl Engine {
         let place = Place { direction, positive, negative };
         let stacks = Stacks { positive: positive_stack, negative: negative_stack };
         let candidate = Self { families, place, stacks, reversals };
-        candidate.check_outputs(input)?;
+        candidate.check_place(input, output)?;
+        candidate.check_turning_points(input)?;
         *self = candidate;
         Ok(())
     }
 
+    /// The input must lie on the branches that the state tells of, and the model have the output there.
+    fn check_place(&self, input: f64, output: f64) -> Result<(), Error> {
+        if self.place.holds(input) && self.agree(self.place.line(&self.families).at(input), output, input) {
+            Ok(())
+        } else {
+            Err(Error::State { expected: "the output that the model has at the last input on this branch" })
+        }
+    }
+
     /// Back at a remembered turning point the model is back at its output: so the inverse may rely on those.
-    fn check_outputs(&self, input: f64) -> Result<(), Error> {
+    fn check_turning_points(&self, input: f64) -> Result<(), Error> {
         let positive = self.place.positive.remembered(&self.stacks.positive).map(|p| (p.input, p.output));
         let negative = self.place.negative.remembered(&self.stacks.negative).map(|p| (-p.input, p.output));
         for (turn, output) in positive.chain(negative) {
-            let tolerance = RESTORE_TOLERANCE * self.families.output_scale(input.abs() + turn.abs());
-            let agrees = (self.peek_input(input, turn) - output).abs() <= tolerance;
-            if !agrees {
+            if !self.agree(self.peek_input(input, turn), output, input.abs() + turn.abs()) {
                 return Err(Error::State { expected: "turning points with the outputs that the model has there" });
             }
         }
         Ok(())
+    }
+
+    /// Whether two outputs at inputs of that magnitude are equal but for rounding.
+    fn agree(&self, one: f64, other: f64, input: f64) -> bool {
+        (one - other).abs() <= RESTORE_TOLERANCE * self.families.output_scale(input.abs())
     }
 }

@@ -26,6 +26,9 @@ use bank::{Bank, Members};
 use engine::Engine;
 use place::Families;
 
+/// How far a saved number may be from the model's, relative to its scale: far above rounding, far below any use.
+const RESTORE_TOLERANCE: f64 = 1e-9;
+
 /// A straight line and how far, in the direction of travel, it holds: up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
@@ -203,11 +206,11 @@ impl Memory {
         }
     }
 
-    /// Continues from a saved state whose input was `input`.
-    pub(crate) fn restore(&mut self, state: &MemoryState, input: f64) -> Result<(), Error> {
+    /// Continues from a saved state that was at this input and output.
+    pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
         match (self, state) {
-            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input),
-            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs),
+            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
+            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, output),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
         }
     }

@@ -34,9 +34,7 @@ impl Families {
         }
         Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })
     }
-}
 
-impl Families {
     /// An upper bound of what is summed for an output at inputs of that magnitude: what rounding is relative to.
     pub(crate) fn output_scale(&self, input: f64) -> f64 {
         self.identity_weight.abs() * input + self.positive.output_scale(input) + self.negative.output_scale(input)
@@ -69,6 +67,11 @@ impl Place {
             positive: Branch::virgin(&families.positive, Direction::Rising),
             negative: Branch::virgin(&families.negative, Direction::Falling),
         }
+    }
+
+    /// Whether the input `x` lies on both branches.
+    pub(crate) fn holds(&self, x: f64) -> bool {
+        self.positive.holds(x) && self.negative.holds(-x)
     }
 
     /// Turns round at the input `x`, which becomes turning point number `reversal`.
@@ -107,10 +110,10 @@ impl Place {
             if !direction.has_passed(reached, to) {
                 return Reach { input: line.inverted().at(to), output: to, saturated: false };
             }
+            self.advance(families, stacks, end);
             if end == limit {
                 return Reach { input: limit, output: reached, saturated: to != reached };
             }
-            self.advance(families, stacks, end);
             near = end;
         }
         self.solve_for_output(families, stacks, near, to, limit)

@@ -1,9 +1,12 @@
 //! When an output tells its input.
 
-use crate::error::Error;
+use crate::error::{Error, MAX_MAGNITUDE};
 
 /// Slopes below this share of the sum of |w| are not told from zero after rounding.
 const MIN_RELATIVE_SLOPE: f64 = 1e-12;
+
+/// The smallest slope there may be: inputs found through its reciprocal stay finite.
+const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
 
 /// The slope of the model is the identity weight plus weights of operators that slide, so it is positive
 /// everywhere if the identity weight outweighs all negative weights together.
@@ -20,7 +23,7 @@ pub(super) fn check(operators: impl Iterator<Item = (f64, bool)>) -> Result<(), 
             negative_sum += weight.min(0.0);
         }
     }
-    if identity_weight + negative_sum > MIN_RELATIVE_SLOPE * magnitude {
+    if identity_weight + negative_sum > (MIN_RELATIVE_SLOPE * magnitude).max(MIN_SLOPE) {
         Ok(())
     } else {
         Err(Error::NotInvertible { identity_weight, negative_sum })

@@ -48,6 +48,7 @@ impl core::error::Error for JsonError {}
 
 /// Read first, alone, so that a file of another schema is called just that.
 #[derive(Deserialize)]
+#[serde(expecting = "an object with a schema")]
 struct Header {
     schema: Option<String>,
 }

@@ -2,7 +2,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::{Offsets, PrandtlIshlinskii, check_length, check_weights, invertibility};
-use crate::error::{Error, check_non_negative, check_within};
+use crate::error::{Bound, Error, check_non_negative, check_within};
 use crate::operator::CoupledPlay;
 
 /// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
@@ -34,8 +34,12 @@ impl Ratios {
     fn check(self) -> Result<Self, Error> {
         check_non_negative("ra", None, self.ra)?;
         check_within("rb", None, self.rb, "ra", self.ra)?;
-        check_within("rc", None, self.rc, "1", 1.0)?;
-        Ok(self)
+        if (0.0..=1.0).contains(&self.rc) {
+            Ok(self)
+        } else {
+            let expected = Bound::Between { low: 0.0, high: 1.0 };
+            Err(Error::Domain { parameter: "rc", index: None, expected, got: self.rc })
+        }
     }
 }
 

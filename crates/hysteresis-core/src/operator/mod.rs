@@ -71,7 +71,7 @@ impl<O: Operator> Process for Tracked<O> {
         if is_admissible(input) {
             self.output = self.operator.next(self.output, input);
         } else {
-            self.rejected += 1;
+            self.rejected = self.rejected.saturating_add(1);
         }
         self.output
     }

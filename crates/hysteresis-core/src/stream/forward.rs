@@ -56,7 +56,7 @@ impl Forward {
             self.memory.move_input(self.segment.input(), x);
             self.segment = Segment::new(self.memory.forward_piece(x), x);
         } else {
-            self.rejected += 1;
+            self.rejected = self.rejected.saturating_add(1);
         }
         self.segment.output()
     }
@@ -100,7 +100,7 @@ impl Forward {
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_finite("state.last_input", None, state.last_input)?;
         check_finite("state.last_output", None, state.last_output)?;
-        self.memory.restore(&state.memory, state.last_input)?;
+        self.memory.restore(&state.memory, state.last_input, state.last_output)?;
         self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
         self.rejected = state.rejected;
         Ok(())

@@ -73,7 +73,7 @@ impl Inverse {
             self.saturated = reached.saturated;
             self.enter_segment(reached.input, reached.output);
         } else {
-            self.rejected += 1;
+            self.rejected = self.rejected.saturating_add(1);
         }
         self.segment.output()
     }
@@ -154,7 +154,7 @@ impl Inverse {
         if !(low <= state.last_output && state.last_output <= high) {
             return Err(Error::State { expected: "a drive within the limits of the stream" });
         }
-        self.memory.restore(&state.memory, state.last_output)?;
+        self.memory.restore(&state.memory, state.last_output, state.last_input)?;
         self.saturated = state.saturated;
         self.rejected = state.rejected;
         self.enter_segment(state.last_output, state.last_input);
