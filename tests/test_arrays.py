@@ -254,3 +254,12 @@ def test_wrong_input_leaves_out_and_stream_alone(make: Make) -> None:
     with pytest.raises(TypeError):
         stream.run([1j, 2j, 3j], out=out)
     assert stream.state == before and out.tolist() == [7.0] * 3
+
+
+def test_masked_elements_are_refused_and_an_unused_mask_is_not() -> None:
+    x = samples()
+    masked = np.ma.masked_array(x, mask=[k == 3 for k in range(x.size)])
+    for make in MAKERS.values():
+        with pytest.raises(TypeError, match="input: expected an array without masked elements"):
+            make().run(masked)
+        assert bits(make().run(np.ma.masked_array(x))) == bits(make().run(x))

@@ -174,8 +174,10 @@ def test_operators_says_how_many_and_thresholds_say_where() -> None:
     y = actuator().forward().run(u)
     fixed: dict[str, Any] = {"ratios": (1, 1, 1), "input_offset": 0.0, "delay": 0.0}
     assert mh.identify(u, y, operators=7, **fixed).model.operators == 7
-    found = mh.identify(u, y, operators=7, thresholds=[0, 10, 300], **fixed).model
+    found = mh.identify(u, y, thresholds=[0, 10, 300], **fixed).model
     assert isinstance(found, mh.ModifiedPrandtlIshlinskii) and found.r.tolist() == [0, 10, 300]
+    with pytest.raises(ValueError, match="operators: expected 3, one for each of the thresholds"):
+        mh.identify(u, y, operators=7, thresholds=[0, 10, 300], **fixed)
 
 
 def test_fit_is_the_default_of_what_may_be_fitted() -> None:

@@ -236,3 +236,21 @@ def test_memory_is_in_the_unit_of_the_input() -> None:
     assert forward.memory.tolist() == drive[:3]
     # a drive is solved for: 1e-16 of outputs near 2500 over a slope of 1
     np.testing.assert_allclose(inverse.memory, drive[:3], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("limits", ["ab", (1.0,), (1.0, 2.0, 3.0), 5.0, (None, 1.0)])
+def test_limits_that_are_not_two_numbers_are_named(limits: Any) -> None:
+    with pytest.raises(TypeError, match=r"^limits: expected two numbers \(low, high\), got "):
+        mh.paper.table_1().inverse(limits)
+
+
+@pytest.mark.parametrize("weight", [1e-310, 1e-320, 5e-324, 1e-101])
+def test_a_slope_whose_reciprocal_is_not_finite_has_no_inverse(weight: float) -> None:
+    with pytest.raises(mh.NotInvertibleError, match="exceeds 1e-100"):
+        mh.PrandtlIshlinskii([weight], [0.0]).inverse((-500.0, 500.0))
+
+
+def test_the_smallest_slopes_have_finite_inverses() -> None:
+    inverse = mh.PrandtlIshlinskii([1e-99, 1e-99], [0.0, 1.0]).inverse((-500.0, 500.0))
+    assert inverse.step(0.0) == 0.0 and not inverse.saturated
+    assert inverse.step(1e100) == 500.0 and inverse.saturated

@@ -42,6 +42,9 @@ def spoilt(values: Array, index: int, value: float) -> Array:
 # ---- records
 
 
+COUNT = "operators: expected a whole number of at least one"
+
+
 @pytest.mark.parametrize(("bad", "shown"), [(math.nan, "NaN"), (math.inf, "inf")])
 def test_a_sample_that_is_not_finite_is_named(bad: float, shown: str) -> None:
     u, y = good()
@@ -133,8 +136,10 @@ def test_an_input_without_its_output_is_refused() -> None:
     ("kind", "options", "message"),
     [
         (ValueError, {"model": "play"}, 'model: expected "modified" or "conventional", got "play"'),
-        (ValueError, {"operators": 0}, "operators: expected at least one, got "),
-        (ValueError, {"operators": -3}, "operators: expected at least one, got -3"),
+        (ValueError, {"operators": 0}, f"{COUNT}, got 0"),
+        (ValueError, {"operators": -3}, f"{COUNT}, got -3"),
+        (ValueError, {"operators": 2**70}, f"{COUNT}, got 1180591620717411303424"),
+        (ValueError, {"operators": 2.5}, f"{COUNT}, got 2.5"),
         (ValueError, {"thresholds": []}, "operators: expected at least one, got none"),
         (ValueError, {"thresholds": [0, 2, 1]}, "thresholds[2]: expected finite thresholds >= 0"),
         (ValueError, {"thresholds": [-1, 2]}, "thresholds[0]: expected finite thresholds >= 0"),

@@ -133,7 +133,7 @@ class PrandtlIshlinskii:
     def not_invertible_because(self) -> str | None: ...
     def forward(self, initial: ArrayLike | None = None) -> Forward: ...
     def inverse(
-        self, limits: tuple[float, float] | None = None, initial: ArrayLike | None = None
+        self, limits: Sequence[float] | None = None, initial: ArrayLike | None = None
     ) -> Inverse: ...
     def closed_form_inverse(self) -> PrandtlIshlinskii: ...
     def save(self, path: str | PathLike[str]) -> None: ...
@@ -188,7 +188,7 @@ class ModifiedPrandtlIshlinskii:
     def not_invertible_because(self) -> str | None: ...
     def forward(self, initial: ArrayLike | None = None) -> Forward: ...
     def inverse(
-        self, limits: tuple[float, float] | None = None, initial: ArrayLike | None = None
+        self, limits: Sequence[float] | None = None, initial: ArrayLike | None = None
     ) -> Inverse: ...
     def parametric_inverse(
         self, ra: float = 0.9, rb: float = 0.35, rc: float = 0.35
@@ -241,7 +241,7 @@ def identify(
     y: ArrayLike | None = None,
     *,
     model: Literal["modified", "conventional"] = "modified",
-    operators: int = 20,
+    operators: int | None = None,
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     delay: Literal["fit"] | float = "fit",

@@ -14,13 +14,16 @@ const BLOCK: usize = 1 << 20;
 
 /// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
 pub(crate) fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>()
+    if let Ok(array) = value.cast_exact::<PyArray1<f64>>()
         && is_slice(array)
     {
         return Ok(array.readonly());
     }
     let py = value.py();
     let numpy = py.import(intern!(py, "numpy"))?;
+    if numpy.getattr(intern!(py, "ma"))?.call_method1(intern!(py, "is_masked"), (value,))?.extract()? {
+        return Err(PyTypeError::new_err(format!("{name}: expected an array without masked elements")));
+    }
     let array = numpy
         .call_method1(intern!(py, "asarray"), (value,))
         .map_err(|error| PyValueError::new_err(format!("{name}: expected an array, got {}", error.value(py))))?;

@@ -130,7 +130,7 @@ impl Identification {
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
 /// operators : int
-///     How many, with uniform thresholds r_i = i X / n; the first is the identity.
+///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
 /// ratios : "fit" or (ra, rb, rc)
 ///     Thresholds as fractions of r.
 /// input_offset : "fit" or float
@@ -162,15 +162,15 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", operators=20, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', operators=20, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     model: &str,
-    operators: i64,
+    operators: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
@@ -180,10 +180,7 @@ pub(crate) fn identify(
 ) -> PyResult<Identification> {
     let options = Options {
         form: form(model)?,
-        thresholds: match thresholds {
-            Some(thresholds) => Thresholds::Given(vector("thresholds", thresholds)?.as_slice()?.to_vec()),
-            None => Thresholds::Uniform(count(operators)?),
-        },
+        thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
             Setting::Fit => Setting::Fit,
@@ -248,9 +245,28 @@ fn form(model: &str) -> PyResult<Form> {
     }
 }
 
-fn count(operators: i64) -> PyResult<usize> {
-    let wrong = |_| PyValueError::new_err(format!("operators: expected at least one, got {operators}"));
-    usize::try_from(operators).map_err(wrong)
+/// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
+fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
+    let operators = operators.map(count).transpose()?;
+    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(operators.unwrap_or(20))) };
+    let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
+    match operators {
+        Some(operators) if operators != thresholds.len() => Err(PyValueError::new_err(format!(
+            "operators: expected {}, one for each of the thresholds, got {operators}",
+            thresholds.len()
+        ))),
+        _ => Ok(Thresholds::Given(thresholds)),
+    }
+}
+
+fn count(operators: &Bound<'_, PyAny>) -> PyResult<usize> {
+    match operators.extract::<usize>() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => {
+            let got = operators.repr()?;
+            Err(PyValueError::new_err(format!("operators: expected a whole number of at least one, got {got}")))
+        }
+    }
 }
 
 /// "fit", or a value.

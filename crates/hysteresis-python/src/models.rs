@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use hysteresis_core::{self as core, CoupledPlay, Kernel, Model, Offsets, Ratios};
 use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -98,12 +99,26 @@ fn forward(kernel: &Kernel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forw
     core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(errors::core)
 }
 
-fn inverse(kernel: &Kernel, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+fn inverse(kernel: &Kernel, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
+    let limits = limits.map(pair).transpose()?;
     let stream = match initial {
         None => core::Inverse::new(kernel, limits),
         Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),
     };
     stream.map(Inverse).map_err(errors::core)
+}
+
+/// Limits from any two numbers.
+fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    match limits.extract::<Vec<f64>>() {
+        Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),
+        _ => {
+            let got = limits.repr()?;
+            Err(PyTypeError::new_err(format!("limits: expected two numbers (low, high), got {got}")))
+        }
+    }
 }
 
 fn save(model: &Model, path: PathBuf) -> PyResult<()> {
@@ -171,7 +186,7 @@ macro_rules! model_methods {
             ///
             /// Raises NotInvertibleError if the model may not be invertible.
             #[pyo3(signature = (limits=None, initial=None))]
-            fn inverse(&self, limits: Option<(f64, f64)>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Inverse> {
+            fn inverse(&self, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
                 inverse(&self.kernel, limits, initial)
             }
 
