@@ -162,6 +162,7 @@ WRONG_RECORDS: dict[str, tuple[list[list[object]], list[str]]] = {
     "text": (changed(11, "0.045,volts,1"), ["line 11, column drive_v", "'volts'"]),
     "empty cell": (changed(11, "0.045,,1"), ["line 11, column drive_v", "empty cell"]),
     "nan": (changed(11, "0.045,1,nan"), ["line 11, column position_um", "not finite: nan"]),
+    "huge": (changed(11, "0.045,1e200,1"), ["line 11, column drive_v", "larger than 1e+100"]),
     "infinite": (changed(11, "0.045,-inf,1"), ["line 11, column drive_v", "not finite: -inf"]),
     "underscore": (changed(11, "0.045,1_0,1"), ["line 11, column drive_v", "'1_0'"]),
     "short row": (changed(11, "0.045,1"), ["line 11", "expected 3 cells", "got 2"]),
