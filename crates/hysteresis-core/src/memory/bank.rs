@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use super::family::Line;
 use super::solve::{At, solve};
 use super::turning_points::Direction;
-use super::{Piece, RESTORE_TOLERANCE, Reach};
+use super::{Piece, Reach, restore_tolerance};
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
@@ -61,13 +61,16 @@ impl Bank {
     }
 
     /// Continues from saved operator outputs, which must sum to `output` but for rounding.
-    pub(crate) fn restore(&mut self, outputs: &[f64], output: f64) -> Result<(), Error> {
+    pub(crate) fn restore(&mut self, outputs: &[f64], input: f64, output: f64) -> Result<(), Error> {
         if outputs.len() != self.outputs.len() || outputs.iter().any(|z| check_finite("state", None, *z).is_err()) {
             return Err(Error::State { expected: "one finite output for each operator" });
         }
-        let weighted = || self.members.0.iter().zip(outputs).map(|((weight, _), z)| weight * z);
-        let scale: f64 = weighted().map(f64::abs).sum();
-        if (weighted().sum::<f64>() - output).abs() > RESTORE_TOLERANCE * scale.max(output.abs()) {
+        let (mut sum, mut scale) = (0.0, 0.0);
+        for ((weight, _), z) in self.members.0.iter().zip(outputs) {
+            sum += weight * z;
+            scale += weight.abs() * (z.abs() + input.abs() + f64::MIN_POSITIVE);
+        }
+        if (sum - output).abs() > restore_tolerance(scale) {
             return Err(Error::State { expected: "operator outputs that sum to the output" });
         }
         self.outputs.copy_from_slice(outputs);

@@ -1,7 +1,7 @@
 //! Where a family is on its current branch, and how far a move of the input takes it.
 
-use super::RESTORE_TOLERANCE;
 use super::family::{Family, Line};
+use super::restore_tolerance;
 use super::search::first_ahead;
 use super::state::FamilyState;
 use super::turning_points::{Direction, Remembered, Stack, TurningPoint};
@@ -54,7 +54,7 @@ impl Branch {
     /// loop closes.
     pub(crate) fn holds(&self, x: f64) -> bool {
         let TurningPoint { input, ended, .. } = self.top.point;
-        let (past, slack) = (self.direction.sign() * (x - input), RESTORE_TOLERANCE * (x.abs() + input.abs()));
+        let (past, slack) = (self.direction.sign() * (x - input), restore_tolerance(x.abs() + input.abs()));
         if ended == self.direction { past <= slack } else { past >= -slack }
     }
 

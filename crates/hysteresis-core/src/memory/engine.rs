@@ -8,7 +8,7 @@ use super::family::Family;
 use super::place::{Families, Place, Stacks};
 use super::state::{FamilyState, TurningPointState};
 use super::turning_points::{Direction, Stack};
-use super::{Piece, RESTORE_TOLERANCE, Reach};
+use super::{Piece, Reach, restore_tolerance};
 use crate::error::Error;
 
 /// Far more reversals than any stream sees, and far from the end of the counter.
@@ -153,6 +153,6 @@ impl Engine {
 
     /// Whether two outputs at inputs of that magnitude are equal but for rounding.
     fn agree(&self, one: f64, other: f64, input: f64) -> bool {
-        (one - other).abs() <= RESTORE_TOLERANCE * self.families.output_scale(input.abs())
+        (one - other).abs() <= restore_tolerance(self.families.output_scale(input.abs() + f64::MIN_POSITIVE))
     }
 }

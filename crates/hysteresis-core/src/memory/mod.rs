@@ -26,8 +26,11 @@ use bank::{Bank, Members};
 use engine::Engine;
 use place::Families;
 
-/// How far a saved number may be from the model's, relative to its scale: far above rounding, far below any use.
-const RESTORE_TOLERANCE: f64 = 1e-9;
+/// How far a saved number may be from the model's: relative to the scale of what was rounded, far above rounding and
+/// far below any use; and no less than what the smallest numbers lose.
+fn restore_tolerance(scale: f64) -> f64 {
+    1e-9 * scale + f64::MIN_POSITIVE
+}
 
 /// A straight line and how far, in the direction of travel, it holds: up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
@@ -210,7 +213,7 @@ impl Memory {
     pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
         match (self, state) {
             (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
-            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, output),
+            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, input, output),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
         }
     }
