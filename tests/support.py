@@ -149,3 +149,31 @@ def walk(points: Sequence[float], parts: int) -> Array:
         between = np.clip(a + (b - a) * (np.arange(1, parts) / parts), min(a, b), max(a, b))
         moves.append(np.append(between, b))
     return np.concatenate(moves)
+
+
+# Streams of one simple model, as users make them.
+
+Stream = mh.Forward | mh.Inverse
+
+WALK = [10.0, -4.0, 5.5, 0.5, 3.0]
+THRESHOLDS = np.arange(8.0)
+
+
+def model(operators: int = 8) -> mh.PrandtlIshlinskii:
+    return mh.PrandtlIshlinskii(np.ones(operators), THRESHOLDS[:operators])
+
+
+def turning_points(operators: int = 8) -> list[Stream]:
+    made = model(operators)
+    return [made.forward(), made.inverse(), made.inverse((-20.0, 20.0))]
+
+
+def banks(operators: int = 8) -> list[Stream]:
+    made, zeros = model(operators), np.zeros(operators)
+    return [made.forward(zeros), made.inverse(initial=zeros), made.inverse((-20.0, 20.0), zeros)]
+
+
+def used(streams: list[Stream]) -> list[Stream]:
+    for stream in streams:
+        stream.run(WALK)
+    return streams

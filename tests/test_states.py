@@ -14,33 +14,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support import BAD, Drawn, any_invertible_models, bits, with_history
+from support import (
+    BAD,
+    Drawn,
+    Stream,
+    any_invertible_models,
+    banks,
+    bits,
+    model,
+    turning_points,
+    used,
+    with_history,
+)
 
-Stream = mh.Forward | mh.Inverse
 State = dict[str, Any]
-
-WALK = [10.0, -4.0, 5.5, 0.5, 3.0]
-THRESHOLDS = np.arange(8.0)
-
-
-def model(operators: int = 8) -> mh.PrandtlIshlinskii:
-    return mh.PrandtlIshlinskii(np.ones(operators), THRESHOLDS[:operators])
-
-
-def turning_points(operators: int = 8) -> list[Stream]:
-    made = model(operators)
-    return [made.forward(), made.inverse(), made.inverse((-20.0, 20.0))]
-
-
-def banks(operators: int = 8) -> list[Stream]:
-    made, zeros = model(operators), np.zeros(operators)
-    return [made.forward(zeros), made.inverse(initial=zeros), made.inverse((-20.0, 20.0), zeros)]
-
-
-def used(streams: list[Stream]) -> list[Stream]:
-    for stream in streams:
-        stream.run(WALK)
-    return streams
 
 
 @given(with_history(any_invertible_models(), histories=2), st.booleans())
