@@ -7,7 +7,7 @@ use super::branch::Branch;
 use super::family::Family;
 use super::place::{Families, Place, Stacks};
 use super::state::{FamilyState, TurningPointState};
-use super::turning_points::{Direction, Stack};
+use super::turning_points::{Direction, Stack, TurningPoint};
 use super::{Piece, Reach, restore_tolerance};
 use crate::error::Error;
 
@@ -39,11 +39,17 @@ impl Engine {
     #[inline]
     pub(crate) fn move_input(&mut self, from: f64, to: f64) {
         if self.place.direction.leads_away(from, to) {
-            self.reversals += 1;
-            self.place.reverse(&self.families, from, self.reversals);
-            self.place.keep_top(&mut self.stacks);
+            self.reverse(from);
         }
         self.place.advance(&self.families, &self.stacks, to);
+    }
+
+    /// Turns round at the input `x`.
+    #[inline]
+    fn reverse(&mut self, x: f64) {
+        self.reversals += 1;
+        self.place.reverse(&self.families, x, self.reversals);
+        self.place.keep_top(&mut self.stacks);
     }
 
     /// The output after a move of the input from `from` to `to`.
@@ -60,9 +66,7 @@ impl Engine {
     #[inline]
     pub(crate) fn move_output(&mut self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
         if direction != self.place.direction {
-            self.reversals += 1;
-            self.place.reverse(&self.families, from, self.reversals);
-            self.place.keep_top(&mut self.stacks);
+            self.reverse(from);
         }
         self.place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
     }
@@ -89,14 +93,19 @@ impl Engine {
         Piece { direction, line: line.inverted(), end: line.at(direction.nearer(end, direction.limit(limits))) }
     }
 
+    /// The turning points of both families, those of the negative one mirrored back to the input of the model.
+    fn remembered(&self) -> impl Iterator<Item = TurningPoint> {
+        let mirrored = |point: TurningPoint| TurningPoint { input: -point.input, ..point };
+        let negative = self.place.negative.remembered(&self.stacks.negative).map(mirrored);
+        self.place.positive.remembered(&self.stacks.positive).chain(negative)
+    }
+
     /// The reversals that still determine the output of some operator, oldest first.
     pub(crate) fn memory(&self) -> Vec<f64> {
-        let positive = self.place.positive.remembered(&self.stacks.positive).map(|p| (p.reversal, p.input));
-        let negative = self.place.negative.remembered(&self.stacks.negative).map(|p| (p.reversal, -p.input));
-        let mut all: Vec<(u64, f64)> = positive.chain(negative).collect();
-        all.sort_by_key(|(reversal, _)| *reversal);
-        all.dedup_by_key(|(reversal, _)| *reversal);
-        all.into_iter().map(|(_, input)| input).collect()
+        let mut all: Vec<TurningPoint> = self.remembered().collect();
+        all.sort_by_key(|point| point.reversal);
+        all.dedup_by_key(|point| point.reversal);
+        all.into_iter().map(|point| point.input).collect()
     }
 
     pub(crate) fn state(&self) -> TurningPointState {
@@ -141,9 +150,7 @@ impl Engine {
 
     /// Back at a remembered turning point the model is back at its output: so the inverse may rely on those.
     fn check_turning_points(&self, input: f64) -> Result<(), Error> {
-        let positive = self.place.positive.remembered(&self.stacks.positive).map(|p| (p.input, p.output));
-        let negative = self.place.negative.remembered(&self.stacks.negative).map(|p| (-p.input, p.output));
-        for (turn, output) in positive.chain(negative) {
+        for TurningPoint { input: turn, output, .. } in self.remembered() {
             if !self.agree(self.peek_input(input, turn), output, input.abs() + turn.abs()) {
                 return Err(Error::State { expected: "turning points with the outputs that the model has there" });
             }
