@@ -115,8 +115,8 @@ impl Bank {
         let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };
         // How far a line goes is not known here: its piece is a point where it is asked for.
         let look = |(): &mut (), x| Piece { direction, line: self.line_at(x), begin: x, end: x };
-        let limit = direction.limit((low, high));
-        let found = solve(&mut (), direction, near, f64::NAN, None, to, limit, look);
+        let (slope, limit) = (self.line_at(near.input).slope, direction.limit((low, high)));
+        let found = solve(&mut (), direction, near, slope, None, to, limit, look);
         Reach { saturated: false, output: to, ..found }
     }
 

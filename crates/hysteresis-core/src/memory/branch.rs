@@ -1,8 +1,11 @@
 //! Where a family is on its current branch, and how far a move of the input takes it.
 
+use core::hint::select_unpredictable;
+
 use super::family::{Family, Line};
 use super::restore_tolerance;
 use super::search::first_ahead;
+use super::solve::Known;
 use super::state::FamilyState;
 use super::turning_points::{Direction, Remembered, Stack, TurningPoint};
 
@@ -19,7 +22,6 @@ pub(crate) struct Branch {
     end: f64,
     /// Sum of w p over the operators that do not slide.
     frozen: f64,
-    direction: Direction,
     moved: usize,
     at_zero: usize,
     /// Where `top` belongs on the stack.
@@ -34,8 +36,8 @@ impl Branch {
         let top = Remembered::virgin(family.len());
         let line = Line { slope: 0.0, offset: 0.0 };
         let begin = -f64::INFINITY * direction.sign();
-        let mut branch = Self { line, begin, end: begin, frozen: 0.0, direction, moved: 0, at_zero: 0, height: 0, top };
-        branch.draw(family);
+        let mut branch = Self { line, begin, end: begin, frozen: 0.0, moved: 0, at_zero: 0, height: 0, top };
+        branch.draw(family, direction);
         branch
     }
 
@@ -51,16 +53,16 @@ impl Branch {
             branch.keep_top(&mut stack);
         }
         (branch.moved, branch.at_zero) = (state.moved, state.at_zero);
-        branch.draw(family);
+        branch.draw(family, direction);
         (branch, stack)
     }
 
     /// Whether `x` lies on the branch but for rounding: past the reversal it began with, or before the one where its
     /// loop closes.
-    pub(crate) fn holds(&self, x: f64) -> bool {
+    pub(crate) fn holds(&self, direction: Direction, x: f64) -> bool {
         let TurningPoint { input, ended, .. } = self.top.point;
-        let (past, slack) = (self.direction.sign() * (x - input), restore_tolerance(x.abs() + input.abs()));
-        if ended == self.direction { past <= slack } else { past >= -slack }
+        let (past, slack) = (direction.sign() * (x - input), restore_tolerance(x.abs() + input.abs()));
+        if ended == direction { past <= slack } else { past >= -slack }
     }
 
     /// What restores the branch.
@@ -85,6 +87,12 @@ impl Branch {
         self.line
     }
 
+    /// The slope of the family, its line drawn or owed.
+    #[inline(always)]
+    pub(crate) fn slope(&self, family: &Family, direction: Direction) -> f64 {
+        family.sliding(direction, self.at_zero, self.moved).slope
+    }
+
     /// The last input at which the line changed.
     #[inline]
     pub(crate) fn begin(&self) -> f64 {
@@ -97,134 +105,128 @@ impl Branch {
         self.end
     }
 
-    /// Turns round at `input`, where the model's output is `output`: what slid on this branch is frozen by a new
-    /// turning point. The line of the new branch is owed until it advances.
-    #[inline]
-    pub(crate) fn reverse(&mut self, family: &Family, input: f64, output: f64, reversal: u64) {
+    /// Turns round at `input`, where a branch in `ended` ends and the model's output is `output`: what slid on it is
+    /// frozen by a new turning point. The line of the new branch is owed until it advances.
+    #[inline(always)]
+    pub(crate) fn reverse(&mut self, family: &Family, ended: Direction, input: f64, output: f64, reversal: u64) {
         if self.moved > 0 {
-            let (ended, moved, at_zero) = (self.direction, self.moved, self.at_zero);
+            let (moved, at_zero) = (self.moved, self.at_zero);
             let point = TurningPoint { input, output, ended, moved, at_zero, reversal };
             self.top = Remembered { point, beyond: self.frozen, released: self.released(family, ended, input) };
             self.height += 1;
         }
-        self.direction = self.direction.reversed();
         (self.moved, self.at_zero) = (0, 0);
         (self.begin, self.end) = (input, input);
     }
 
-    /// Moves on to the input `x`, ahead on this branch. Takes turning points off but reads the stack only.
-    #[inline]
-    pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, x: f64) {
-        if self.direction.has_passed(self.end, x) {
-            self.wipe_out(stack, x);
-            match self.direction {
-                Direction::Rising => self.slide_up(family, x),
-                Direction::Falling => self.slide_down(family, x),
-            }
-            self.draw(family);
+    /// Moves on in `direction` to the input `x`. Takes turning points off but reads the stack only.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+        if !direction.has_passed(self.end, x) {
+            return;
         }
+        self.wipe_out(stack, direction, x);
+        if self.top.point.ended != direction {
+            self.release(family, direction, x);
+        }
+        if direction == Direction::Falling {
+            self.rest(family, x);
+        }
+        self.draw(family, direction);
     }
 
     /// Takes off the turning points that a move to `x` wipes out. The line is owed until the branch advances.
-    #[inline]
-    pub(crate) fn wipe_out(&mut self, stack: &Stack, x: f64) {
+    #[inline(always)]
+    pub(crate) fn wipe_out(&mut self, stack: &Stack, direction: Direction, x: f64) {
         let mut top = &self.top;
-        let mut mark = top.wiped_at(self.direction);
-        if !self.direction.has_passed(mark, x) {
+        let mut mark = top.wiped_at(direction);
+        if !direction.has_passed(mark, x) {
             return;
         }
-        while self.direction.has_passed(mark, x) {
+        while direction.has_passed(mark, x) {
             self.begin = mark;
             self.moved = top.point.moved;
-            self.height -= 1;
+            if top.point.ended == direction {
+                self.at_zero = top.point.at_zero;
+            }
+            self.height = self.height.wrapping_sub(1);
             top = stack.get(self.height);
-            mark = top.wiped_at(self.direction);
+            mark = top.wiped_at(direction);
         }
         self.end = self.begin;
         self.top = *top;
     }
 
-    /// The turning point at which the present loop closes, if it is remembered: the newest that ended a branch of the
-    /// same direction.
-    #[inline]
-    pub(crate) fn closes_at(&self, stack: &Stack) -> Option<TurningPoint> {
-        if self.top.point.ended == self.direction {
-            return Some(self.top.point);
+    /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the same
+    /// direction. With the output of the whole model there.
+    #[inline(always)]
+    pub(crate) fn closes_at(&self, stack: &Stack, direction: Direction) -> Option<Known> {
+        let mut point = &self.top.point;
+        if point.ended != direction {
+            point = &stack.get(self.height.checked_sub(1)?).point;
         }
-        let older = stack.get(self.height.checked_sub(1)?).point;
-        (older.ended == self.direction).then_some(older)
+        (point.ended == direction).then_some(Known { input: point.input, output: point.output })
     }
 
-    /// Counts the operators that slide upwards at `x`: among the frozen ones, if they start before their loop closes.
-    #[inline]
-    fn slide_up(&mut self, family: &Family, x: f64) {
-        let TurningPoint { input: turned, ended, moved: captured, .. } = self.top.point;
-        if ended == Direction::Falling {
-            let mark = |i| family.starts_rising(i, turned);
-            let guess = || family.started_rising(turned, x);
-            let moved = first_ahead(Direction::Rising, x, self.moved..captured, mark, guess);
-            self.pass(moved > self.moved, mark(moved.wrapping_sub(1)));
+    /// Lets slide those of the operators frozen by `top` that start before `x`.
+    #[inline(always)]
+    fn release(&mut self, family: &Family, direction: Direction, x: f64) {
+        let TurningPoint { input: turned, moved: captured, .. } = self.top.point;
+        let mark = move |i| starts(family, direction, i, turned);
+        let moved = first_ahead(direction, x, self.moved..captured, mark, || match direction {
+            Direction::Rising => family.started_rising(turned, x),
+            Direction::Falling => family.started_falling(turned, x),
+        });
+        if moved > self.moved {
             self.moved = moved;
+            self.begin = mark(moved - 1);
         }
     }
 
-    /// Counts the operators that slide downwards at `x`, as [`slide_up`](Self::slide_up), and those that have come to
-    /// rest at zero.
-    #[inline]
-    fn slide_down(&mut self, family: &Family, x: f64) {
-        let TurningPoint { input: turned, ended, moved: captured, .. } = self.top.point;
-        if ended == Direction::Rising {
-            let mark = |i| family.starts_falling(i, turned);
-            let guess = || family.started_falling(turned, x);
-            let moved = first_ahead(Direction::Falling, x, self.moved..captured, mark, guess);
-            self.pass(moved > self.moved, mark(moved.wrapping_sub(1)));
-            self.moved = moved;
-        }
-        let mark = |i| family.rests(i);
+    /// Brings to rest those of the operators that slide downwards and come to zero before `x`.
+    #[inline(always)]
+    fn rest(&mut self, family: &Family, x: f64) {
+        let mark = move |i| family.rests(i);
         let at_zero = first_ahead(Direction::Falling, x, self.at_zero..self.moved, mark, || family.resting(x));
-        self.pass(at_zero > self.at_zero, mark(at_zero.wrapping_sub(1)));
-        self.at_zero = at_zero;
-    }
-
-    /// Notes that the breakpoint at `mark` lies behind.
-    #[inline]
-    fn pass(&mut self, passed: bool, mark: f64) {
-        if passed && self.direction.has_passed(self.begin, mark) {
-            self.begin = mark;
+        if at_zero > self.at_zero {
+            self.at_zero = at_zero;
+            self.begin = Direction::Falling.further(self.begin, mark(at_zero - 1));
         }
     }
 
     /// Draws the line of this place, and its end, from prefix sums and turning points.
-    #[inline]
-    fn draw(&mut self, family: &Family) {
+    #[inline(always)]
+    fn draw(&mut self, family: &Family, direction: Direction) {
         let TurningPoint { input: turned, ended, .. } = self.top.point;
-        self.end = match (self.direction, ended) {
-            // Back at the reversal that ended a branch of the same direction the inner loop closes.
-            (Direction::Rising, Direction::Rising) | (Direction::Falling, Direction::Falling) => turned,
-            (Direction::Rising, Direction::Falling) => family.starts_rising(self.moved, turned),
-            (Direction::Falling, Direction::Rising) => family.starts_falling(self.moved, turned),
-        };
-        if self.at_zero < self.moved && self.direction == Direction::Falling {
-            self.end = self.end.max(family.rests(self.at_zero));
+        // Back at the reversal that ended a branch of the same direction the inner loop closes.
+        self.end = select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned));
+        if direction == Direction::Falling && self.at_zero < self.moved {
+            self.end = Direction::Falling.nearer(self.end, family.rests(self.at_zero));
         }
         self.frozen = self.frozen(family);
-        let sliding = family.sliding(self.direction, self.at_zero, self.moved);
+        let sliding = family.sliding(direction, self.at_zero, self.moved);
         self.line = Line { slope: sliding.slope, offset: sliding.offset + self.frozen };
     }
 
     /// Sum of w p over the operators that do not slide.
-    #[inline]
+    #[inline(always)]
     fn frozen(&self, family: &Family) -> f64 {
         let TurningPoint { input, ended, moved, at_zero, .. } = self.top.point;
         family.sliding(ended, self.moved.max(at_zero), moved).at(input) + self.top.beyond
     }
 
     /// Where the operators that slid on a branch that `ended` at `turned` all slide again, the other way.
-    #[inline]
+    #[inline(always)]
     fn released(&self, family: &Family, ended: Direction, turned: f64) -> f64 {
-        match ended {
-            Direction::Rising => family.starts_falling(self.moved.wrapping_sub(1), turned),
-            Direction::Falling => family.starts_rising(self.moved.wrapping_sub(1), turned),
-        }
+        starts(family, ended.reversed(), self.moved.wrapping_sub(1), turned)
+    }
+}
+
+/// The input at which operator i, left by a branch that ended at `turned`, starts to slide the other way.
+#[inline(always)]
+fn starts(family: &Family, direction: Direction, i: usize, turned: f64) -> f64 {
+    match direction {
+        Direction::Rising => family.starts_rising(i, turned),
+        Direction::Falling => family.starts_falling(i, turned),
     }
 }

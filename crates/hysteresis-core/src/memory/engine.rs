@@ -66,25 +66,19 @@ impl Engine {
     /// Moves on from `from` in `direction` until the output is `to` or the input is at a limit.
     #[inline]
     pub(crate) fn move_output(&mut self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
-        let slope = if direction == self.place.direction {
-            self.place.line(&self.families).slope
-        } else {
+        if direction != self.place.direction {
             self.reverse(from.input);
-            self.families.identity_weight
-        };
-        self.place.advance_to_output(&self.families, &self.stacks, from, slope, to, direction.limit(limits))
+        }
+        self.place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
     }
 
     /// Where [`move_output`](Self::move_output) would come to.
     pub(crate) fn peek_output(&self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
         let mut place = self.place;
-        let slope = if direction == place.direction {
-            place.line(&self.families).slope
-        } else {
+        if direction != place.direction {
             place.reverse(&self.families, from.input, self.reversals + 1);
-            self.families.identity_weight
-        };
-        place.advance_to_output(&self.families, &self.stacks, from, slope, to, direction.limit(limits))
+        }
+        place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
     }
 
     /// The line at the present place and the next breakpoint, over the input.

@@ -3,8 +3,9 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::hint::select_unpredictable;
 
-use super::marks::Marks;
+use super::lookup::{Lookup, MAX_NUMBERS};
 use super::turning_points::Direction;
 
 /// One-sided plays p_i(k) = max(0, x - a_i, min(x + b_i, p_i(k-1))) with weights w_i, sorted so that a and b never
@@ -14,26 +15,31 @@ use super::turning_points::Direction;
 /// operators that slide on a branch are always a prefix of the family and the others are frozen.
 #[derive(Clone, Debug)]
 pub(crate) struct Family {
-    /// a_i: rising, the operator slides along x - a_i.
-    rises: Marks,
-    /// b_i: falling, the operator slides along x + b_i until it rests at zero.
-    falls: Marks,
-    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
-    gaps: Marks,
-    /// One per operator, over all operators before it.
-    sums: Box<[Sums]>,
-    /// Over all operators.
-    total: Sums,
+    /// One per operator.
+    rungs: Box<[Rung]>,
+    /// What stands past the last operator.
+    beyond: Rung,
+    /// Where to look for an a_i, b_i and a_i + b_i.
+    rises: Lookup,
+    falls: Lookup,
+    gaps: Lookup,
 }
 
-/// Sums over the first operators of a family.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    /// Of w.
+/// The thresholds of operator i and the sums over all operators before it: what a step needs of an operator lies
+/// together.
+#[derive(Clone, Copy, Debug)]
+struct Rung {
+    /// a_i: rising, the operator slides along x - a_i.
+    rise: f64,
+    /// b_i: falling, the operator slides along x + b_i until it rests at zero.
+    fall: f64,
+    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
+    gap: f64,
+    /// Sum of w.
     weight: f64,
-    /// Of -w a: what is added to w x while they slide upwards.
+    /// Sum of -w a: added to w x while they slide upwards.
     risen: f64,
-    /// Of w b: what is added to w x while they slide downwards.
+    /// Sum of w b: added to w x while they slide downwards.
     fallen: f64,
 }
 
@@ -72,81 +78,83 @@ impl Family {
         if !members.is_sorted_by(|one, other| one.fall <= other.fall) {
             return None;
         }
-        let mut total = Sums::default();
-        let mut sums = Vec::with_capacity(members.len());
-        for Member { weight, rise, fall } in &members {
-            sums.push(total);
-            total.weight += weight;
-            total.risen -= weight * rise;
-            total.fallen += weight * fall;
+        if members.len() > MAX_NUMBERS as usize {
+            return None;
         }
-        let marks = |of: fn(&Member) -> f64| Marks::new(members.iter().map(of).collect());
-        let (rises, falls, gaps) = (marks(|m| m.rise), marks(|m| m.fall), marks(|m| m.rise + m.fall));
-        Some(Self { rises, falls, gaps, sums: sums.into(), total })
+        let infinity = f64::INFINITY;
+        let mut next = Rung { rise: infinity, fall: infinity, gap: infinity, weight: 0.0, risen: 0.0, fallen: 0.0 };
+        let mut rungs = Vec::with_capacity(members.len());
+        for Member { weight, rise, fall } in &members {
+            rungs.push(Rung { rise: *rise, fall: *fall, gap: rise + fall, ..next });
+            next.weight += weight;
+            next.risen -= weight * rise;
+            next.fallen += weight * fall;
+        }
+        let lookup = |of: fn(&Rung) -> f64| Lookup::new(rungs.iter().map(of));
+        let (rises, falls, gaps) = (lookup(|rung| rung.rise), lookup(|rung| rung.fall), lookup(|rung| rung.gap));
+        Some(Self { rungs: rungs.into(), beyond: next, rises, falls, gaps })
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.sums.len()
+        self.rungs.len()
+    }
+
+    #[inline]
+    fn rung(&self, i: usize) -> &Rung {
+        self.rungs.get(i).unwrap_or(&self.beyond)
     }
 
     /// The input at which operator i, at rest at zero or left at max(0, turned + b_i), starts to slide upwards.
     #[inline]
     pub(crate) fn starts_rising(&self, i: usize, turned: f64) -> f64 {
-        self.rises.get(i).max(turned + self.gaps.get(i))
+        let rung = self.rung(i);
+        Direction::Rising.further(rung.rise, turned + rung.gap)
     }
 
-    /// How many operators have started, the input having come up from `turned` to `x`: to rounding.
+    /// Bounds, to rounding, of how many have started, the input having come up from `turned` to `x`.
     #[inline]
-    pub(crate) fn started_rising(&self, turned: f64, x: f64) -> usize {
-        self.rises.at_most(x).min(self.gaps.at_most(x - turned))
+    pub(crate) fn started_rising(&self, turned: f64, x: f64) -> (usize, usize) {
+        let ((one, most), (other, at_most)) = (self.rises.at_most(x), self.gaps.at_most(x - turned));
+        (one.min(other), most.min(at_most))
     }
 
     /// The input at which operator i, left at turned - a_i, starts to slide downwards.
     #[inline]
     pub(crate) fn starts_falling(&self, i: usize, turned: f64) -> f64 {
-        turned - self.gaps.get(i)
+        turned - self.rung(i).gap
     }
 
-    /// How many operators have started, the input having come down from `turned` to `x`: to rounding.
+    /// Bounds, to rounding, of how many have started, the input having come down from `turned` to `x`.
     #[inline]
-    pub(crate) fn started_falling(&self, turned: f64, x: f64) -> usize {
+    pub(crate) fn started_falling(&self, turned: f64, x: f64) -> (usize, usize) {
         self.gaps.at_most(turned - x)
     }
 
     /// The input at which operator i, sliding downwards, comes to rest at zero.
     #[inline]
     pub(crate) fn rests(&self, i: usize) -> f64 {
-        -self.falls.get(i)
+        -self.rung(i).fall
     }
 
-    /// How many operators that slide downwards have come to rest at the input `x`.
+    /// Bounds of how many rest at zero, the input having come down to `x`.
     #[inline]
-    pub(crate) fn resting(&self, x: f64) -> usize {
+    pub(crate) fn resting(&self, x: f64) -> (usize, usize) {
         self.falls.at_most(-x)
     }
 
     /// Sum of |w_i| (input + a_i + b_i).
     pub(crate) fn output_scale(&self, input: f64) -> f64 {
-        (0..self.len())
-            .map(|i| (self.sums(i + 1).weight - self.sums(i).weight).abs() * (input + self.gaps.get(i)))
-            .sum()
+        let weight = |i: usize| self.rung(i + 1).weight - self.rung(i).weight;
+        self.rungs.iter().enumerate().map(|(i, rung)| weight(i).abs() * (input + rung.gap)).sum()
     }
 
     /// Sum over `from..to` of what operators that slide in `direction` give: w_i (x - a_i) or w_i (x + b_i), as a line
     /// in x.
     #[inline]
     pub(crate) fn sliding(&self, direction: Direction, from: usize, to: usize) -> Line {
-        let (from, to) = (self.sums(from), self.sums(to));
-        let offset = match direction {
-            Direction::Rising => to.risen - from.risen,
-            Direction::Falling => to.fallen - from.fallen,
-        };
+        let (from, to) = (self.rung(from), self.rung(to));
+        let rising = direction == Direction::Rising;
+        let offset = select_unpredictable(rising, to.risen - from.risen, to.fallen - from.fallen);
         Line { slope: to.weight - from.weight, offset }
-    }
-
-    /// The sums over the operators before i.
-    #[inline]
-    fn sums(&self, i: usize) -> Sums {
-        self.sums.get(i).copied().unwrap_or(self.total)
     }
 }

@@ -14,7 +14,7 @@ use crate::model::ModifiedPrandtlIshlinskii;
 /// A coupled play is p(x; a = r, b = rb) - p(-x; a = ra, b = rc), which needs r >= rc and ra >= rb.
 #[derive(Debug)]
 pub(crate) struct Families {
-    pub(crate) identity_weight: f64,
+    identity_weight: f64,
     pub(crate) positive: Family,
     pub(crate) negative: Family,
 }
@@ -68,78 +68,109 @@ impl Place {
 
     /// Whether the input `x` lies on both branches.
     pub(crate) fn holds(&self, x: f64) -> bool {
-        self.positive.holds(x) && self.negative.holds(-x)
+        self.positive.holds(self.direction, x) && self.negative.holds(self.direction.reversed(), -x)
     }
 
     /// Turns round at the input `x`, which becomes turning point number `reversal`.
     #[inline]
     pub(crate) fn reverse(&mut self, families: &Families, x: f64, reversal: u64) {
-        let output = self.line(families).at(x);
-        self.direction = self.direction.reversed();
-        self.positive.reverse(&families.positive, x, output, reversal);
-        self.negative.reverse(&families.negative, -x, output, reversal);
+        // One body, compiled for each direction.
+        match self.direction {
+            Direction::Rising => self.reverse_from(Direction::Rising, families, x, reversal),
+            Direction::Falling => self.reverse_from(Direction::Falling, families, x, reversal),
+        }
+    }
+
+    #[inline(always)]
+    fn reverse_from(&mut self, ended: Direction, families: &Families, x: f64, reversal: u64) {
+        let (output, mirrored) = (self.line(families).at(x), ended.reversed());
+        self.direction = mirrored;
+        self.positive.reverse(&families.positive, ended, x, output, reversal);
+        self.negative.reverse(&families.negative, mirrored, -x, output, reversal);
     }
 
     /// Moves on to the input `x`, ahead on this branch.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn advance(&mut self, families: &Families, stacks: &Stacks, x: f64) {
-        self.positive.advance(&families.positive, &stacks.positive, x);
-        self.negative.advance(&families.negative, &stacks.negative, -x);
+        // One body, compiled for each direction.
+        match self.direction {
+            Direction::Rising => self.advance_in(Direction::Rising, families, stacks, x),
+            Direction::Falling => self.advance_in(Direction::Falling, families, stacks, x),
+        }
     }
 
-    /// Moves on from `near` until the output is `to` or the input is at `limit`. `slope` is that of the line that left
-    /// there, if it is known.
-    #[inline]
+    #[inline(always)]
+    fn advance_in(&mut self, direction: Direction, families: &Families, stacks: &Stacks, x: f64) {
+        self.positive.advance(&families.positive, &stacks.positive, direction, x);
+        self.negative.advance(&families.negative, &stacks.negative, direction.reversed(), -x);
+    }
+
+    /// Moves on from `near` until the output is `to` or the input is at `limit`.
+    #[inline(never)]
     pub(crate) fn advance_to_output(
         &mut self,
         families: &Families,
         stacks: &Stacks,
         near: Known,
-        slope: f64,
         to: f64,
         limit: f64,
     ) -> Reach {
-        let (near, slope, far) = self.close_loops(stacks, near, slope, to, limit);
+        match self.direction {
+            Direction::Rising => self.advance_to_output_in(Direction::Rising, families, stacks, near, to, limit),
+            Direction::Falling => self.advance_to_output_in(Direction::Falling, families, stacks, near, to, limit),
+        }
+    }
+
+    #[inline(always)]
+    fn advance_to_output_in(
+        &mut self,
+        direction: Direction,
+        families: &Families,
+        stacks: &Stacks,
+        near: Known,
+        to: f64,
+        limit: f64,
+    ) -> Reach {
+        let (near, far) = self.close_loops(direction, stacks, near, to, limit);
+        let slope = self.slope(direction, families);
         let look = |place: &mut Self, x: f64| {
-            place.advance(families, stacks, x);
-            place.piece(families)
+            place.advance_in(direction, families, stacks, x);
+            place.piece_in(direction, families)
         };
-        solve(self, self.direction, near, slope, far, to, limit, look)
+        solve(self, direction, near, slope, far, to, limit, look)
     }
 
     /// Wipes out every loop whose turning point has an output that `to` lies beyond; where that comes to, and the
     /// turning point at which the loop that holds `to` closes.
-    #[inline]
+    #[inline(always)]
     fn close_loops(
         &mut self,
+        direction: Direction,
         stacks: &Stacks,
         mut near: Known,
-        mut slope: f64,
         to: f64,
         limit: f64,
-    ) -> (Known, f64, Option<Known>) {
-        let direction = self.direction;
+    ) -> (Known, Option<Known>) {
         loop {
-            let positive = self.positive.closes_at(&stacks.positive);
-            let negative = self.negative.closes_at(&stacks.negative);
-            let positive = positive.map(|point| Known { input: point.input, output: point.output });
-            let negative = negative.map(|point| Known { input: -point.input, output: point.output });
+            let positive = self.positive.closes_at(&stacks.positive, direction);
+            let negative = self.negative.closes_at(&stacks.negative, direction.reversed());
             let nearest = match (positive, negative) {
-                (Some(one), Some(other)) if direction.has_passed(one.input, other.input) => Some(one),
-                (_, Some(other)) => Some(other),
-                (one, None) => one,
+                (Some(one), Some(other)) => {
+                    Some(if direction.leads_away(one.input, -other.input) { other.mirrored() } else { one })
+                }
+                (one, other) => one.or(other.map(Known::mirrored)),
             };
-            let Some(close) = nearest else { return (near, slope, None) };
-            let ahead = !direction.has_passed(close.input, near.input) && !direction.has_passed(limit, close.input);
+            let Some(close) = nearest else { return (near, None) };
+            let ahead = !direction.has_passed(close.input, near.input) & !direction.has_passed(limit, close.input);
             if !ahead {
-                return (near, slope, None);
+                return (near, None);
             }
             if !direction.has_passed(close.output, to) {
-                return (near, slope, Some(close));
+                return (near, Some(close));
             }
-            self.positive.wipe_out(&stacks.positive, close.input);
-            self.negative.wipe_out(&stacks.negative, -close.input);
-            (near, slope) = (close, f64::NAN);
+            self.positive.wipe_out(&stacks.positive, direction, close.input);
+            self.negative.wipe_out(&stacks.negative, direction.reversed(), -close.input);
+            near = close;
         }
     }
 
@@ -160,11 +191,23 @@ impl Place {
         }
     }
 
-    /// The line and the next breakpoint, over the input.
+    /// The slope of the model, drawn or not: all that slides.
+    #[inline(always)]
+    fn slope(&self, direction: Direction, families: &Families) -> f64 {
+        families.identity_weight
+            + self.positive.slope(&families.positive, direction)
+            + self.negative.slope(&families.negative, direction.reversed())
+    }
+
+    /// The line and its breakpoints, over the input.
     #[inline]
     pub(crate) fn piece(&self, families: &Families) -> Piece {
-        let direction = self.direction;
-        let begin = direction.reversed().nearer(self.positive.begin(), -self.negative.begin());
+        self.piece_in(self.direction, families)
+    }
+
+    #[inline(always)]
+    fn piece_in(&self, direction: Direction, families: &Families) -> Piece {
+        let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
         Piece { direction, line: self.line(families), begin, end }
     }

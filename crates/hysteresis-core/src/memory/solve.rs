@@ -10,14 +10,22 @@ pub(crate) struct Known {
     pub(crate) output: f64,
 }
 
+impl Known {
+    /// The same point over the mirrored input.
+    #[inline]
+    pub(crate) fn mirrored(self) -> Self {
+        Self { input: -self.input, ..self }
+    }
+}
+
 /// Moves `place` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
-/// `slope` is that of the polyline at `near`, or NaN; `far` lies beyond the target, if it is known.
+/// `slope` is that of the polyline at `near`, at best; `far` lies beyond the target, if it is known.
 ///
 /// `look(place, input)` moves a place to an input ahead and gives the piece there. The first look is where the target
 /// would be on a smooth curve through what is known, every other where the last piece, prolonged, has it: Newton's
 /// method. It ends as soon as that lies within the piece, so the answer is exact on that line. Bracketed, with a
 /// bisection every fourth step.
-#[inline]
+#[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all that is known of the two ends of one search")]
 pub(crate) fn solve<P: Copy>(
     place: &mut P,
@@ -31,22 +39,21 @@ pub(crate) fn solve<P: Copy>(
 ) -> Reach {
     let mut near_place = *place;
     let mut near_end = near.input;
-    let mut guess = match first_guess(near, slope, far, target) {
-        guess if guess == near.input => guess,
-        guess => bracketed(direction, guess, near, far, limit),
-    };
-    for step in 1_u32.. {
+    let mut guess = bracketed(direction, first_guess(near, slope, far, target), near, far, limit);
+    let mut step = 0_u8;
+    loop {
+        step = step.wrapping_add(1);
         let piece = look(place, guess);
         let newton = piece.line.inverted().at(target);
-        let begin = direction.reversed().nearer(piece.begin, near.input);
-        let on_piece = direction.has_passed(begin, newton) && !direction.has_passed(piece.end, newton);
-        if on_piece && !direction.leads_away(newton, limit) {
+        let begin = direction.further(piece.begin, near.input);
+        let on_piece = direction.has_passed(begin, newton) & !direction.has_passed(piece.end, newton);
+        if on_piece & !direction.leads_away(newton, limit) {
             return Reach { input: newton, output: target, saturated: false };
         }
         let here = Known { input: guess, output: piece.line.at(guess) };
         let short = direction.has_passed(here.output, target);
         let points_ahead = direction.leads_away(newton, guess);
-        let collapsed = far.is_some_and(|far| guess == far.input) || guess == near.input && step > 1;
+        let collapsed = far.is_some_and(|far| guess == far.input || guess == near.input);
         if short != points_ahead || collapsed {
             // The target is here, but for rounding.
             return Reach { input: guess, output: target, saturated: false };
@@ -64,26 +71,23 @@ pub(crate) fn solve<P: Copy>(
             far = Some(here);
             *place = near_place;
         }
-        let next = if step % 4 == 0 { f64::NAN } else { newton };
+        let next = if step.is_multiple_of(4) { f64::NAN } else { newton };
         guess = bracketed(direction, next, near, far, limit);
     }
-    Reach { input: near.input, output: near.output, saturated: true }
 }
 
-/// Where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as the
-/// parabola for slopes that change little, and cheaper. Of what is not known, it makes the best.
-#[inline]
+/// Where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
+/// parabola for slopes that change little, and a single division. Without `far`, a straight line.
+#[inline(always)]
 fn first_guess(near: Known, slope: f64, far: Option<Known>, target: f64) -> f64 {
     let rise = target - near.output;
-    let Some(far) = far else { return if slope.is_nan() { near.input } else { near.input + rise / slope } };
+    let Some(far) = far else { return near.input + rise / slope };
     let (width, height) = (far.input - near.input, far.output - near.output);
-    let chord = height / width;
-    let slope = if slope.is_nan() { chord } else { slope };
-    near.input + rise / (slope + (chord - slope) * (rise / height))
+    near.input + rise * height * width / (slope * width * (height - rise) + height * rise)
 }
 
 /// The guess if it lies between what is known, else the middle; or the limit if nothing beyond the target is known.
-#[inline]
+#[inline(always)]
 fn bracketed(direction: Direction, guess: f64, near: Known, far: Option<Known>, limit: f64) -> f64 {
     let end = far.map_or(limit, |far| far.input);
     let within = direction.leads_away(guess, near.input) && !direction.has_passed(end, guess);

@@ -2,6 +2,7 @@
 
 use alloc::boxed::Box;
 use alloc::vec;
+use core::hint::select_unpredictable;
 
 /// Which way the input moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +16,7 @@ pub enum Direction {
 
 impl Direction {
     /// +1 or -1: turns a falling branch into a rising one of the mirrored input.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Rising => 1.0,
@@ -24,7 +25,7 @@ impl Direction {
     }
 
     /// The one of two limits, low and high, that lies ahead.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn limit(self, (low, high): (f64, f64)) -> f64 {
         match self {
             Self::Rising => high,
@@ -33,7 +34,7 @@ impl Direction {
     }
 
     /// Whether a move goes the other way.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn leads_away(self, from: f64, to: f64) -> bool {
         match self {
             Self::Rising => to < from,
@@ -42,7 +43,7 @@ impl Direction {
     }
 
     /// Whether the input, come to `x`, has reached `mark`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn has_passed(self, mark: f64, x: f64) -> bool {
         match self {
             Self::Rising => mark <= x,
@@ -50,16 +51,34 @@ impl Direction {
         }
     }
 
-    /// Of two inputs that lie ahead, the one that comes first.
-    #[inline]
+    /// Of two inputs, the one that comes first.
+    #[inline(always)]
     pub(crate) fn nearer(self, one: f64, other: f64) -> f64 {
         match self {
-            Self::Rising => one.min(other),
-            Self::Falling => one.max(other),
+            Self::Rising => {
+                if one < other {
+                    one
+                } else {
+                    other
+                }
+            }
+            Self::Falling => {
+                if one > other {
+                    one
+                } else {
+                    other
+                }
+            }
         }
     }
 
-    #[inline]
+    /// Of two inputs, the one that comes last.
+    #[inline(always)]
+    pub(crate) fn further(self, one: f64, other: f64) -> f64 {
+        self.reversed().nearer(one, other)
+    }
+
+    #[inline(always)]
     pub(crate) fn reversed(self) -> Self {
         match self {
             Self::Rising => Self::Falling,
@@ -115,9 +134,9 @@ impl Remembered {
     }
 
     /// The input at which a branch in `direction` no longer needs it: back at the reversal, or all its operators slide.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn wiped_at(&self, direction: Direction) -> f64 {
-        if self.point.ended == direction { self.point.input } else { self.released }
+        select_unpredictable(self.point.ended == direction, self.point.input, self.released)
     }
 }
 
@@ -143,12 +162,12 @@ impl Stack {
     }
 
     /// The turning point number `height`, the virgin state being number 0.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn get(&self, height: usize) -> &Remembered {
         self.room.get(height.wrapping_sub(1)).unwrap_or(&self.virgin)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn put(&mut self, height: usize, top: Remembered) {
         debug_assert!(height <= self.room.len());
         if let Some(place) = self.room.get_mut(height.wrapping_sub(1)) {
