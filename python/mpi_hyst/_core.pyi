@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 
 _Vector = NDArray[np.float64]
 _Matrix = NDArray[np.float64]
-_Model = PrandtlIshlinskii | ModifiedPrandtlIshlinskii
 
 __all__ = [
     "ActuatorArray",
@@ -205,6 +204,8 @@ class ModifiedPrandtlIshlinskii:
     def __getnewargs_ex__(
         self,
     ) -> tuple[tuple[_Vector, _Vector, _Vector, _Vector, _Vector], dict[str, float]]: ...
+
+_Model = PrandtlIshlinskii | ModifiedPrandtlIshlinskii
 
 @final
 class ActuatorArray:
