@@ -96,12 +96,18 @@ impl<'a, P: Process + Send> Rows<'a, P> {
 }
 
 fn run_columns<P: Process>(streams: &mut [P], input: Option<ArrayView2<'_, f64>>, mut output: ArrayViewMut2<'_, f64>) {
-    for (k, mut row) in output.rows_mut().into_iter().enumerate() {
-        if let Some(input) = input {
-            row.assign(&input.row(k));
-        }
-        for (stream, sample) in streams.iter_mut().zip(row) {
-            *sample = stream.step(*sample);
+    for (k, row) in output.rows_mut().into_iter().enumerate() {
+        match input {
+            Some(input) => {
+                for ((stream, x), y) in streams.iter_mut().zip(input.row(k)).zip(row) {
+                    *y = stream.step(*x);
+                }
+            }
+            None => {
+                for (stream, sample) in streams.iter_mut().zip(row) {
+                    *sample = stream.step(*sample);
+                }
+            }
         }
     }
 }
