@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import mpi_hyst as mh
@@ -48,21 +48,29 @@ def test_real_numbers_in_any_layout_are_converted(make: Make) -> None:
             assert bits(calls(make())[k][0](view)) == bits(expected)
 
 
-def test_out_is_what_is_returned(make: Make) -> None:
-    for k in range(3):
-        call, x = calls(make())[k]
-        expected = call(x)
-        shape = x.shape
-        room = np.full((*shape[:-1], 2 * M), -7.0)
-        outs = (np.empty(shape), np.asfortranarray(np.empty(shape)), room[..., ::2], x[...], x)
-        for out in outs:
-            call, _ = calls(make())[k]
-            assert call(x, out=out) is out
-            assert bits(np.ascontiguousarray(out)) == bits(expected)
-            x = calls(make())[k][1]
-        assert (room[..., 1::2] == -7.0).all()
-        call, x = calls(make())[k]
-        assert call(x, x) is x and bits(x) == bits(expected)
+OUTS: dict[str, Callable[[Array], Array]] = {
+    "dense": np.empty_like,
+    "by columns": lambda x: np.asfortranarray(np.empty(x.shape)),
+    "strided": lambda x: np.full((*x.shape[:-1], 2 * M), -7.0)[..., ::2],
+    "the input": lambda x: x,
+    "a view of the input": lambda x: x[...],
+}
+
+
+@pytest.mark.parametrize("name", OUTS)
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_out_is_what_is_returned(make: Make, name: str, k: int) -> None:
+    one, other = make(), make()
+    (call, x), (same, _) = calls(one)[k], calls(other)[k]
+    expected, out = call(x), OUTS[name](x)
+    assert same(x, out=out) is out
+    assert bits(np.ascontiguousarray(out)) == bits(expected)
+    assert one.state == other.state
+    x = samples() if k == 2 else samples()[7]
+    assert same(x, out) is out  # also by position, as in numpy
+    assert bits(np.ascontiguousarray(out)) == bits(call(x))
+    beside = out.base if name == "strided" else None
+    assert beside is None or (beside[..., 1::2] == -7.0).all()
 
 
 def test_an_overlapping_out_gives_what_a_separate_one_does(make: Make) -> None:
