@@ -1,0 +1,110 @@
+//! A case made ready: streams in the state to which a repeated signal brings them, inputs and outputs at hand.
+
+use std::hint::black_box;
+
+use hysteresis_core::{Forward, Inverse, Kernel, Process};
+
+use crate::cases::{Case, Mode, What, actuator};
+use crate::yardstick::{Copied, plain_loop, thinned};
+
+/// What is measured is one [`pass`](Self::pass); making the workload is not.
+pub struct Workload(Box<dyn Pass>);
+
+/// Some samples in one call, so that the call itself does not count.
+pub(crate) trait Pass {
+    /// How many samples a pass takes.
+    fn samples(&self) -> usize;
+    /// Takes them.
+    fn pass(&mut self);
+}
+
+impl Workload {
+    /// The case with memory, caches and predictors as in the long run.
+    ///
+    /// # Panics
+    /// Never: the actuators are invertible.
+    #[must_use]
+    pub fn new(case: Case) -> Self {
+        let drive = case.signal.samples(1);
+        let kernel = Kernel::new(&actuator(case.operators));
+        match case.what {
+            What::PlainLoop => Self::warm(Steps { stream: plain_loop(&kernel), input: thinned(&drive, case) }),
+            What::Copy => Self::warm(Copied::new(drive)),
+            What::Forward => Self::stream(case.mode, Forward::new(&kernel), drive),
+            What::Inverse => {
+                let mut stream = Inverse::new(&kernel, None).expect("the weights are positive");
+                let targets = periodic_targets(&kernel, &drive, |target| _ = stream.step(target));
+                Self::stream(case.mode, stream, targets)
+            }
+        }
+    }
+
+    fn stream<P: Process + 'static>(mode: Mode, stream: P, input: Vec<f64>) -> Self {
+        match mode {
+            Mode::Step => Self::warm(Steps { stream, input }),
+            Mode::Run => Self::warm(Run { stream, output: vec![0.0; input.len()], input }),
+        }
+    }
+
+    fn warm(pass: impl Pass + 'static) -> Self {
+        let mut workload = Self(Box::new(pass));
+        workload.pass();
+        workload
+    }
+
+    /// How many samples a pass takes.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.0.samples()
+    }
+
+    /// Takes the samples of one pass.
+    pub fn pass(&mut self) {
+        self.0.pass();
+    }
+}
+
+/// The outputs of the model along a drive that repeats for ever. What comes before, from rest, goes to `before`.
+fn periodic_targets(kernel: &Kernel, drive: &[f64], mut before: impl FnMut(f64)) -> Vec<f64> {
+    let mut plant = Forward::new(kernel);
+    for x in drive {
+        before(plant.step(*x));
+    }
+    drive.iter().map(|x| plant.step(*x)).collect()
+}
+
+/// One call per sample.
+struct Steps<P> {
+    stream: P,
+    input: Vec<f64>,
+}
+
+impl<P: Process> Pass for Steps<P> {
+    fn samples(&self) -> usize {
+        self.input.len()
+    }
+
+    fn pass(&mut self) {
+        for x in &self.input {
+            black_box(self.stream.step(*x));
+        }
+    }
+}
+
+/// One call for all samples.
+struct Run<P> {
+    stream: P,
+    input: Vec<f64>,
+    output: Vec<f64>,
+}
+
+impl<P: Process> Pass for Run<P> {
+    fn samples(&self) -> usize {
+        self.input.len()
+    }
+
+    fn pass(&mut self) {
+        self.stream.run(black_box(&self.input), black_box(&mut self.output)).expect("the same length");
+        black_box(&self.output);
+    }
+}
