@@ -20,10 +20,10 @@ fn time(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default()
-        .sample_size(20)
+        .sample_size(30)
         .nresamples(2_000)
         .warm_up_time(Duration::from_millis(100))
-        .measurement_time(Duration::from_millis(500));
+        .measurement_time(Duration::from_millis(1_000));
     targets = time
 }
 criterion_main!(benches);

@@ -10,6 +10,12 @@ use crate::signals::{REACH, Signal};
 /// The numbers of operators that are compared.
 pub const OPERATORS: [u32; 5] = [1, 20, 100, 1_000, 10_000];
 
+/// The actuators of an array.
+pub const ARRAY: u32 = 4_096;
+
+/// The operators of each actuator of an array.
+pub const ARRAY_OPERATORS: u32 = 20;
+
 /// An actuator like the paper's with `operators` operators over +-500 V, in um.
 ///
 /// # Panics
@@ -45,6 +51,8 @@ pub enum Mode {
     Step,
     /// One call per signal.
     Run,
+    /// One call for one sample of each actuator of an array.
+    Array,
 }
 
 impl fmt::Display for What {
@@ -73,23 +81,30 @@ pub struct Case {
 }
 
 impl Case {
-    /// Every case, the yardsticks first within each signal and number of operators.
+    /// Copying an array.
+    pub const COPY: Self = Self { signal: Signal::SlowSine, operators: 1, what: What::Copy, mode: Mode::Run };
+
+    /// Every case, the plain loop first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        const KINDS: [(What, Mode); 5] = [
+        const KINDS: [(What, Mode); 7] = [
             (What::PlainLoop, Mode::Step),
             (What::Forward, Mode::Step),
             (What::Inverse, Mode::Step),
             (What::Forward, Mode::Run),
             (What::Inverse, Mode::Run),
+            (What::Forward, Mode::Array),
+            (What::Inverse, Mode::Array),
         ];
-        let copy = Self { signal: Signal::SlowSine, operators: 1, what: What::Copy, mode: Mode::Run };
-        let streams = Signal::ALL.into_iter().flat_map(|signal| {
-            OPERATORS.into_iter().flat_map(move |operators| {
-                KINDS.into_iter().map(move |(what, mode)| Self { signal, operators, what, mode })
-            })
-        });
-        core::iter::once(copy).chain(streams).collect()
+        let mut cases = vec![Self::COPY];
+        for signal in Signal::ALL {
+            for operators in OPERATORS {
+                let measured = |&(_, mode): &(What, Mode)| mode != Mode::Array || operators == ARRAY_OPERATORS;
+                let kinds = KINDS.into_iter().filter(measured);
+                cases.extend(kinds.map(|(what, mode)| Self { signal, operators, what, mode }));
+            }
+        }
+        cases
     }
 
     /// What this case is compared with: the plain loop over as many operators along the same signal.

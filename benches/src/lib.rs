@@ -5,6 +5,12 @@
 //! compares that with a reference.
 
 pub mod cases;
+pub mod compare;
+pub mod gather;
+pub mod latency;
+pub mod machine;
+pub mod results;
 pub mod signals;
+pub mod table;
 pub mod workload;
 pub mod yardstick;

@@ -2,9 +2,9 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{Forward, Inverse, Kernel, Process};
+use hysteresis_core::{Forward, Inverse, Kernel, Process, StreamArray};
 
-use crate::cases::{Case, Mode, What, actuator};
+use crate::cases::{ARRAY, Case, Mode, What, actuator};
 use crate::yardstick::{Copied, plain_loop, thinned};
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
@@ -39,10 +39,11 @@ impl Workload {
         }
     }
 
-    fn stream<P: Process + 'static>(mode: Mode, stream: P, input: Vec<f64>) -> Self {
+    fn stream<P: Process + Clone + 'static>(mode: Mode, stream: P, input: Vec<f64>) -> Self {
         match mode {
             Mode::Step => Self::warm(Steps { stream, input }),
             Mode::Run => Self::warm(Run { stream, output: vec![0.0; input.len()], input }),
+            Mode::Array => Self::warm(Array::new(&stream, &input)),
         }
     }
 
@@ -106,5 +107,43 @@ impl<P: Process> Pass for Run<P> {
     fn pass(&mut self) {
         self.stream.run(black_box(&self.input), black_box(&mut self.output)).expect("the same length");
         black_box(&self.output);
+    }
+}
+
+/// One sample for each actuator in one call. Actuator m is m samples ahead in the signal, so that they do not all leave
+/// their segments at once, and the row of every moment is a slice of the signal.
+struct Array<P> {
+    streams: StreamArray<P>,
+    /// The signal and its beginning once more.
+    input: Vec<f64>,
+    /// How many rows there are before the signal repeats.
+    period: usize,
+    now: usize,
+    output: Vec<f64>,
+}
+
+impl<P: Process + Clone> Array<P> {
+    fn new(stream: &P, signal: &[f64]) -> Self {
+        let width = ARRAY as usize;
+        let mut streams: StreamArray<P> = (0..width).map(|_| stream.clone()).collect();
+        let input: Vec<f64> = signal.iter().cycle().take(signal.len() + width).copied().collect();
+        let mut output = vec![0.0; width];
+        for row in input.windows(width).step_by(50) {
+            streams.step(row, &mut output).expect("the same length");
+        }
+        Self { streams, input, period: signal.len(), now: 0, output }
+    }
+}
+
+impl<P: Process> Pass for Array<P> {
+    fn samples(&self) -> usize {
+        self.output.len()
+    }
+
+    fn pass(&mut self) {
+        let row = &self.input[self.now..self.now + self.output.len()];
+        self.streams.step(black_box(row), black_box(&mut self.output)).expect("the same length");
+        black_box(&self.output);
+        self.now = (self.now + 1) % self.period;
     }
 }
