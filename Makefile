@@ -81,8 +81,9 @@ bench-reference: bench ## makes this run the reference
 bench-brief: ## the last run, or else the reference, as the README shows it
 	@$(REPORT) show --brief $(firstword $(wildcard $(MEASURED)/results.json) benches/reference.json)
 
-picture: $(PACKAGE) ## draw the picture of the README
+picture: $(PACKAGE) ## draw the pictures of the README
 	$(BIN)/python docs/make_picture.py
+	$(BIN)/python docs/plot_cost.py
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all

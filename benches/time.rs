@@ -23,7 +23,7 @@ criterion_group! {
         .sample_size(30)
         .nresamples(2_000)
         .warm_up_time(Duration::from_millis(100))
-        .measurement_time(Duration::from_millis(1_000));
+        .measurement_time(Duration::from_secs(1));
     targets = time
 }
 criterion_main!(benches);

@@ -43,7 +43,7 @@ impl Workload {
         match mode {
             Mode::Step => Self::warm(Steps { stream, input }),
             Mode::Run => Self::warm(Run { stream, output: vec![0.0; input.len()], input }),
-            Mode::Array => Self::warm(Array::new(&stream, &input)),
+            Mode::Array => Self::warm(Array::new(stream, &input)),
         }
     }
 
@@ -123,15 +123,19 @@ struct Array<P> {
 }
 
 impl<P: Process + Clone> Array<P> {
-    fn new(stream: &P, signal: &[f64]) -> Self {
-        let width = ARRAY as usize;
-        let mut streams: StreamArray<P> = (0..width).map(|_| stream.clone()).collect();
-        let input: Vec<f64> = signal.iter().cycle().take(signal.len() + width).copied().collect();
-        let mut output = vec![0.0; width];
-        for row in input.windows(width).step_by(50) {
-            streams.step(row, &mut output).expect("the same length");
+    /// One stream goes through the signal and leaves a copy of itself at each of the first samples.
+    fn new(mut stream: P, signal: &[f64]) -> Self {
+        for x in signal {
+            stream.step(*x);
         }
-        Self { streams, input, period: signal.len(), now: 0, output }
+        let width = ARRAY as usize;
+        let mut left_at = |x: &f64| {
+            stream.step(*x);
+            stream.clone()
+        };
+        let streams = signal[..width].iter().map(&mut left_at).collect();
+        let input = signal.iter().cycle().take(signal.len() + width).copied().collect();
+        Self { streams, input, period: signal.len(), now: 1, output: vec![0.0; width] }
     }
 }
 
