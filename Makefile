@@ -56,7 +56,8 @@ bench: bench-time bench-instructions bench-latency ## time, instructions and lat
 bench-time: | $(MEASURED)
 	rm -rf target/criterion
 	@echo "timing, about three minutes"
-	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt
+	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt 2>&1 || \
+		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
 
 bench-latency: | $(MEASURED)
 	cargo run --quiet --release -p hysteresis-bench --bin bench-latency
