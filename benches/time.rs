@@ -6,9 +6,12 @@ use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_grou
 use hysteresis_bench::cases::Case;
 use hysteresis_bench::workload::Workload;
 
+/// Different seconds of noise.
+const SECONDS: u64 = 32;
+
 fn time(criterion: &mut Criterion) {
     for case in Case::all() {
-        let mut workload = Workload::new(case);
+        let mut workload = Workload::new(case, SECONDS);
         let mut group = criterion.benchmark_group(case.signal.slug());
         group.throughput(Throughput::Elements(workload.samples() as u64));
         group.sampling_mode(SamplingMode::Flat);

@@ -34,7 +34,7 @@ pub fn instructions(target: &Path) -> Outcome<Vec<(Case, Option<f64>)>> {
 }
 
 fn samples(case: Case) -> Outcome<f64> {
-    Ok(f64::from(u32::try_from(Workload::new(case).samples())?))
+    Ok(f64::from(u32::try_from(Workload::new(case, 1).samples())?))
 }
 
 /// Median and its confidence interval, in ns per sample.

@@ -47,6 +47,12 @@ impl Signal {
         }
     }
 
+    /// Whether one second of it differs from another.
+    #[must_use]
+    pub fn is_noise(self) -> bool {
+        matches!(self, Self::NoisySine | Self::White | Self::Walk)
+    }
+
     /// One second of the signal; `seed` chooses the noise.
     ///
     /// # Panics
