@@ -8,11 +8,21 @@ RUST := Cargo.toml Cargo.lock $(shell find crates benches -name '*.rs' -o -name 
 TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 
+MEASURED := target/bench
+REPORT := cargo run --quiet --release -p hysteresis-bench --bin bench-report --
+VALGRIND := $(shell command -v valgrind)
+# gungraun starts its benches through a runner of exactly its own version.
+GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.lock)
+RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
+
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench picture format clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
+	bench-check bench-reference bench-brief picture format clean
+# Nothing else may run while something is timed.
+.NOTPARALLEL:
 
 help: ## list the targets
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
 demo: $(PACKAGE) ## the whole chain on the paper's actuator; leaves mpi-hyst-demo/report.html
 	$(BIN)/mpi-hyst demo
@@ -39,12 +49,42 @@ lint-python: $(PACKAGE)
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest mpi_hyst._core
 
-bench: ## time per sample beside a plain loop over operators
-	cargo bench --quiet -p hysteresis-bench
-	cargo run --quiet --release -p hysteresis-bench --bin bench-table
+bench: bench-time bench-instructions bench-latency ## time, instructions and latency per sample: a table and target/bench/results.json
+	$(REPORT) gather
+	$(REPORT) show
 
-picture: $(PACKAGE) ## draw the picture of the README
+bench-time: | $(MEASURED)
+	rm -rf target/criterion
+	@echo "timing, about three minutes"
+	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt 2>&1 || \
+		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+
+bench-latency: | $(MEASURED)
+	cargo run --quiet --release -p hysteresis-bench --bin bench-latency
+
+bench-instructions: $(if $(VALGRIND),$(RUNNER)) | $(MEASURED) ## instructions per sample alone, counted by valgrind
+	rm -rf target/gungraun
+ifdef VALGRIND
+	@echo "counting instructions, about a minute"
+	@GUNGRAUN_RUNNER=$(CURDIR)/$(RUNNER) cargo bench --quiet -p hysteresis-bench --bench instructions -- \
+		--save-summary=json --parallel=auto > $(MEASURED)/instructions.txt
+	@$(REPORT) instructions
+else
+	@echo "warning: valgrind is not installed, instructions are NOT counted" >&2
+endif
+
+bench-check: bench ## warns of what costs more than in benches/reference.json, and fails if anything does
+	@$(REPORT) check
+
+bench-reference: bench ## makes this run the reference
+	cp $(MEASURED)/results.json benches/reference.json
+
+bench-brief: ## the last run, or else the reference, as the README shows it
+	@$(REPORT) show --brief $(firstword $(wildcard $(MEASURED)/results.json) benches/reference.json)
+
+picture: $(PACKAGE) ## draw the pictures of the README
 	$(BIN)/python docs/make_picture.py
+	$(BIN)/python docs/plot_cost.py
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all
@@ -53,6 +93,12 @@ format: $(TOOLS) ## format all code
 
 clean: ## remove all that was built
 	rm -rf target $(VENV) mpi-hyst-demo python/mpi_hyst/*.so
+
+$(MEASURED):
+	mkdir -p $@
+
+$(RUNNER):
+	cargo install --quiet --locked --root target/tools/gungraun-$(GUNGRAUN) --version =$(GUNGRAUN) gungraun-runner
 
 $(TOOLS): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

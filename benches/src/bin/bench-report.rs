@@ -1,0 +1,89 @@
+//! Gathers what the benches measured, shows it and compares it with a reference.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use hysteresis_bench::compare::compare;
+use hysteresis_bench::results::{Outcome, Results, SCHEMA, read_json};
+use hysteresis_bench::{gather, machine, table};
+
+/// Gathers what the benches measured, shows it and compares it with a reference.
+#[derive(Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Writes one file of all that the last run measured.
+    Gather {
+        /// Where cargo, criterion, gungraun and bench-latency wrote to.
+        #[arg(long, default_value = "target")]
+        target: PathBuf,
+        /// The file.
+        #[arg(long, default_value = "target/bench/results.json")]
+        output: PathBuf,
+    },
+    /// Prints such a file as markdown.
+    Show {
+        /// The file.
+        #[arg(default_value = "target/bench/results.json")]
+        results: PathBuf,
+        /// Only what the README shows.
+        #[arg(long)]
+        brief: bool,
+    },
+    /// Prints the instructions that the last run counted.
+    Instructions {
+        /// Where gungraun wrote to.
+        #[arg(long, default_value = "target")]
+        target: PathBuf,
+    },
+    /// Names what is worse than in a reference, and fails if anything is.
+    Check {
+        /// The file to compare with.
+        #[arg(default_value = "benches/reference.json")]
+        reference: PathBuf,
+        /// The file to judge.
+        #[arg(default_value = "target/bench/results.json")]
+        results: PathBuf,
+    },
+}
+
+fn main() -> Outcome<ExitCode> {
+    match Arguments::parse().command {
+        Command::Gather { target, output } => {
+            let latency = read_json(&target.join("bench/latency.json"))?;
+            let results = Results { schema: SCHEMA, machine: machine::here(), cases: gather::rows(&target)?, latency };
+            if results.cases.iter().all(|row| row.instructions.is_none()) {
+                eprintln!("warning: no instruction counts; they are null in {}", output.display());
+            }
+            results.write(&output)?;
+        }
+        Command::Show { results, brief } => {
+            let results = Results::read(&results)?;
+            println!("{}", if brief { table::brief(&results) } else { table::full(&results) });
+        }
+        Command::Instructions { target } => println!("{}", table::instructions(&gather::instructions(&target)?)),
+        Command::Check { reference, results } => return check(&Results::read(&reference)?, &Results::read(&results)?),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check(reference: &Results, results: &Results) -> Outcome<ExitCode> {
+    let outcome = compare(reference, results);
+    if outcome.compared == 0 {
+        return Err("nothing could be compared".into());
+    }
+    for note in &outcome.notes {
+        eprintln!("note: {note}");
+    }
+    for worse in &outcome.worse {
+        eprintln!("warning: worse than the reference: {worse}");
+    }
+    let (compared, commit, date) = (outcome.compared, &reference.machine.commit, &reference.machine.date);
+    println!("{} of {compared} numbers are worse than those of commit {commit}, {date}", outcome.worse.len());
+    Ok(if outcome.worse.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

@@ -1,0 +1,126 @@
+//! The drive signals of the benches, in V at 10 kHz.
+
+use std::fmt;
+
+use hysteresis_simulate::signals::{Wave, decaying_triangle, sine};
+use serde::{Deserialize, Serialize};
+
+/// Samples of each signal: one second, a whole period of the slowest.
+pub const SAMPLES: u32 = 10_000;
+
+/// The reach of the actuator, in V to either side.
+pub const REACH: f64 = 500.0;
+
+/// A drive signal. Noise is the same in every run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Signal {
+    /// A sine of 1 Hz and 500 V: thousands of samples between reversals.
+    #[serde(rename = "1 Hz sine")]
+    SlowSine,
+    /// A sine of 50 Hz and 500 V, with 0.1 V rms of noise: now and then the noise reverses the direction.
+    #[serde(rename = "50 Hz sine + 0.1 V noise")]
+    NoisySine,
+    /// Ten cycles of 10 Hz that shrink from 500 V to nothing: every reversal is remembered to the end.
+    #[serde(rename = "decaying triangle")]
+    Triangle,
+    /// Uniform over +-500 V, every sample anew: each is a jump past many thresholds.
+    #[serde(rename = "white noise, full range")]
+    White,
+    /// Steps of 1 V rms, reflected at +-500 V: every other sample reverses the direction.
+    #[serde(rename = "1 V random walk")]
+    Walk,
+}
+
+impl Signal {
+    /// All of them, in the order of the tables.
+    pub const ALL: [Self; 5] = [Self::SlowSine, Self::NoisySine, Self::Triangle, Self::White, Self::Walk];
+
+    /// As a file name.
+    #[must_use]
+    pub fn slug(self) -> &'static str {
+        match self {
+            Self::SlowSine => "sine",
+            Self::NoisySine => "noisy-sine",
+            Self::Triangle => "triangle",
+            Self::White => "white",
+            Self::Walk => "walk",
+        }
+    }
+
+    /// Whether one second of it differs from another.
+    #[must_use]
+    pub fn is_noise(self) -> bool {
+        matches!(self, Self::NoisySine | Self::White | Self::Walk)
+    }
+
+    /// One second of the signal; `seed` chooses the noise.
+    ///
+    /// # Panics
+    /// Never: the waves are valid.
+    #[must_use]
+    pub fn samples(self, seed: u64) -> Vec<f64> {
+        let wave = |frequency| Wave { amplitude: REACH, frequency, rate: f64::from(SAMPLES), offset: 0.0 };
+        let mut noise = Noise(fastrand::Rng::with_seed(seed));
+        let samples = match self {
+            Self::SlowSine => sine(wave(1.0), 1.0),
+            Self::NoisySine => sine(wave(50.0), 1.0).map(|x| x.into_iter().map(|x| x + noise.rms(0.1)).collect()),
+            Self::Triangle => decaying_triangle(wave(10.0), 10.0),
+            Self::White => Ok((0..SAMPLES).map(|_| noise.within(REACH)).collect()),
+            Self::Walk => Ok((0..SAMPLES)
+                .scan(0.0, |x, _| {
+                    *x = reflect(*x + noise.rms(1.0));
+                    Some(*x)
+                })
+                .collect()),
+        };
+        samples.expect("the waves are valid")
+    }
+}
+
+impl fmt::Display for Signal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
+/// Uniform noise around zero.
+struct Noise(fastrand::Rng);
+
+impl Noise {
+    fn within(&mut self, amplitude: f64) -> f64 {
+        amplitude * (2.0 * self.0.f64() - 1.0)
+    }
+
+    fn rms(&mut self, rms: f64) -> f64 {
+        self.within(3.0_f64.sqrt() * rms)
+    }
+}
+
+fn reflect(x: f64) -> f64 {
+    if x.abs() > REACH { (2.0 * REACH).copysign(x) - x } else { x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_signal_is_one_second_within_reach_and_the_same_every_time() {
+        for signal in Signal::ALL {
+            let samples = signal.samples(1);
+            assert_eq!(samples.len(), SAMPLES as usize, "{signal}");
+            let largest = samples.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            assert!((5.0..=REACH + 0.1 * 3.0_f64.sqrt()).contains(&largest), "{signal}: {largest}");
+            assert_eq!(samples, signal.samples(1), "{signal}");
+        }
+    }
+
+    #[test]
+    fn the_walk_is_reflected_and_its_steps_are_1_v_rms() {
+        assert_eq!([reflect(500.5), reflect(-501.0), reflect(3.0)], [499.5, -499.0, 3.0]);
+        let walk = Signal::Walk.samples(1);
+        let squares: f64 = walk.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+        let rms = (squares / f64::from(SAMPLES - 1)).sqrt();
+        assert!((rms - 1.0).abs() < 0.02, "{rms}");
+    }
+}

@@ -1,0 +1,220 @@
+//! A case made ready: streams in the state to which a repeated signal brings them, inputs and outputs at hand.
+
+use std::hint::black_box;
+
+use hysteresis_core::{Forward, Inverse, Kernel, Process, StreamArray};
+
+use crate::cases::{ARRAY, Case, Mode, What, actuator};
+use crate::yardstick::{Copied, plain_loop, thinned};
+
+/// What is measured is one [`pass`](Self::pass); making the workload is not.
+pub struct Workload(Box<dyn Pass>);
+
+/// Some samples in one call, so that the call itself does not count.
+pub(crate) trait Pass {
+    /// How many samples a pass takes.
+    fn samples(&self) -> usize;
+    /// Takes them.
+    fn pass(&mut self);
+}
+
+impl Workload {
+    /// The case with memory, caches and predictors as in the long run. Each pass takes one second of the signal; there
+    /// are `seconds` different ones, if it is noise: of few, a branch predictor learns each sample by heart.
+    ///
+    /// # Panics
+    /// Never: the actuators are invertible.
+    #[must_use]
+    pub fn new(case: Case, seconds: u64) -> Self {
+        let seconds = if case.signal.is_noise() && case.mode != Mode::Array { seconds } else { 1 };
+        let drive: Vec<Vec<f64>> = (0..seconds).map(|second| case.signal.samples(second)).collect();
+        let kernel = Kernel::new(&actuator(case.operators));
+        match case.what {
+            What::PlainLoop => {
+                Self::stream(Mode::Step, plain_loop(&kernel), drive.iter().map(|x| thinned(x, case)).collect())
+            }
+            What::Copy => Self::warm(Copied::new(drive.concat())),
+            What::Forward => Self::stream(case.mode, Forward::new(&kernel), drive),
+            What::Inverse => {
+                let mut stream = Inverse::new(&kernel, None).expect("the weights are positive");
+                let targets = periodic_targets(&kernel, &drive, |target| _ = stream.step(target));
+                Self::stream(case.mode, stream, targets)
+            }
+        }
+    }
+
+    fn stream<P: Process + Clone + 'static>(mode: Mode, stream: P, seconds: Vec<Vec<f64>>) -> Self {
+        match mode {
+            Mode::Step => Self::warm(Steps { stream, input: Reel { seconds, now: 0 } }),
+            Mode::Run => {
+                let output = vec![0.0; seconds[0].len()];
+                Self::warm(Run { stream, output, input: Reel { seconds, now: 0 } })
+            }
+            Mode::Array => Self::warm(Array::new(stream, &seconds[0])),
+        }
+    }
+
+    fn warm(pass: impl Pass + 'static) -> Self {
+        let mut workload = Self(Box::new(pass));
+        workload.pass();
+        workload
+    }
+
+    /// How many samples a pass takes.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.0.samples()
+    }
+
+    /// Takes the samples of one pass.
+    pub fn pass(&mut self) {
+        self.0.pass();
+    }
+}
+
+/// The outputs of the model along a drive that repeats for ever. What comes before, from rest, goes to `before`.
+fn periodic_targets(kernel: &Kernel, drive: &[Vec<f64>], mut before: impl FnMut(f64)) -> Vec<Vec<f64>> {
+    let mut plant = Forward::new(kernel);
+    for x in drive.iter().flatten() {
+        before(plant.step(*x));
+    }
+    drive.iter().map(|second| second.iter().map(|x| plant.step(*x)).collect()).collect()
+}
+
+/// A signal, second by second, for ever.
+struct Reel {
+    seconds: Vec<Vec<f64>>,
+    now: usize,
+}
+
+impl Reel {
+    fn samples(&self) -> usize {
+        self.seconds[0].len()
+    }
+
+    fn next(&mut self) -> &[f64] {
+        self.now = (self.now + 1) % self.seconds.len();
+        &self.seconds[self.now]
+    }
+}
+
+/// One call per sample.
+struct Steps<P> {
+    stream: P,
+    input: Reel,
+}
+
+impl<P: Process> Pass for Steps<P> {
+    fn samples(&self) -> usize {
+        self.input.samples()
+    }
+
+    fn pass(&mut self) {
+        for x in self.input.next() {
+            black_box(self.stream.step(*x));
+        }
+    }
+}
+
+/// One call for all samples.
+struct Run<P> {
+    stream: P,
+    input: Reel,
+    output: Vec<f64>,
+}
+
+impl<P: Process> Pass for Run<P> {
+    fn samples(&self) -> usize {
+        self.input.samples()
+    }
+
+    fn pass(&mut self) {
+        self.stream.run(black_box(self.input.next()), black_box(&mut self.output)).expect("the same length");
+        black_box(&self.output);
+    }
+}
+
+/// One sample for each actuator in one call. Actuator m is m [`AHEAD`] samples ahead in the signal, so that they do not
+/// all leave their segments at once, nor one after the other.
+struct Array<P> {
+    streams: StreamArray<P>,
+    /// The signal in steps of [`AHEAD`], and its beginning once more: the row of every moment is a slice of it.
+    input: Vec<f64>,
+    /// How many samples there are before the signal repeats.
+    period: usize,
+    /// How far the row of the next moment lies behind that of this one.
+    stride: usize,
+    /// Where the next row begins.
+    now: usize,
+    output: Vec<f64>,
+}
+
+/// No divisor of the period, and near its golden section: neighbours are far apart.
+const AHEAD: usize = 6_181;
+
+impl<P: Process + Clone> Array<P> {
+    /// One stream goes through the signal and leaves a copy of itself wherever an actuator is.
+    fn new(mut stream: P, signal: &[f64]) -> Self {
+        let (width, period) = (ARRAY as usize, signal.len());
+        let stride = (1..period).find(|stride| stride * AHEAD % period == 1).expect("no common divisor");
+        for x in signal {
+            stream.step(*x);
+        }
+        let mut left: Vec<(usize, P)> = Vec::with_capacity(width);
+        for (at, x) in signal.iter().enumerate() {
+            stream.step(*x);
+            let actuator = at * stride % period;
+            if actuator < width {
+                left.push((actuator, stream.clone()));
+            }
+        }
+        left.sort_by_key(|(actuator, _)| *actuator);
+        let streams = left.into_iter().map(|(_, stream)| stream).collect();
+        let input = (0..period + width).map(|m| signal[m * AHEAD % period]).collect();
+        Self { streams, input, period, stride, now: stride, output: vec![0.0; width] }
+    }
+}
+
+impl<P: Process> Pass for Array<P> {
+    fn samples(&self) -> usize {
+        self.output.len()
+    }
+
+    fn pass(&mut self) {
+        let row = &self.input[self.now..self.now + self.output.len()];
+        self.streams.step(black_box(row), black_box(&mut self.output)).expect("the same length");
+        black_box(&self.output);
+        self.now = (self.now + self.stride) % self.period;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Remembers its last sample.
+    #[derive(Clone)]
+    struct Last(f64);
+
+    impl Process for Last {
+        fn step(&mut self, input: f64) -> f64 {
+            core::mem::replace(&mut self.0, input)
+        }
+        fn peek(&self, _: f64) -> f64 {
+            self.0
+        }
+        fn reset(&mut self) {}
+    }
+
+    #[test]
+    fn every_actuator_of_an_array_gets_one_sample_of_the_signal_after_the_other() {
+        let signal: Vec<f64> = (0..10_000).map(f64::from).collect();
+        let mut array = Array::new(Last(f64::NAN), &signal);
+        for _ in 0..3 {
+            let row = array.input[array.now..array.now + array.output.len()].to_vec();
+            array.pass();
+            let follows = |(before, now): (&f64, &f64)| (before + 1.0) % 10_000.0 == *now;
+            assert!(array.output.iter().zip(&row).all(follows));
+        }
+    }
+}

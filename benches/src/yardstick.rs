@@ -1,0 +1,46 @@
+//! What the streams are compared with, compiled with the same flags and measured in the same run.
+
+use std::hint::black_box;
+
+use hysteresis_core::{Forward, Kernel};
+
+use crate::cases::Case;
+use crate::workload::Pass;
+
+/// A loop over all operators for every sample: the core's bank, forward.
+///
+/// # Panics
+/// Never: there is one initial output per operator.
+#[must_use]
+pub fn plain_loop(kernel: &Kernel) -> Forward {
+    Forward::with_initial(kernel, &vec![0.0; kernel.operators()]).expect("one initial output per operator")
+}
+
+/// Fewer samples of the same signal for the plain loop over many operators: what a sample costs there does not depend
+/// on the sample, and a whole second would take minutes.
+pub(crate) fn thinned(drive: &[f64], case: Case) -> Vec<f64> {
+    drive.iter().step_by((case.operators as usize / 100).max(1)).copied().collect()
+}
+
+/// Copying the samples: what no `run` into an output can undercut.
+pub(crate) struct Copied {
+    input: Vec<f64>,
+    output: Vec<f64>,
+}
+
+impl Copied {
+    pub(crate) fn new(input: Vec<f64>) -> Self {
+        Self { output: vec![0.0; input.len()], input }
+    }
+}
+
+impl Pass for Copied {
+    fn samples(&self) -> usize {
+        self.input.len()
+    }
+
+    fn pass(&mut self) {
+        black_box(&mut self.output).copy_from_slice(black_box(&self.input));
+        black_box(&self.output);
+    }
+}

@@ -1,0 +1,32 @@
+//! Time of every case. Criterion reports the time of a pass and the rate in elements (samples) per second.
+
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use hysteresis_bench::cases::Case;
+use hysteresis_bench::workload::Workload;
+
+/// Different seconds of noise.
+const SECONDS: u64 = 32;
+
+fn time(criterion: &mut Criterion) {
+    for case in Case::all() {
+        let mut workload = Workload::new(case, SECONDS);
+        let mut group = criterion.benchmark_group(case.signal.slug());
+        group.throughput(Throughput::Elements(workload.samples() as u64));
+        group.sampling_mode(SamplingMode::Flat);
+        let id = BenchmarkId::new(case.kind(), case.operators);
+        group.bench_function(id, |bencher| bencher.iter(|| workload.pass()));
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(30)
+        .nresamples(2_000)
+        .warm_up_time(Duration::from_millis(100))
+        .measurement_time(Duration::from_secs(1));
+    targets = time
+}
+criterion_main!(benches);

@@ -1,0 +1,69 @@
+"""Draws docs/cost_against_n.svg from benches/reference.json: `make picture`."""
+
+import json
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+REFERENCE = Path(__file__).parents[1] / "benches" / "reference.json"
+OUTPUT = Path(__file__).with_name("cost_against_n.svg")
+STYLES = {
+    "plain-loop": ("#9a9a9a", "plain loop"),
+    "inverse": ("#b2452c", "exact inverse"),
+    "forward": ("#1f5a99", "forward"),
+}
+SIGNALS = {
+    "1 Hz sine": "smooth: 1 Hz sine at 10 kHz",
+    "white noise, full range": "rough: white noise over the full range",
+}
+
+
+def main() -> None:
+    """Time per sample against the number of operators, smooth and worst case side by side."""
+    cases = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"]
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, (signal, title) in zip(panels, SIGNALS.items(), strict=True):
+        for what, (colour, label) in STYLES.items():
+            cost = {
+                case["operators"]: case["nanoseconds"]
+                for case in cases
+                if (case["signal"], case["what"], case["mode"]) == (signal, what, "step")
+            }
+            operators = sorted(cost)
+            times = [cost[n] for n in operators]
+            axes.loglog(operators, times, color=colour, linewidth=1.4, marker="o", markersize=4)
+            axes.annotate(
+                label,
+                (operators[-1], times[-1]),
+                xytext=(7, 0),
+                textcoords="offset points",
+                color=colour,
+                va="center",
+                fontsize=9,
+            )
+        axes.set_title(title, fontsize=10)
+        axes.set_xlabel("operators n")
+        axes.set_xticks(operators, [f"{n:,}".replace(",", " ") for n in operators])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xlim(0.7, 300_000)  # room for the names of the lines
+        axes.grid(axis="y", color="#e4e4e4", linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines["bottom"].set_bounds(operators[0], operators[-1])
+    panels[0].set_ylabel("time per sample")
+    panels[0].yaxis.set_major_formatter(FuncFormatter(duration))
+    panels[0].yaxis.set_minor_locator(NullLocator())
+    with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}):  # the same file every time
+        figure.savefig(OUTPUT, metadata={"Date": None})
+
+
+def duration(nanoseconds: float, _position: int) -> str:
+    """Nanoseconds as a tick label."""
+    return f"{nanoseconds:g} ns" if nanoseconds < 1000.0 else f"{nanoseconds / 1000.0:g} µs"
+
+
+if __name__ == "__main__":
+    main()
