@@ -9,7 +9,7 @@ TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench picture format clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench soak picture format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -42,6 +42,9 @@ lint-python: $(PACKAGE)
 bench: ## time per sample beside a plain loop over operators
 	cargo bench --quiet -p hysteresis-bench
 	cargo run --quiet --release -p hysteresis-bench --bin bench-table
+
+soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
+	cargo run --quiet --release -p soak -- $(SAMPLES)
 
 picture: $(PACKAGE) ## draw the picture of the README
 	$(BIN)/python docs/make_picture.py
