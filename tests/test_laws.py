@@ -1,5 +1,7 @@
 """The laws of the engine on random models and histories; the same names as in laws.rs.
 
+That an array equals independent streams is in ``test_actuator_array.py``.
+
 Bit for bit where the contract says so. Other tolerances are relative to the largest number
 that the sums handle (``Drawn.output_scale``), or to what an error of that size moves the
 drive by (``Drawn.drive_scale``): 1e-14 is 45 roundings, for sums of up to 8 products that

@@ -2,10 +2,13 @@
 
 from mpi_hyst import paper, signals
 from mpi_hyst._core import (
+    ActuatorArray,
     CoupledPlay,
     Forward,
+    ForwardArray,
     Identification,
     Inverse,
+    InverseArray,
     ModifiedPrandtlIshlinskii,
     NotInvertibleError,
     Play,
@@ -16,10 +19,13 @@ from mpi_hyst._core import (
 )
 
 __all__ = [
+    "ActuatorArray",
     "CoupledPlay",
     "Forward",
+    "ForwardArray",
     "Identification",
     "Inverse",
+    "InverseArray",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Play",

@@ -40,6 +40,15 @@ pub enum Error {
         /// The length that came.
         got: usize,
     },
+    /// A block for an array of streams that does not consist of whole rows.
+    Rows {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// The length of a row: the number of actuators.
+        width: usize,
+        /// The length that came.
+        got: usize,
+    },
     /// A number lies outside its domain.
     Domain {
         /// The name of the argument.
@@ -125,6 +134,9 @@ impl fmt::Display for Error {
             Self::Empty { parameter } => write!(f, "{parameter}: expected at least one element, got none"),
             Self::Length { parameter, expected, got } => {
                 write!(f, "{parameter}: expected {expected} elements, got {got}")
+            }
+            Self::Rows { parameter, width, got } => {
+                write!(f, "{parameter}: expected whole rows of {width} elements, got {got} elements")
             }
             Self::Domain { parameter, index: None, expected, got } => {
                 write!(f, "{parameter}: expected {expected}, got {got:?}")

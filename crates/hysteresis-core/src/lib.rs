@@ -34,7 +34,7 @@ pub use model::{JsonError, SCHEMA};
 pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
-pub use stream::{Forward, Inverse, StreamState};
+pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.
 #[cfg(doctest)]

@@ -4,8 +4,9 @@ mod support;
 
 use hysteresis_core::{
     CoupledPlay, Forward, Inverse, Kernel, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
-    PrandtlIshlinskii, Process, StreamState, Tracked,
+    PrandtlIshlinskii, Process, StreamArray, StreamState, Tracked,
 };
+use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
     REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, oscillations, output_range,
@@ -17,6 +18,30 @@ const AGREE: f64 = 1e-13;
 
 fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
     input.iter().map(|x| process.step(*x)).collect()
+}
+
+/// The array, by `step`, `peek` and `run`, and the single streams give the same bits.
+fn assert_alike<P: Process + Clone>(
+    array: StreamArray<P>,
+    mut singles: Vec<P>,
+    samples: &[f64],
+    probe: f64,
+) -> Result<(), TestCaseError> {
+    let (mut stepped, mut block) = (array.clone(), array);
+    let width = singles.len();
+    let rows: Vec<f64> = samples.iter().copied().cycle().take(samples.len().next_multiple_of(width)).collect();
+    let (mut row, mut ahead, mut output) = (vec![0.0; width], vec![0.0; width], vec![0.0; rows.len()]);
+    block.run(&rows, &mut output).unwrap();
+    for (x, y) in rows.chunks_exact(width).zip(output.chunks_exact(width)) {
+        stepped.peek(&vec![probe; width], &mut ahead).unwrap();
+        stepped.step(x, &mut row).unwrap();
+        for (m, single) in singles.iter_mut().enumerate() {
+            prop_assert_eq!(ahead[m].to_bits(), single.peek(probe).to_bits());
+            let expected = single.step(x[m]).to_bits();
+            prop_assert_eq!((row[m].to_bits(), y[m].to_bits()), (expected, expected));
+        }
+    }
+    Ok(())
 }
 
 proptest! {
@@ -220,6 +245,21 @@ proptest! {
         model.inverse(None).unwrap().run(&x, &mut inverse_block).unwrap();
         prop_assert_eq!(y, forward_block);
         prop_assert_eq!(drive, inverse_block);
+    }
+
+    #[test]
+    fn array_equals_independent_streams(
+        models in vec(prop_oneof![3 => invertible_model(8), 1 => unnested_model()], 1..5),
+        shared in 1..4_usize,
+        samples in history(120),
+        probe in -2.0 * REACH..2.0 * REACH,
+    ) {
+        // Bit for bit, with several actuators of each model and targets out of reach.
+        let limits = Some((-60.0, 60.0));
+        let kernels: Vec<Kernel> = models.iter().flat_map(|m| vec![Kernel::new(m); shared]).collect();
+        let singles: Vec<Inverse> = kernels.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
+        assert_alike(StreamArray::inverse(&kernels, limits).unwrap(), singles, &samples, probe)?;
+        assert_alike(StreamArray::forward(&kernels), kernels.iter().map(Forward::new).collect(), &samples, probe)?;
     }
 
     #[test]

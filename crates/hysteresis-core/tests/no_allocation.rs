@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use hysteresis_core::{Forward, Inverse, Kernel, Process, paper};
+use hysteresis_core::{Forward, Inverse, Kernel, Process, StreamArray, paper};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -66,4 +66,28 @@ fn the_hot_path_never_allocates() {
         });
         assert_eq!(count, 0);
     }
+}
+
+#[test]
+fn an_array_never_allocates_while_it_runs() {
+    let kernels = vec![Kernel::new(&paper::table_1_recovered()); 10];
+    let (mut forward, mut inverse) =
+        (StreamArray::forward(&kernels), StreamArray::inverse(&kernels, Some((-500.0, 500.0))).unwrap());
+    let signal = &signal()[..10_000];
+    let mut output = vec![0.0; signal.len()];
+    let mut row = vec![0.0; 10];
+    let count = allocations(|| {
+        for x in signal.chunks_exact(10) {
+            forward.peek(x, &mut row).unwrap();
+            forward.step(x, &mut row).unwrap();
+            inverse.peek(x, &mut row).unwrap();
+            inverse.step(x, &mut row).unwrap();
+        }
+        forward.reset();
+        inverse.reset();
+        forward.run(signal, &mut output).unwrap();
+        inverse.run(signal, &mut output).unwrap();
+        assert!(forward.step(&row, &mut output).is_err());
+    });
+    assert_eq!(count, 0);
 }

@@ -2,7 +2,7 @@
 
 use hysteresis_core::{
     CoupledPlay, Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, Play,
-    PrandtlIshlinskii, Process, Ratios, Tracked, paper,
+    PrandtlIshlinskii, Process, Ratios, StreamArray, Tracked, paper,
 };
 
 fn message<T: core::fmt::Debug>(result: Result<T, Error>) -> String {
@@ -114,6 +114,46 @@ fn blocks_of_unequal_length_are_refused_whole() {
     let before = stream.state();
     assert_eq!(message(stream.run(&[1.0, 2.0], &mut [0.0])), "output: expected 2 elements, got 1");
     assert_eq!(stream.state(), before);
+}
+
+#[test]
+fn rows_of_an_array_that_are_none_are_refused_whole() {
+    let kernels = vec![Kernel::new(&paper::table_1()); 3];
+    let mut mirror = StreamArray::forward(&kernels);
+    let rest: Vec<_> = mirror.streams().iter().map(Forward::state).collect();
+    assert_eq!((mirror.len(), mirror.is_empty()), (3, false));
+    assert_eq!(message(mirror.step(&[1.0; 2], &mut [0.0; 3])), "input: expected 3 elements, got 2");
+    assert_eq!(message(mirror.step(&[1.0; 3], &mut [0.0; 4])), "output: expected 3 elements, got 4");
+    assert_eq!(message(mirror.peek(&[1.0; 4], &mut [0.0; 3])), "input: expected 3 elements, got 4");
+    assert_eq!(message(mirror.peek(&[1.0; 3], &mut [0.0; 2])), "output: expected 3 elements, got 2");
+    assert_eq!(
+        message(mirror.run(&[1.0; 8], &mut [0.0; 8])),
+        "input: expected whole rows of 3 elements, got 8 elements"
+    );
+    assert_eq!(message(mirror.run(&[1.0; 6], &mut [0.0; 3])), "output: expected 6 elements, got 3");
+    assert_eq!(mirror.streams().iter().map(Forward::state).collect::<Vec<_>>(), rest);
+    let mut none = StreamArray::forward(&[]);
+    assert!(none.is_empty() && none.step(&[], &mut []).is_ok() && none.run(&[], &mut []).is_ok());
+    assert_eq!(message(none.run(&[1.0], &mut [0.0])), "input: expected whole rows of 0 elements, got 1 elements");
+}
+
+#[test]
+fn the_actuator_that_cannot_be_made_is_named() {
+    let bad = PrandtlIshlinskii::new(&[1.0, -2.0], &[0.0, 1.0], Offsets::default()).unwrap();
+    let kernels = [Kernel::new(&paper::table_1()), Kernel::new(&(&bad).into())];
+    let error = StreamArray::inverse(&kernels, None).unwrap_err();
+    assert!(error.actuator == 1 && matches!(error.error, Error::NotInvertible { .. }));
+    assert!(error.to_string().starts_with("actuator 1: the model is not invertible"));
+}
+
+#[test]
+fn an_array_resets_every_actuator() {
+    let mut mirror = StreamArray::forward(&[Kernel::new(&paper::table_1()), Kernel::new(&paper::table_2())]);
+    let rest: Vec<_> = mirror.streams().iter().map(Forward::state).collect();
+    mirror.run(&[100.0, 1.0, -50.0, f64::NAN], &mut [0.0; 4]).unwrap();
+    assert_eq!(mirror.streams()[1].rejected(), 1);
+    mirror.reset();
+    assert_eq!(mirror.streams().iter().map(Forward::state).collect::<Vec<_>>(), rest);
 }
 
 #[test]

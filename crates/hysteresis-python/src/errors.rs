@@ -1,6 +1,6 @@
 //! Every error of the workspace as a Python exception, mapped once.
 
-use hysteresis_core::{Error, JsonError};
+use hysteresis_core::{ActuatorError, Error, JsonError};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -15,6 +15,14 @@ create_exception!(
 /// An error of the core.
 pub(crate) fn core(error: Error) -> PyErr {
     match error {
+        Error::NotInvertible { .. } => NotInvertibleError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// An error of the core about one actuator of an array.
+pub(crate) fn actuator(error: ActuatorError) -> PyErr {
+    match error.error {
         Error::NotInvertible { .. } => NotInvertibleError::new_err(error.to_string()),
         _ => PyValueError::new_err(error.to_string()),
     }

@@ -9,6 +9,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
+use crate::arguments::count;
 use crate::arrays::{read_only, vector};
 use crate::errors;
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
@@ -247,7 +248,7 @@ fn form(model: &str) -> PyResult<Form> {
 
 /// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
 fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
-    let operators = operators.map(count).transpose()?;
+    let operators = operators.map(|operators| count("operators", operators)).transpose()?;
     let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(operators.unwrap_or(20))) };
     let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
     match operators {
@@ -256,16 +257,6 @@ fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, Py
             thresholds.len()
         ))),
         _ => Ok(Thresholds::Given(thresholds)),
-    }
-}
-
-fn count(operators: &Bound<'_, PyAny>) -> PyResult<usize> {
-    match operators.extract::<usize>() {
-        Ok(count) if count > 0 => Ok(count),
-        _ => {
-            let got = operators.repr()?;
-            Err(PyValueError::new_err(format!("operators: expected a whole number of at least one, got {got}")))
-        }
     }
 }
 

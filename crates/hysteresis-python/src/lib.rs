@@ -8,9 +8,12 @@
 //! | `ValueError`, `TypeError`, `NotInvertibleError`, `OSError` | the `Error` of each crate, mapped in [`errors`] |
 //!
 //! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
-//! (a million samples take milliseconds) and signals are looked at between them. Identification works on its own copy
+//! (a million samples take milliseconds) and signals are looked at between them. The threads of an array of streams are
+//! Rust's own and end before the call does. Identification works on its own copy
 //! and lets the interpreter go.
 
+mod actuators;
+mod arguments;
 mod arrays;
 mod errors;
 mod files;
@@ -19,7 +22,9 @@ mod models;
 mod operators;
 mod paper;
 mod process;
+mod rows;
 mod signals;
+mod stream_arrays;
 mod streams;
 
 use pyo3::prelude::*;
@@ -27,6 +32,8 @@ use pyo3::prelude::*;
 /// The compiled core of `mpi_hyst`.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use crate::actuators::ActuatorArray;
     #[pymodule_export]
     use crate::errors::NotInvertibleError;
     #[pymodule_export]
@@ -41,6 +48,8 @@ mod _core {
     use crate::paper::{table_1, table_1_recovered, table_2};
     #[pymodule_export]
     use crate::signals::{decaying_triangle, sine, triangle};
+    #[pymodule_export]
+    use crate::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
     use crate::streams::{Forward, Inverse};
 }

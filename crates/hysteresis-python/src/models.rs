@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use hysteresis_core::{self as core, CoupledPlay, Kernel, Model, Offsets, Ratios};
 use numpy::PyArray1;
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::arguments::pair;
 use crate::arrays::{read_only, vector};
 use crate::streams::{Forward, Inverse};
 use crate::{errors, files};
@@ -45,7 +45,7 @@ type Arguments<'py> = PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)>;
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct PrandtlIshlinskii {
     model: core::PrandtlIshlinskii,
-    kernel: Kernel,
+    pub(crate) kernel: Kernel,
 }
 
 /// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = output_offset + sum_i w_i z_i.
@@ -76,7 +76,7 @@ pub(crate) struct PrandtlIshlinskii {
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ModifiedPrandtlIshlinskii {
     model: core::ModifiedPrandtlIshlinskii,
-    kernel: Kernel,
+    pub(crate) kernel: Kernel,
 }
 
 impl From<core::PrandtlIshlinskii> for PrandtlIshlinskii {
@@ -108,17 +108,6 @@ fn inverse(kernel: &Kernel, limits: Argument<'_, '_>, initial: Argument<'_, '_>)
         Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),
     };
     stream.map(Inverse).map_err(errors::core)
-}
-
-/// Limits from any two numbers.
-fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-    match limits.extract::<Vec<f64>>() {
-        Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),
-        _ => {
-            let got = limits.repr()?;
-            Err(PyTypeError::new_err(format!("limits: expected two numbers (low, high), got {got}")))
-        }
-    }
 }
 
 fn save(model: &Model, path: PathBuf) -> PyResult<()> {

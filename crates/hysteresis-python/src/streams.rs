@@ -54,7 +54,7 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
+pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     let wrong = |what: &str| PyValueError::new_err(format!("state: expected what .state returned; {what}"));
     let plain = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
     // The conversion takes anything for a truth value.

@@ -1,0 +1,185 @@
+use alloc::boxed::Box;
+use core::fmt;
+
+use super::{Forward, Inverse};
+use crate::error::Error;
+use crate::memory::Kernel;
+use crate::process::Process;
+
+/// Many streams side by side, one for each actuator of a deformable mirror: y_m(k) = H_m\[x_m\](k), m < M.
+///
+/// Every actuator has its own memory; those of one model share its [`Kernel`]. Bit for bit what M independent streams
+/// give, and under the same contract: [`step`](Self::step), [`peek`](Self::peek), [`run`](Self::run) and
+/// [`reset`](Self::reset) neither allocate, lock nor panic, and a sample that is not finite holds its own actuator
+/// only. Samples are in the unit of the model's input, outputs in that of its output (an inverse: the other way round).
+///
+/// ```
+/// use hysteresis_core::{Kernel, StreamArray, paper};
+/// let kernels = vec![Kernel::new(&paper::table_1_recovered()); 4];
+/// let mut mirror = StreamArray::forward(&kernels);
+/// let mut inverse = StreamArray::inverse(&kernels, Some((-500.0, 500.0)))?;
+/// let target = [0.5, 1.0, -2.0, 3.0]; // um
+/// let (mut drive, mut reached) = ([0.0; 4], [0.0; 4]); // V, um
+/// inverse.step(&target, &mut drive)?;
+/// mirror.step(&drive, &mut reached)?;
+/// assert!(target.iter().zip(&reached).all(|(y, z)| (y - z).abs() < 1e-14));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+///
+/// Streams that differ in more than the model are collected one by one:
+///
+/// ```
+/// use hysteresis_core::{Error, Inverse, Kernel, StreamArray, paper};
+/// let kernel = Kernel::new(&paper::table_1_recovered());
+/// let limits = [(-500.0, 500.0), (0.0, 100.0)];
+/// let inverse: Result<StreamArray<_>, Error> = limits.iter().map(|l| Inverse::new(&kernel, Some(*l))).collect();
+/// let mut drive = [0.0; 2];
+/// inverse?.step(&[-99.0, 99.0], &mut drive)?;
+/// assert_eq!(drive, [-500.0, 100.0]);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct StreamArray<P> {
+    streams: Box<[P]>,
+}
+
+/// Which actuator of an array could not be made, and why.
+///
+/// ```
+/// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, StreamArray};
+/// let model = |w0| PrandtlIshlinskii::new(&[w0, -1.0], &[0.0, 1.0], Offsets::default());
+/// let kernels = [Kernel::new(&(&model(2.0)?).into()), Kernel::new(&(&model(0.5)?).into())];
+/// let error = StreamArray::inverse(&kernels, None).unwrap_err();
+/// assert!(error.to_string().starts_with("actuator 1: the model is not invertible"));
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActuatorError {
+    /// The index of the actuator.
+    pub actuator: usize,
+    /// What is wrong with it.
+    pub error: Error,
+}
+
+impl fmt::Display for ActuatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "actuator {}: {}", self.actuator, self.error)
+    }
+}
+
+impl core::error::Error for ActuatorError {}
+
+impl StreamArray<Forward> {
+    /// Forward models at rest, one for each kernel.
+    #[must_use]
+    pub fn forward(kernels: &[Kernel]) -> Self {
+        kernels.iter().map(Forward::new).collect()
+    }
+}
+
+impl StreamArray<Inverse> {
+    /// Exact inverses at rest, one for each kernel, every drive kept within `limits` (low, high) in the unit of the
+    /// models' input.
+    ///
+    /// # Errors
+    /// As [`Inverse::new`], with the index of the first actuator that cannot be made.
+    pub fn inverse(kernels: &[Kernel], limits: Option<(f64, f64)>) -> Result<Self, ActuatorError> {
+        let stream =
+            |(actuator, kernel)| Inverse::new(kernel, limits).map_err(|error| ActuatorError { actuator, error });
+        kernels.iter().enumerate().map(stream).collect()
+    }
+}
+
+impl<P: Process> StreamArray<P> {
+    /// The number of actuators M.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.streams.len()
+    }
+
+    /// Whether there is no actuator at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.streams.is_empty()
+    }
+
+    /// The stream of every actuator.
+    #[must_use]
+    pub fn streams(&self) -> &[P] {
+        &self.streams
+    }
+
+    /// The stream of every actuator, to move one alone, to restore its state, or to give each thread some of them.
+    pub fn streams_mut(&mut self) -> &mut [P] {
+        &mut self.streams
+    }
+
+    /// Takes one sample for each actuator and writes the M outputs.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless both slices have M elements; nothing is taken then.
+    pub fn step(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+        self.check_width(input, output)?;
+        step_each(&mut self.streams, input, output);
+        Ok(())
+    }
+
+    /// The outputs that [`step`](Self::step) would write, without taking the samples.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless both slices have M elements.
+    pub fn peek(&self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+        self.check_width(input, output)?;
+        for ((stream, x), y) in self.streams.iter().zip(input).zip(output) {
+            *y = stream.peek(*x);
+        }
+        Ok(())
+    }
+
+    /// Takes a block of samples, row by row (sample k of actuator m at k M + m): bit for bit the outputs of repeated
+    /// [`step`](Self::step).
+    ///
+    /// # Errors
+    /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `output` is as long;
+    /// nothing is taken then.
+    pub fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+        let (width, got) = (self.len(), input.len());
+        if !got.is_multiple_of(width) {
+            return Err(Error::Rows { parameter: "input", width, got });
+        }
+        check_length("output", got, output.len())?;
+        // Without actuators there are no samples either, and a row of no length would have no end.
+        let width = width.max(1);
+        for (x, y) in input.chunks_exact(width).zip(output.chunks_exact_mut(width)) {
+            step_each(&mut self.streams, x, y);
+        }
+        Ok(())
+    }
+
+    /// Every actuator back to the virgin state.
+    pub fn reset(&mut self) {
+        self.streams.iter_mut().for_each(P::reset);
+    }
+
+    fn check_width(&self, input: &[f64], output: &[f64]) -> Result<(), Error> {
+        check_length("input", self.len(), input.len())?;
+        check_length("output", self.len(), output.len())
+    }
+}
+
+#[inline]
+fn step_each<P: Process>(streams: &mut [P], input: &[f64], output: &mut [f64]) {
+    for ((stream, x), y) in streams.iter_mut().zip(input).zip(output) {
+        *y = stream.step(*x);
+    }
+}
+
+fn check_length(parameter: &'static str, expected: usize, got: usize) -> Result<(), Error> {
+    if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
+}
+
+impl<P> FromIterator<P> for StreamArray<P> {
+    fn from_iter<I: IntoIterator<Item = P>>(streams: I) -> Self {
+        Self { streams: streams.into_iter().collect() }
+    }
+}

@@ -1,0 +1,26 @@
+//! Small arguments: counts and pairs of numbers.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+/// A whole number of at least one.
+pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    match value.extract::<usize>() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => {
+            let got = value.repr()?;
+            Err(PyValueError::new_err(format!("{name}: expected a whole number of at least one, got {got}")))
+        }
+    }
+}
+
+/// Limits from any two numbers.
+pub(crate) fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    match limits.extract::<Vec<f64>>() {
+        Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),
+        _ => {
+            let got = limits.repr()?;
+            Err(PyTypeError::new_err(format!("limits: expected two numbers (low, high), got {got}")))
+        }
+    }
+}
