@@ -7,11 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-YARDSTICKS = ("math.sqrt", "empty Python method")
+YARDSTICKS = {"step": ("math.sqrt", "empty Python method"), "array": ("numba",)}
 LOOPS = ("numba", "numba, two passes", "numpy")
 
+Times = dict[tuple[str, int, str], float]
+"""Nanoseconds by signal, number of operators and case."""
 
-def nanoseconds(benches: list[dict[str, Any]], face: str) -> dict[tuple[str, int, str], float]:
+
+def nanoseconds(benches: list[dict[str, Any]], face: str) -> Times:
     """Median time per sample of each case, number of operators and signal."""
     infos = [(bench["extra_info"], bench["stats"]["median"]) for bench in benches]
     return {
@@ -30,16 +33,17 @@ def row(*cells: object) -> str:
     return f"| {' | '.join(map(str, cells))} |"
 
 
-def step_table(times: dict[tuple[str, int, str], float]) -> list[str]:
+def call_table(title: str, times: Times, yardsticks: tuple[str, ...]) -> list[str]:
     cases = {case: time for (_, _, case), time in times.items()}
-    lines = [row("one call", "time", *(f": {name}" for name in YARDSTICKS)), "|---|---|---|---|"]
+    header = (title, "time", *(f": {name}" for name in yardsticks))
+    lines = [row(*header), "|---" * len(header) + "|"]
     for case, time in cases.items():
-        ratios = (f"{time / cases[name]:.2f}" for name in YARDSTICKS)
-        lines.append(row(case, f"{time:.0f} ns", *ratios))
+        ratios = (f"{time / cases[name]:.2f}" for name in yardsticks)
+        lines.append(row(case, f"{number(time)} ns", *ratios))
     return lines
 
 
-def run_table(times: dict[tuple[str, int, str], float]) -> list[str]:
+def run_table(times: Times) -> list[str]:
     ratios = [f"{loop} : {face}" for face in ("forward", "inverse") for loop in LOOPS]
     header = ("signal", "n", "forward", "inverse", *LOOPS, *ratios)
     lines = [row(*header), "|---" * len(header) + "|"]
@@ -55,12 +59,13 @@ def run_table(times: dict[tuple[str, int, str], float]) -> list[str]:
 
 def main() -> None:
     benches = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))["benchmarks"]
+    step, array, run = (nanoseconds(benches, face) for face in ("step", "array", "run"))
     tables = [
-        *step_table(nanoseconds(benches, "step")),
-        "",
-        *run_table(nanoseconds(benches, "run")),
+        call_table("one call", step, YARDSTICKS["step"]),
+        call_table("per actuator", array, YARDSTICKS["array"]),
+        run_table(run),
     ]
-    sys.stdout.write("\n".join(tables) + "\n")
+    sys.stdout.write("\n\n".join("\n".join(lines) for lines in tables) + "\n")
 
 
 if __name__ == "__main__":

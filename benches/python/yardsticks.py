@@ -89,6 +89,21 @@ def numba_two_passes(
         y[k] = total
 
 
+@numba.njit
+def numba_array(
+    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
+) -> None:
+    """One sample for each of many actuators, z their operators, a row for each."""
+    for j in range(x.size):
+        total = 0.0
+        for i in range(weights.size):
+            low = max(x[j] - r[i], min(0.0, x[j] - rc[i]))
+            high = min(x[j] + ra[i], max(0.0, x[j] + rb[i]))
+            z[j, i] = max(low, min(high, z[j, i]))
+            total += weights[i] * z[j, i]
+        y[j] = total
+
+
 def numpy_loop(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
 ) -> None:
