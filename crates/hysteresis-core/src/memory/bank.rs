@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 
 use super::family::Line;
-use super::solve::{At, solve};
+use super::solve::{Known, solve};
 use super::turning_points::Direction;
 use super::{Piece, Reach, restore_tolerance};
 use crate::error::{Error, check_finite};
@@ -111,12 +111,13 @@ impl Bank {
             return Reach { input: high, output: most, saturated: to > most };
         }
         let near = from.max(low).min(high);
-        let direction = if self.peek_input(near) <= to { Direction::Rising } else { Direction::Falling };
-        // How far a line goes is not known here: its piece ends where it is asked for.
-        let look = |x| Piece { direction, line: self.line_at(x), end: x };
-        let start = At { input: near, place: (), piece: look(near) };
-        let (Ok(found) | Err(found)) = solve(start, None, to, direction.limit((low, high)), |(), x| ((), look(x)));
-        Reach { input: found.input, output: to, saturated: false }
+        let near = Known { input: near, output: self.peek_input(near) };
+        let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };
+        // How far a line goes is not known here: its piece is a point where it is asked for.
+        let look = |(): &mut (), x| Piece { direction, line: self.line_at(x), begin: x, end: x };
+        let limit = direction.limit((low, high));
+        let found = solve(&mut (), direction, near, f64::NAN, None, to, limit, look);
+        Reach { saturated: false, output: to, ..found }
     }
 
     /// The line of the outputs over the input around `x`, every operator starting from its present output.

@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use super::branch::Branch;
 use super::family::Family;
 use super::place::{Families, Place, Stacks};
+use super::solve::Known;
 use super::state::{FamilyState, TurningPointState};
 use super::turning_points::{Direction, Stack, TurningPoint};
 use super::{Piece, Reach, restore_tolerance};
@@ -62,22 +63,28 @@ impl Engine {
         place.line(&self.families).at(to)
     }
 
-    /// Moves the input from `from` in `direction` until the output is `to` or the input is at a limit.
+    /// Moves on from `from` in `direction` until the output is `to` or the input is at a limit.
     #[inline]
-    pub(crate) fn move_output(&mut self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
-        if direction != self.place.direction {
-            self.reverse(from);
-        }
-        self.place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
+    pub(crate) fn move_output(&mut self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
+        let slope = if direction == self.place.direction {
+            self.place.line(&self.families).slope
+        } else {
+            self.reverse(from.input);
+            self.families.identity_weight
+        };
+        self.place.advance_to_output(&self.families, &self.stacks, from, slope, to, direction.limit(limits))
     }
 
     /// Where [`move_output`](Self::move_output) would come to.
-    pub(crate) fn peek_output(&self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
+    pub(crate) fn peek_output(&self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
         let mut place = self.place;
-        if direction != place.direction {
-            place.reverse(&self.families, from, self.reversals + 1);
-        }
-        place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
+        let slope = if direction == place.direction {
+            place.line(&self.families).slope
+        } else {
+            place.reverse(&self.families, from.input, self.reversals + 1);
+            self.families.identity_weight
+        };
+        place.advance_to_output(&self.families, &self.stacks, from, slope, to, direction.limit(limits))
     }
 
     /// The line at the present place and the next breakpoint, over the input.
@@ -89,8 +96,9 @@ impl Engine {
     /// The same line with the roles of input and output swapped, up to the next breakpoint or limit.
     #[inline]
     pub(crate) fn inverse_piece(&self, limits: (f64, f64)) -> Piece {
-        let Piece { direction, line, end } = self.piece();
-        Piece { direction, line: line.inverted(), end: line.at(direction.nearer(end, direction.limit(limits))) }
+        let Piece { direction, line, begin, end } = self.piece();
+        let end = direction.nearer(end, direction.limit(limits));
+        Piece { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end) }
     }
 
     /// The turning points of both families, those of the negative one mirrored back to the input of the model.
@@ -124,7 +132,7 @@ impl Engine {
             return Err(Error::State { expected: "at most 2^63 reversals" });
         }
         let restored = |family: &Family, saved: &FamilyState, direction: Direction| {
-            saved.check(family.len(), reversals)?;
+            saved.check(family.len(), reversals, direction)?;
             Ok(Branch::restored(family, saved, direction))
         };
         let families = self.families.clone();

@@ -4,6 +4,9 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
+use super::marks::Marks;
+use super::turning_points::Direction;
+
 /// One-sided plays p_i(k) = max(0, x - a_i, min(x + b_i, p_i(k-1))) with weights w_i, sorted so that a and b never
 /// decrease over i.
 ///
@@ -11,25 +14,27 @@ use alloc::vec::Vec;
 /// operators that slide on a branch are always a prefix of the family and the others are frozen.
 #[derive(Clone, Debug)]
 pub(crate) struct Family {
-    /// One rung per operator and one above them all: what a step needs of an operator lies together.
-    rungs: Box<[Rung]>,
+    /// a_i: rising, the operator slides along x - a_i.
+    rises: Marks,
+    /// b_i: falling, the operator slides along x + b_i until it rests at zero.
+    falls: Marks,
+    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
+    gaps: Marks,
+    /// One per operator, over all operators before it.
+    sums: Box<[Sums]>,
+    /// Over all operators.
+    total: Sums,
 }
 
-/// The thresholds of operator i and the sums over all operators before it.
-#[derive(Clone, Copy, Debug)]
-struct Rung {
-    /// a_i: rising, the operator slides along x - a_i.
-    rise: f64,
-    /// b_i: falling, the operator slides along x + b_i until it rests at zero.
-    fall: f64,
-    /// a_i + b_i: the travel of the input between sliding one way and sliding the other.
-    gap: f64,
-    /// Sum of w.
+/// Sums over the first operators of a family.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// Of w.
     weight: f64,
-    /// Sum of w a.
-    weighted_rise: f64,
-    /// Sum of w b.
-    weighted_fall: f64,
+    /// Of -w a: what is added to w x while they slide upwards.
+    risen: f64,
+    /// Of w b: what is added to w x while they slide downwards.
+    fallen: f64,
 }
 
 /// One one-sided play with its weight.
@@ -67,53 +72,81 @@ impl Family {
         if !members.is_sorted_by(|one, other| one.fall <= other.fall) {
             return None;
         }
-        let mut next = Rung { rise: 0.0, fall: 0.0, gap: 0.0, weight: 0.0, weighted_rise: 0.0, weighted_fall: 0.0 };
-        let mut rungs = Vec::with_capacity(members.len() + 1);
-        for Member { weight, rise, fall } in members {
-            rungs.push(Rung { rise, fall, gap: rise + fall, ..next });
-            next.weight += weight;
-            next.weighted_rise += weight * rise;
-            next.weighted_fall += weight * fall;
+        let mut total = Sums::default();
+        let mut sums = Vec::with_capacity(members.len());
+        for Member { weight, rise, fall } in &members {
+            sums.push(total);
+            total.weight += weight;
+            total.risen -= weight * rise;
+            total.fallen += weight * fall;
         }
-        rungs.push(next);
-        Some(Self { rungs: rungs.into() })
+        let marks = |of: fn(&Member) -> f64| Marks::new(members.iter().map(of).collect());
+        let (rises, falls, gaps) = (marks(|m| m.rise), marks(|m| m.fall), marks(|m| m.rise + m.fall));
+        Some(Self { rises, falls, gaps, sums: sums.into(), total })
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.rungs.len() - 1
+        self.sums.len()
     }
 
+    /// The input at which operator i, at rest at zero or left at max(0, turned + b_i), starts to slide upwards.
     #[inline]
-    pub(crate) fn rise(&self, i: usize) -> f64 {
-        self.rungs[i].rise
+    pub(crate) fn starts_rising(&self, i: usize, turned: f64) -> f64 {
+        self.rises.get(i).max(turned + self.gaps.get(i))
     }
 
+    /// How many operators have started, the input having come up from `turned` to `x`: to rounding.
     #[inline]
-    pub(crate) fn fall(&self, i: usize) -> f64 {
-        self.rungs[i].fall
+    pub(crate) fn started_rising(&self, turned: f64, x: f64) -> usize {
+        self.rises.at_most(x).min(self.gaps.at_most(x - turned))
     }
 
+    /// The input at which operator i, left at turned - a_i, starts to slide downwards.
     #[inline]
-    pub(crate) fn gap(&self, i: usize) -> f64 {
-        self.rungs[i].gap
+    pub(crate) fn starts_falling(&self, i: usize, turned: f64) -> f64 {
+        turned - self.gaps.get(i)
+    }
+
+    /// How many operators have started, the input having come down from `turned` to `x`: to rounding.
+    #[inline]
+    pub(crate) fn started_falling(&self, turned: f64, x: f64) -> usize {
+        self.gaps.at_most(turned - x)
+    }
+
+    /// The input at which operator i, sliding downwards, comes to rest at zero.
+    #[inline]
+    pub(crate) fn rests(&self, i: usize) -> f64 {
+        -self.falls.get(i)
+    }
+
+    /// How many operators that slide downwards have come to rest at the input `x`.
+    #[inline]
+    pub(crate) fn resting(&self, x: f64) -> usize {
+        self.falls.at_most(-x)
     }
 
     /// Sum of |w_i| (input + a_i + b_i).
     pub(crate) fn output_scale(&self, input: f64) -> f64 {
-        self.rungs.windows(2).map(|pair| (pair[1].weight - pair[0].weight).abs() * (input + pair[0].gap)).sum()
+        (0..self.len())
+            .map(|i| (self.sums(i + 1).weight - self.sums(i).weight).abs() * (input + self.gaps.get(i)))
+            .sum()
     }
 
-    /// Sum of w_i (x - a_i) over `from..to`, as a line in x.
+    /// Sum over `from..to` of what operators that slide in `direction` give: w_i (x - a_i) or w_i (x + b_i), as a line
+    /// in x.
     #[inline]
-    pub(crate) fn risen(&self, from: usize, to: usize) -> Line {
-        let (from, to) = (&self.rungs[from], &self.rungs[to]);
-        Line { slope: to.weight - from.weight, offset: from.weighted_rise - to.weighted_rise }
+    pub(crate) fn sliding(&self, direction: Direction, from: usize, to: usize) -> Line {
+        let (from, to) = (self.sums(from), self.sums(to));
+        let offset = match direction {
+            Direction::Rising => to.risen - from.risen,
+            Direction::Falling => to.fallen - from.fallen,
+        };
+        Line { slope: to.weight - from.weight, offset }
     }
 
-    /// Sum of w_i (x + b_i) over `from..to`, as a line in x.
+    /// The sums over the operators before i.
     #[inline]
-    pub(crate) fn fallen(&self, from: usize, to: usize) -> Line {
-        let (from, to) = (&self.rungs[from], &self.rungs[to]);
-        Line { slope: to.weight - from.weight, offset: to.weighted_fall - from.weighted_fall }
+    fn sums(&self, i: usize) -> Sums {
+        self.sums.get(i).copied().unwrap_or(self.total)
     }
 }

@@ -7,6 +7,7 @@ mod bank;
 mod branch;
 mod engine;
 mod family;
+mod marks;
 mod place;
 mod search;
 mod solve;
@@ -17,6 +18,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 pub(crate) use family::Line;
+pub(crate) use solve::Known;
 pub use state::{FamilyState, MemoryState, TurningPointState};
 pub use turning_points::{Direction, TurningPoint};
 
@@ -32,18 +34,19 @@ fn restore_tolerance(scale: f64) -> f64 {
     1e-9 * scale + f64::MIN_POSITIVE
 }
 
-/// A straight line and how far, in the direction of travel, it holds: up to but not including `end`.
+/// A straight line and how far, in the direction of travel, it holds: from `begin` up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     pub(crate) direction: Direction,
     pub(crate) line: Line,
+    pub(crate) begin: f64,
     pub(crate) end: f64,
 }
 
 impl Piece {
     /// A piece of no length: every new sample is evaluated anew.
     pub(crate) fn point(direction: Direction, input: f64, output: f64) -> Self {
-        Self { direction, line: Line { slope: 0.0, offset: output }, end: input }
+        Self { direction, line: Line { slope: 0.0, offset: output }, begin: input, end: input }
     }
 }
 
@@ -174,12 +177,12 @@ impl Memory {
         }
     }
 
-    /// Moves the input from `from` in `direction` until the output is `to` or the input is at a limit.
-    pub(crate) fn move_output(&mut self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
+    /// Moves on from `from` in `direction` until the output is `to` or the input is at a limit.
+    pub(crate) fn move_output(&mut self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
         match self {
             Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
             Self::Bank(bank) => {
-                let reach = bank.look_output(from, to, limits);
+                let reach = bank.look_output(from.input, to, limits);
                 bank.move_input(reach.input);
                 reach
             }
@@ -187,10 +190,10 @@ impl Memory {
     }
 
     /// Where [`move_output`](Self::move_output) would come to.
-    pub(crate) fn peek_output(&self, direction: Direction, from: f64, to: f64, limits: (f64, f64)) -> Reach {
+    pub(crate) fn peek_output(&self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
         match self {
             Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
-            Self::Bank(bank) => bank.look_output(from, to, limits),
+            Self::Bank(bank) => bank.look_output(from.input, to, limits),
         }
     }
 

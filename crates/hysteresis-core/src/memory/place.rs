@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::branch::Branch;
 use super::family::{Family, Line, Member};
-use super::solve::{At, solve};
+use super::solve::{Known, solve};
 use super::turning_points::{Direction, Stack};
 use super::{Piece, Reach};
 use crate::model::ModifiedPrandtlIshlinskii;
@@ -14,7 +14,7 @@ use crate::model::ModifiedPrandtlIshlinskii;
 /// A coupled play is p(x; a = r, b = rb) - p(-x; a = ra, b = rc), which needs r >= rc and ra >= rb.
 #[derive(Debug)]
 pub(crate) struct Families {
-    identity_weight: f64,
+    pub(crate) identity_weight: f64,
     pub(crate) positive: Family,
     pub(crate) negative: Family,
 }
@@ -40,9 +40,6 @@ impl Families {
         self.identity_weight.abs() * input + self.positive.output_scale(input) + self.negative.output_scale(input)
     }
 }
-
-/// How many breakpoints an inverse walks one by one before it searches.
-const WALK: u32 = 6;
 
 /// Room for the turning points of both families.
 #[derive(Clone, Debug)]
@@ -90,82 +87,59 @@ impl Place {
         self.negative.advance(&families.negative, &stacks.negative, -x);
     }
 
-    /// Moves on from the input `from` until the output is `to` or the input is at `limit`.
-    ///
-    /// A smooth signal passes few breakpoints at a time: the nearest are walked one by one, then the rest is solved.
+    /// Moves on from `near` until the output is `to` or the input is at `limit`. `slope` is that of the line that left
+    /// there, if it is known.
     #[inline]
     pub(crate) fn advance_to_output(
         &mut self,
         families: &Families,
         stacks: &Stacks,
-        from: f64,
+        near: Known,
+        slope: f64,
         to: f64,
         limit: f64,
     ) -> Reach {
-        let mut near = from;
-        for _ in 0..WALK {
-            let Piece { direction, line, end } = self.piece(families);
-            let end = direction.nearer(end, limit);
-            let reached = line.at(end);
-            if !direction.has_passed(reached, to) {
-                return Reach { input: line.inverted().at(to), output: to, saturated: false };
-            }
-            self.advance(families, stacks, end);
-            if end == limit {
-                return Reach { input: limit, output: reached, saturated: to != reached };
-            }
-            near = end;
-        }
-        self.solve_for_output(families, stacks, near, to, limit)
+        let (near, slope, far) = self.close_loops(stacks, near, slope, to, limit);
+        let look = |place: &mut Self, x: f64| {
+            place.advance(families, stacks, x);
+            place.piece(families)
+        };
+        solve(self, self.direction, near, slope, far, to, limit, look)
     }
 
-    /// Moves over every remembered turning point whose output `to` lies beyond; the input there, and the one at which
-    /// the loop that holds `to` closes.
+    /// Wipes out every loop whose turning point has an output that `to` lies beyond; where that comes to, and the
+    /// turning point at which the loop that holds `to` closes.
     #[inline]
     fn close_loops(
         &mut self,
-        families: &Families,
         stacks: &Stacks,
-        from: f64,
+        mut near: Known,
+        mut slope: f64,
         to: f64,
         limit: f64,
-    ) -> (f64, Option<(f64, f64)>) {
-        let mut near = from;
+    ) -> (Known, f64, Option<Known>) {
+        let direction = self.direction;
         loop {
-            let positive = self.positive.closes_at(&stacks.positive).map(|point| (point.input, point.output));
-            let negative = self.negative.closes_at(&stacks.negative).map(|point| (-point.input, point.output));
+            let positive = self.positive.closes_at(&stacks.positive);
+            let negative = self.negative.closes_at(&stacks.negative);
+            let positive = positive.map(|point| Known { input: point.input, output: point.output });
+            let negative = negative.map(|point| Known { input: -point.input, output: point.output });
             let nearest = match (positive, negative) {
-                (Some(one), Some(other)) if self.direction.has_passed(one.0, other.0) => Some(one),
+                (Some(one), Some(other)) if direction.has_passed(one.input, other.input) => Some(one),
                 (_, Some(other)) => Some(other),
                 (one, None) => one,
             };
-            let Some((input, output)) = nearest else { return (near, None) };
-            let ahead = !self.direction.has_passed(input, near) && !self.direction.has_passed(limit, input);
+            let Some(close) = nearest else { return (near, slope, None) };
+            let ahead = !direction.has_passed(close.input, near.input) && !direction.has_passed(limit, close.input);
             if !ahead {
-                return (near, None);
+                return (near, slope, None);
             }
-            if !self.direction.has_passed(output, to) {
-                return (near, Some((input, output)));
+            if !direction.has_passed(close.output, to) {
+                return (near, slope, Some(close));
             }
-            self.advance(families, stacks, input);
-            near = input;
-        }
-    }
-
-    #[inline(never)]
-    fn solve_for_output(&mut self, families: &Families, stacks: &Stacks, near: f64, to: f64, limit: f64) -> Reach {
-        let (near, far) = self.close_loops(families, stacks, near, to, limit);
-        let start = At { input: near, place: *self, piece: self.piece(families) };
-        let look = |mut place: Self, x: f64| {
-            place.advance(families, stacks, x);
-            (place, place.piece(families))
-        };
-        let solved = solve(start, far, to, limit, look);
-        let (Ok(at) | Err(at)) = solved;
-        *self = at.place;
-        match solved {
-            Ok(_) => Reach { input: at.input, output: to, saturated: false },
-            Err(_) => Reach { input: at.input, output: at.piece.line.at(at.input), saturated: true },
+            self.positive.wipe_out(&stacks.positive, close.input);
+            self.negative.wipe_out(&stacks.negative, -close.input);
+            (near, slope) = (close, f64::NAN);
         }
     }
 
@@ -189,7 +163,9 @@ impl Place {
     /// The line and the next breakpoint, over the input.
     #[inline]
     pub(crate) fn piece(&self, families: &Families) -> Piece {
-        let end = self.direction.nearer(self.positive.end(), -self.negative.end());
-        Piece { direction: self.direction, line: self.line(families), end }
+        let direction = self.direction;
+        let begin = direction.reversed().nearer(self.positive.begin(), -self.negative.begin());
+        let end = direction.nearer(self.positive.end(), -self.negative.end());
+        Piece { direction, line: self.line(families), begin, end }
     }
 }

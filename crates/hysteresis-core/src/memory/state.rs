@@ -51,14 +51,14 @@ pub struct FamilyState {
 
 impl FamilyState {
     /// Whether a family of `operators` can be in this state: only such a state is ever restored.
-    pub(crate) fn check(&self, operators: usize, reversals: u64) -> Result<(), Error> {
+    pub(crate) fn check(&self, operators: usize, reversals: u64, direction: Direction) -> Result<(), Error> {
         let mut below = operators;
         for (height, point) in self.turning_points.iter().enumerate() {
             // Only the lowest turning point may have moved every operator, as many as the virgin state below it.
             let fewer = point.moved < below || height == 0 && point.moved == below;
             if !fewer
                 || point.moved == 0
-                || point.at_zero > point.moved
+                || point.at_zero > if point.ended == Direction::Falling { point.moved } else { 0 }
                 || !is_admissible(point.input)
                 || !is_admissible(point.output)
             {
@@ -72,7 +72,8 @@ impl FamilyState {
             }
             below = point.moved;
         }
-        if self.moved > below || self.at_zero > self.moved || (self.moved == below && !self.turning_points.is_empty()) {
+        let resting = if direction == Direction::Falling { self.moved } else { 0 };
+        if self.moved > below || self.at_zero > resting || (self.moved == below && !self.turning_points.is_empty()) {
             return Err(Error::State { expected: "fewer sliding operators than the newest turning point has moved" });
         }
         Ok(())

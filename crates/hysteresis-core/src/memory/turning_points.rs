@@ -89,52 +89,70 @@ pub struct TurningPoint {
     pub reversal: u64,
 }
 
-impl TurningPoint {
-    /// The bottom of every stack: all operators at zero, as if the input had come down to minus infinity.
+/// A turning point with what follows from it and from those below it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remembered {
+    pub(crate) point: TurningPoint,
+    /// Sum of w p over the operators from `moved` on: those that older ones froze.
+    pub(crate) beyond: f64,
+    /// Where a branch of the other direction has set all its operators sliding again.
+    pub(crate) released: f64,
+}
+
+impl Remembered {
+    /// The bottom of every stack: all operators at zero, as if the input had come down to minus infinity. No move takes
+    /// it off.
     pub(crate) const fn virgin(operators: usize) -> Self {
-        Self {
+        let point = TurningPoint {
             input: f64::MIN,
             output: f64::MIN,
             ended: Direction::Falling,
             moved: operators,
             at_zero: operators,
             reversal: 0,
-        }
+        };
+        Self { point, beyond: 0.0, released: f64::INFINITY }
+    }
+
+    /// The input at which a branch in `direction` no longer needs it: back at the reversal, or all its operators slide.
+    #[inline]
+    pub(crate) fn wiped_at(&self, direction: Direction) -> f64 {
+        if self.point.ended == direction { self.point.input } else { self.released }
     }
 }
 
-/// A turning point with the sum of w p over the operators from `moved` on: those that older ones froze.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Remembered {
-    pub(crate) point: TurningPoint,
-    pub(crate) beyond: f64,
+/// The turning points of a family above the virgin state, oldest first, in room allocated once. How many there are
+/// is the branch's matter.
+#[derive(Clone, Debug)]
+pub(crate) struct Stack {
+    room: Box<[Remembered]>,
+    virgin: Remembered,
 }
 
-/// Room for the turning points of a family, oldest first, allocated once. How many there are is the branch's matter.
-#[derive(Clone, Debug)]
-pub(crate) struct Stack(Box<[Remembered]>);
-
 impl Stack {
-    /// The stack of a family at rest. `moved` falls strictly from the bottom (n) upwards and is never zero above
-    /// it, so n + 1 places always suffice.
+    /// The stack of a family at rest. Upwards `moved` falls strictly, from n at most, and is never zero: n places
+    /// suffice.
     pub(crate) fn new(operators: usize) -> Self {
-        let virgin = Remembered { point: TurningPoint::virgin(operators), beyond: 0.0 };
-        Self(vec![virgin; operators + 1].into())
+        let virgin = Remembered::virgin(operators);
+        Self { room: vec![virgin; operators].into(), virgin }
     }
 
     /// The oldest `count` turning points above the virgin state.
     pub(crate) fn points(&self, count: usize) -> impl Iterator<Item = TurningPoint> {
-        self.0[1..=count].iter().map(|remembered| remembered.point)
+        self.room.iter().take(count).map(|remembered| remembered.point)
     }
 
-    /// The turning point with `below` others under it.
+    /// The turning point number `height`, the virgin state being number 0.
     #[inline]
-    pub(crate) fn get(&self, below: usize) -> Remembered {
-        self.0[below]
+    pub(crate) fn get(&self, height: usize) -> &Remembered {
+        self.room.get(height.wrapping_sub(1)).unwrap_or(&self.virgin)
     }
 
     #[inline]
-    pub(crate) fn put(&mut self, below: usize, top: Remembered) {
-        self.0[below] = top;
+    pub(crate) fn put(&mut self, height: usize, top: Remembered) {
+        debug_assert!(height <= self.room.len());
+        if let Some(place) = self.room.get_mut(height.wrapping_sub(1)) {
+            *place = top;
+        }
     }
 }

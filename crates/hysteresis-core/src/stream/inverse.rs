@@ -1,7 +1,7 @@
 use super::StreamState;
 use super::segment::Segment;
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
-use crate::memory::{Direction, Kernel, Memory, Method, Piece};
+use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -68,8 +68,7 @@ impl Inverse {
     #[inline(never)]
     fn leave_segment(&mut self, y: f64) -> f64 {
         if is_admissible(y) {
-            let (direction, from, limits) = (self.segment.direction_to(y), self.segment.output(), self.reach);
-            let reached = self.memory.move_output(direction, from, y, limits);
+            let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
             self.saturated = reached.saturated;
             self.enter_segment(reached.input, reached.output);
         } else {
@@ -86,6 +85,12 @@ impl Inverse {
             piece = Piece::point(piece.direction, output, input);
         }
         self.segment = Segment::new(piece, output);
+    }
+
+    /// Where the memory is: its input, the drive, and its output, the target.
+    #[inline]
+    fn known(&self) -> Known {
+        Known { input: self.segment.output(), output: self.segment.input() }
     }
 
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
@@ -193,8 +198,7 @@ impl Process for Inverse {
         let x = match self.segment.peek(y) {
             Some(x) => x,
             None if is_admissible(y) => {
-                let (direction, from) = (self.segment.direction_to(y), self.segment.output());
-                self.memory.peek_output(direction, from, y, self.reach).input
+                self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach).input
             }
             None => self.segment.output(),
         };
