@@ -1,4 +1,7 @@
-"""The medians of `make bench-python` as tables: time per sample and ratios to the yardsticks."""
+"""The rounds of `make bench-python` as tables: time per sample and ratios to the yardsticks.
+
+Of each case the fastest round, which other work on the machine disturbs least.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,11 @@ Times = dict[tuple[str, int, str], float]
 
 
 def nanoseconds(benches: list[dict[str, Any]], face: str) -> Times:
-    """Median time per sample of each case, number of operators and signal."""
-    infos = [(bench["extra_info"], bench["stats"]["median"]) for bench in benches]
+    """Least time per sample of each case, number of operators and signal."""
+    infos = [(bench["extra_info"], bench["stats"]["min"]) for bench in benches]
     return {
-        (info.get("signal", ""), info["n"], info["case"]): 1e9 * median / info["samples"]
-        for info, median in infos
+        (info.get("signal", ""), info["n"], info["case"]): 1e9 * least / info["samples"]
+        for info, least in infos
         if info["face"] == face
     }
 
