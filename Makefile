@@ -7,6 +7,9 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 RUST := Cargo.toml Cargo.lock $(shell find crates benches -name '*.rs' -o -name Cargo.toml)
 TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
+BENCHES := $(VENV)/.benches
+TIMES := target/bench/python.json
+PYTHON_CODE := python tests docs benches/python
 
 MEASURED := target/bench
 REPORT := cargo run --quiet --release -p hysteresis-bench --bin bench-report --
@@ -17,7 +20,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief picture format clean
+	bench-check bench-reference bench-brief bench-python soak picture format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -44,8 +47,8 @@ lint-rust:
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 
 lint-python: $(PACKAGE)
-	$(BIN)/ruff check python tests docs
-	$(BIN)/ruff format --check python tests docs
+	$(BIN)/ruff check $(PYTHON_CODE)
+	$(BIN)/ruff format --check $(PYTHON_CODE)
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest mpi_hyst._core
 
@@ -82,14 +85,23 @@ bench-reference: bench ## makes this run the reference
 bench-brief: ## the last run, or else the reference, as the README shows it
 	@$(REPORT) show --brief $(firstword $(wildcard $(MEASURED)/results.json) benches/reference.json)
 
+bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and numpy loops
+	@mkdir -p $(dir $(TIMES))
+	$(BIN)/python -m pytest benches/python --benchmark-group-by=group --benchmark-json=$(TIMES) \
+		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
+	$(BIN)/python benches/python/ratios.py $(TIMES)
+
+soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
+	cargo run --quiet --release -p soak -- $(SAMPLES)
+
 picture: $(PACKAGE) ## draw the pictures of the README
 	$(BIN)/python docs/make_picture.py
 	$(BIN)/python docs/plot_cost.py
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all
-	$(BIN)/ruff format python tests docs
-	$(BIN)/ruff check --fix python tests docs
+	$(BIN)/ruff format $(PYTHON_CODE)
+	$(BIN)/ruff check --fix $(PYTHON_CODE)
 
 clean: ## remove all that was built
 	rm -rf target $(VENV) mpi-hyst-demo python/mpi_hyst/*.so
@@ -104,6 +116,10 @@ $(TOOLS): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.9.4,<2'
 	$(BIN)/python -m pip install --quiet --group test
+	@touch $@
+
+$(BENCHES): $(TOOLS)
+	$(BIN)/python -m pip install --quiet --group bench
 	@touch $@
 
 $(PACKAGE): $(TOOLS) $(RUST) pyproject.toml

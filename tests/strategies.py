@@ -142,3 +142,17 @@ def input_histories(
         else:
             xs.append(x + value)
     return xs
+
+
+@st.composite
+def oscillations(draw: st.DrawFn, scale: float = 500.0) -> Numbers:
+    """Swings to and fro, each smaller or each larger than the last, by steps down to denormals."""
+    xs: Numbers = []
+    for _ in range(draw(st.integers(1, 3))):
+        centre = draw(st.just(0.0) | _finite(-scale, scale))
+        swing = draw(_finite(0.0, scale))
+        step = draw(st.sampled_from([0.0, SMALLEST, 1e-9, scale / 20]) | _finite(0.0, scale / 5))
+        count = draw(st.integers(1, 40))
+        train = [centre + max(swing - k * step, 0.0) * (-1.0) ** k for k in range(count)]
+        xs += draw(st.sampled_from([train, train[::-1]]))
+    return xs

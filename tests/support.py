@@ -133,6 +133,14 @@ def with_history(
     return drawn, *(draw(history) for _ in range(histories))
 
 
+@st.composite
+def with_oscillations(draw: st.DrawFn, models: st.SearchStrategy[Drawn]) -> tuple[Any, ...]:
+    """A model and a history of moves or of swings that grow or decay: many turning points."""
+    drawn = draw(models)
+    history = own.input_histories(drawn.keywords, max_moves=40) | own.oscillations()
+    return drawn, draw(history)
+
+
 def bits(values: float | Sequence[float] | Array) -> bytes:
     """Equal only if every bit is: tells +0 from -0."""
     return np.asarray(values, dtype=float).tobytes()

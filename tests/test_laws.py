@@ -11,6 +11,7 @@ the two sides form in different orders.
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -32,6 +33,7 @@ from support import (
     unnested_models,
     walk,
     with_history,
+    with_oscillations,
 )
 
 Case = tuple[Drawn, list[float]]
@@ -213,36 +215,6 @@ def test_limited_inverse_equals_twin(case: Case, limits: tuple[float, float]) ->
             assert inverse.saturated == exact.saturated
 
 
-@given(own.conventional_models())
-def test_closed_form_inverse_equals_twin(keywords: own.ModelDict) -> None:
-    drawn = Drawn(keywords)
-    model = mh.PrandtlIshlinskii(**keywords)
-    inverse = model.closed_form_inverse()
-    w, r = reference.closed_form_inverse(keywords["weights"], keywords["thresholds"])
-    np.testing.assert_allclose(inverse.weights, w, rtol=1e-14)
-    # the twin sums differences, the core grows each r' from the last: n roundings of the last
-    scale = sum(drawn.weights) * drawn.input_scale([0.0])
-    np.testing.assert_allclose(inverse.thresholds, r, rtol=0, atol=AGREE * scale)
-    assert inverse.input_offset == model.output_offset
-    assert inverse.output_offset == model.input_offset
-
-
-@given(own.modified_models(), st.floats(0.0, 2.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_parametric_inverse_equals_twin(
-    keywords: own.ModelDict, ra: float, share: float, rc: float
-) -> None:
-    drawn, rb = Drawn(keywords), ra * share
-    model = mh.ModifiedPrandtlIshlinskii(**keywords)
-    inverse = model.parametric_inverse(ra, rb, rc)
-    got = (inverse.weights, inverse.r, inverse.ra, inverse.rb, inverse.rc)
-    expected = reference.parametric_inverse(keywords["weights"], keywords["r"], ra, rb, rc)
-    np.testing.assert_allclose(got[0], expected[0], rtol=1e-14)
-    scale = max(1.0, ra) * sum(drawn.weights) * drawn.input_scale([0.0])
-    np.testing.assert_allclose(got[1:], expected[1:], rtol=0, atol=AGREE * scale)
-    assert inverse.input_offset == model.output_offset
-    assert inverse.output_offset == model.input_offset
-
-
 @given(unnested_models())
 def test_unnested_thresholds_go_to_the_bank(drawn: Drawn) -> None:
     assert drawn.model().forward().method == "bank"
@@ -345,14 +317,49 @@ def test_reset_is_a_new_stream(case: Case2, bank: bool) -> None:
         assert bits(used.run(ys)) == bits(new.run(ys))
 
 
-@given(with_history(any_nested_models(), max_moves=40))
+def check_stacks(drawn: Drawn, state: dict[str, Any]) -> None:
+    """At most n turning points above the virgin state of each family.
+
+    Each has fewer operators than the one below it: on a stack of n + 1 there is always room.
+    """
+    n = len(drawn.weights)
+    for family in (state["memory"]["positive"], state["memory"]["negative"]):
+        moved = [point["moved"] for point in family["turning_points"]]
+        assert len(moved) <= n
+        assert all(n >= below > above for below, above in pairwise([*moved, 0]))
+        assert family["moved"] < min(moved, default=n + 1)
+
+
+@given(with_oscillations(invertible_models()))
 def test_memory_is_bounded_by_the_operators(case: Case) -> None:
-    # Each turning point has fewer operators than the one below: at most n per family.
+    drawn, xs = case
+    forward = drawn.model().forward()
+    limits = (drawn.rest - 300.0, drawn.rest + 400.0)
+    inverses = [drawn.model().inverse(), drawn.model().inverse(limits)]
+    for x in xs:
+        y = forward.step(x)
+        check_stacks(drawn, forward.state)
+        for inverse in inverses:
+            inverse.step(y)
+            check_stacks(drawn, inverse.state)
+
+
+@given(with_oscillations(any_nested_models()))
+def test_memory_of_any_weights_is_bounded_by_the_operators(case: Case) -> None:
     drawn, xs = case
     stream = drawn.model().forward()
     for x in xs:
         stream.step(x)
-        assert len(stream.memory) <= 2 * len(drawn.weights)
+        check_stacks(drawn, stream.state)
+
+
+def test_memory_can_need_every_turning_point() -> None:
+    # Ever smaller swings that each leave one operator more behind.
+    stream = mh.PrandtlIshlinskii(np.ones(11), np.arange(11.0)).forward()
+    stream.run([(k + 0.25) * (-1.0) ** k for k in range(10, -1, -1)])
+    memory = stream.state["memory"]
+    counts = [len(memory[name]["turning_points"]) for name in ("positive", "negative")]
+    assert counts == [10, 9]
 
 
 @given(with_history(any_nested_models()))

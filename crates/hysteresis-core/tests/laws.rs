@@ -2,11 +2,15 @@
 
 mod support;
 
-use hysteresis_core::{CoupledPlay, Forward, Inverse, Kernel, Method, Play, Process, StreamArray, Tracked};
+use hysteresis_core::{
+    CoupledPlay, Forward, Inverse, Kernel, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
+    PrandtlIshlinskii, Process, StreamArray, StreamState, Tracked,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
-    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, output_range, unnested_model,
+    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, oscillations, output_range,
+    unnested_model,
 };
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
@@ -300,12 +304,54 @@ proptest! {
     }
 
     #[test]
-    fn memory_is_bounded_by_the_operators(model in any_nested_model(6), x in history(300)) {
-        // Above the virgin state each turning point has fewer operators than the one below: at most n per family.
+    fn memory_is_bounded_by_the_operators(model in invertible_model(8), x in prop_oneof![history(200), oscillations()]) {
+        let mut forward = model.forward();
+        let mut streams = [model.inverse(None).unwrap(), model.inverse(Some((-60.0, 80.0))).unwrap()];
+        for x in x {
+            let y = forward.step(x);
+            check_stacks(&model, &forward.state())?;
+            for inverse in &mut streams {
+                inverse.step(y);
+                check_stacks(&model, &inverse.state())?;
+            }
+        }
+    }
+
+    #[test]
+    fn memory_of_any_weights_is_bounded_by_the_operators(model in any_nested_model(8), x in prop_oneof![history(200), oscillations()]) {
         let mut stream = model.forward();
         for x in x {
             stream.step(x);
-            prop_assert!(stream.turning_points().len() <= 2 * model.weights().len());
+            check_stacks(&model, &stream.state())?;
         }
     }
+}
+
+/// Above the virgin state at most n turning points in each family, each with fewer operators than the one below it: on
+/// a stack of n + 1 there is always room.
+fn check_stacks(model: &ModifiedPrandtlIshlinskii, state: &StreamState) -> Result<(), TestCaseError> {
+    let operators = model.operators().iter().filter(|z| !z.is_identity()).count();
+    let MemoryState::TurningPoints(memory) = &state.memory else {
+        return Err(TestCaseError::fail("nested thresholds went to the bank"));
+    };
+    for family in [&memory.positive, &memory.negative] {
+        let moved: Vec<usize> = family.turning_points.iter().map(|point| point.moved).collect();
+        prop_assert!(moved.len() <= operators, "{moved:?} of {operators}");
+        prop_assert!(moved.is_sorted_by(|below, above| below > above), "{moved:?}");
+        prop_assert!(moved.iter().all(|moved| (1..=operators).contains(moved)), "{moved:?} of {operators}");
+        prop_assert!(family.moved < *moved.last().unwrap_or(&(operators + 1)), "{} on {moved:?}", family.moved);
+    }
+    Ok(())
+}
+
+#[test]
+fn memory_can_need_every_turning_point() {
+    // Ever smaller swings that each leave one operator more behind.
+    let thresholds: Vec<f64> = (0..=10).map(f64::from).collect();
+    let mut stream = PrandtlIshlinskii::new(&[1.0; 11], &thresholds, Offsets::default()).unwrap().forward();
+    for k in (0..=10_i32).rev() {
+        stream.step((f64::from(k) + 0.25) * f64::from(1 - 2 * (k % 2)));
+    }
+    let MemoryState::TurningPoints(memory) = stream.state().memory else { panic!("nested thresholds") };
+    assert_eq!((memory.positive.turning_points.len(), memory.negative.turning_points.len()), (10, 9));
 }

@@ -43,6 +43,18 @@ pub(crate) fn history(length: usize) -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
+/// Swings to and fro that grow or decay by steps from large to denormal: what fills a memory with turning points.
+pub(crate) fn oscillations() -> impl Strategy<Value = Vec<f64>> {
+    let step = prop_oneof![0.0..20.0, 0.0..1e-6, Just(f64::MIN_POSITIVE / 4.0), Just(0.0), Just(REACH / 20.0)];
+    let train =
+        (-REACH..REACH, 0.0..REACH, step, 1..60_i32, any::<bool>()).prop_map(|(centre, swing, step, n, grow)| {
+            let at = |k: i32| centre + f64::max(swing - f64::from(k) * step, 0.0) * f64::from(1 - 2 * (k % 2));
+            let swings: Vec<f64> = (0..n).map(at).collect();
+            if grow { swings.into_iter().rev().collect() } else { swings }
+        });
+    vec(train, 1..4).prop_map(|trains| trains.concat())
+}
+
 /// The four thresholds of n operators, nested: everything grows, with many ties and zeros.
 #[expect(clippy::cast_precision_loss, reason = "there are few operators")]
 pub(crate) fn nested_thresholds(n: usize) -> impl Strategy<Value = Vec<[f64; 4]>> {
