@@ -24,6 +24,7 @@ mod paper;
 mod process;
 mod rows;
 mod signals;
+mod single_argument;
 mod stream_arrays;
 mod streams;
 
@@ -32,6 +33,10 @@ use pyo3::prelude::*;
 /// The compiled core of `mpi_hyst`.
 #[pymodule]
 mod _core {
+    use pyo3::prelude::*;
+
+    use crate::single_argument;
+
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
@@ -52,4 +57,13 @@ mod _core {
     use crate::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
     use crate::streams::{Forward, Inverse};
+
+    #[pymodule_init]
+    fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let py = module.py();
+        single_argument::add::<CoupledPlay>(py)?;
+        single_argument::add::<Play>(py)?;
+        single_argument::add::<Forward>(py)?;
+        single_argument::add::<Inverse>(py)
+    }
 }

@@ -1,22 +1,20 @@
-//! What every operator and stream offers, written once.
+//! What every operator and stream offers, written once, but for `step` and `peek`: those are in `single_argument`.
 
 /// The Python methods of a class around a `Process`: those that all have, and its own.
 macro_rules! process_methods {
     ($class:ident { $($own:tt)* }) => {
+        impl $crate::single_argument::Stepper for $class {
+            fn process(&self) -> &impl Process {
+                &self.0
+            }
+
+            fn process_mut(&mut self) -> &mut impl Process {
+                &mut self.0
+            }
+        }
+
         #[pymethods]
         impl $class {
-            /// Takes one sample and returns the output. A sample that is not finite leaves everything as it is.
-            #[pyo3(signature = (sample, /))]
-            fn step(&mut self, sample: f64) -> f64 {
-                self.0.step(sample)
-            }
-
-            /// What `step` would return, without taking the sample.
-            #[pyo3(signature = (sample, /))]
-            fn peek(&self, sample: f64) -> f64 {
-                self.0.peek(sample)
-            }
-
             /// Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array.
             #[pyo3(signature = (input, out=None))]
             fn run<'py>(
