@@ -32,9 +32,10 @@ demo: $(PACKAGE) ## the whole chain on the paper's actuator; leaves mpi-hyst-dem
 
 test: test-rust test-python ## every test
 
-test-rust: ## the Rust tests, the documentation's examples and the proof that the core needs no std
+test-rust: ## the Rust tests, the documentation's examples, the proofs that the core needs no std and never panics
 	cargo test --quiet --workspace --exclude hysteresis-python --all-features
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std
+	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 
 test-python: $(PACKAGE) ## the Python tests against the compiled package
 	$(BIN)/python -m pytest

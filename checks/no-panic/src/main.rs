@@ -1,0 +1,77 @@
+//! Links only if the hot path cannot panic: see Cargo.toml. Run, it takes every path once.
+
+use std::hint::black_box;
+
+use hysteresis_core::{Error, Forward, Inverse, Kernel, Process, StreamArray, paper};
+use no_panic::no_panic;
+
+#[no_panic]
+#[inline(never)]
+fn forward_step(stream: &mut Forward, sample: f64) -> f64 {
+    stream.step(sample)
+}
+
+#[no_panic]
+#[inline(never)]
+fn forward_peek(stream: &Forward, sample: f64) -> f64 {
+    stream.peek(sample)
+}
+
+#[no_panic]
+#[inline(never)]
+fn forward_run(stream: &mut Forward, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    stream.run(samples, output)
+}
+
+#[no_panic]
+#[inline(never)]
+fn inverse_step(stream: &mut Inverse, sample: f64) -> f64 {
+    stream.step(sample)
+}
+
+#[no_panic]
+#[inline(never)]
+fn inverse_peek(stream: &Inverse, sample: f64) -> f64 {
+    stream.peek(sample)
+}
+
+#[no_panic]
+#[inline(never)]
+fn inverse_run(stream: &mut Inverse, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    stream.run(samples, output)
+}
+
+#[no_panic]
+#[inline(never)]
+fn array_step(array: &mut StreamArray<Inverse>, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    array.step(samples, output)
+}
+
+#[no_panic]
+#[inline(never)]
+fn array_run(array: &mut StreamArray<Inverse>, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    array.run(samples, output)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let kernel = Kernel::new(&paper::table_1_recovered());
+    let zeros = vec![0.0; kernel.operators()];
+    let samples = black_box([0.0, 3.0, -1.0, 2.0, f64::NAN, 99.0]);
+    let mut output = [0.0; 6];
+    for mut stream in [Forward::new(&kernel), Forward::with_initial(&kernel, &zeros)?] {
+        for sample in samples {
+            black_box((forward_peek(&stream, sample), forward_step(&mut stream, sample)));
+        }
+        forward_run(&mut stream, &samples, &mut output)?;
+    }
+    for mut stream in [Inverse::new(&kernel, None)?, Inverse::with_initial(&kernel, Some((-500.0, 500.0)), &zeros)?] {
+        for sample in samples {
+            black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
+        }
+        inverse_run(&mut stream, &samples, &mut output)?;
+    }
+    let mut array = StreamArray::inverse(&[kernel.clone(), kernel.clone(), kernel], None)?;
+    array_step(&mut array, &samples[..3], &mut output[..3])?;
+    array_run(&mut array, &samples, &mut output)?;
+    Ok(())
+}
