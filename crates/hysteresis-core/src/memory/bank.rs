@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 
 use super::family::Line;
-use super::solve::{Known, solve};
+use super::solve::{Known, Traveller, solve};
 use super::turning_points::Direction;
 use super::{Piece, Reach, restore_tolerance};
 use crate::error::{Error, check_finite};
@@ -113,10 +113,8 @@ impl Bank {
         let near = from.max(low).min(high);
         let near = Known { input: near, output: self.peek_input(near) };
         let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };
-        // How far a line goes is not known here: its piece is a point where it is asked for.
-        let look = |(): &mut (), x| Piece { direction, line: self.line_at(x), begin: x, end: x };
         let (slope, limit) = (self.line_at(near.input).slope, direction.limit((low, high)));
-        let found = solve(&mut (), direction, near, slope, None, to, limit, look);
+        let found = solve(&mut Trial(self), direction, near, slope, None, to, limit);
         Reach { saturated: false, output: to, ..found }
     }
 
@@ -133,5 +131,21 @@ impl Bank {
             }
         }
         line
+    }
+}
+
+/// Moves that do not move the bank: every operator starts from its present output.
+struct Trial<'a>(&'a Bank);
+
+impl Traveller for Trial<'_> {
+    type Place = ();
+
+    fn place(&self) {}
+
+    fn go_back(&mut self, (): ()) {}
+
+    /// How far a line goes is not known: its piece is a point.
+    fn look(&mut self, direction: Direction, input: f64) -> Piece {
+        Piece { direction, line: self.0.line_at(input), begin: input, end: input }
     }
 }

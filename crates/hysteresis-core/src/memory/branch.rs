@@ -4,7 +4,7 @@ use core::hint::select_unpredictable;
 
 use super::family::{Family, Line};
 use super::restore_tolerance;
-use super::search::first_ahead;
+use super::search::{far_ahead, near_ahead};
 use super::solve::Known;
 use super::state::FamilyState;
 use super::turning_points::{Direction, Remembered, Stack, TurningPoint};
@@ -173,10 +173,10 @@ impl Branch {
     fn release(&mut self, family: &Family, direction: Direction, x: f64) {
         let TurningPoint { input: turned, moved: captured, .. } = self.top.point;
         let mark = move |i| starts(family, direction, i, turned);
-        let moved = first_ahead(direction, x, self.moved..captured, mark, || match direction {
-            Direction::Rising => family.started_rising(turned, x),
-            Direction::Falling => family.started_falling(turned, x),
-        });
+        let moved = match near_ahead(direction, x, self.moved..captured, mark) {
+            Ok(moved) => moved,
+            Err(left) => far_ahead(direction, x, left, mark, started(family, direction, turned, x)),
+        };
         if moved > self.moved {
             self.moved = moved;
             self.begin = mark(moved - 1);
@@ -187,7 +187,10 @@ impl Branch {
     #[inline(always)]
     fn rest(&mut self, family: &Family, x: f64) {
         let mark = move |i| family.rests(i);
-        let at_zero = first_ahead(Direction::Falling, x, self.at_zero..self.moved, mark, || family.resting(x));
+        let at_zero = match near_ahead(Direction::Falling, x, self.at_zero..self.moved, mark) {
+            Ok(at_zero) => at_zero,
+            Err(left) => far_ahead(Direction::Falling, x, left, mark, family.resting(x)),
+        };
         if at_zero > self.at_zero {
             self.at_zero = at_zero;
             self.begin = Direction::Falling.further(self.begin, mark(at_zero - 1));
@@ -228,5 +231,14 @@ fn starts(family: &Family, direction: Direction, i: usize, turned: f64) -> f64 {
     match direction {
         Direction::Rising => family.starts_rising(i, turned),
         Direction::Falling => family.starts_falling(i, turned),
+    }
+}
+
+/// Bounds, to rounding, of how many operators have started, the input having moved from `turned` to `x`.
+#[inline(always)]
+fn started(family: &Family, direction: Direction, turned: f64, x: f64) -> (usize, usize) {
+    match direction {
+        Direction::Rising => family.started_rising(turned, x),
+        Direction::Falling => family.started_falling(turned, x),
     }
 }

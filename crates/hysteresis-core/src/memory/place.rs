@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::branch::Branch;
 use super::family::{Family, Line, Member};
-use super::solve::{Known, solve};
+use super::solve::{Known, Traveller, solve};
 use super::turning_points::{Direction, Stack};
 use super::{Piece, Reach};
 use crate::model::ModifiedPrandtlIshlinskii;
@@ -54,6 +54,33 @@ pub(crate) struct Place {
     pub(crate) direction: Direction,
     pub(crate) positive: Branch,
     pub(crate) negative: Branch,
+}
+
+/// A place that may turn out to be too far.
+struct Scout<'a> {
+    place: &'a mut Place,
+    families: &'a Families,
+    stacks: &'a Stacks,
+}
+
+impl Traveller for Scout<'_> {
+    type Place = Place;
+
+    #[inline(always)]
+    fn place(&self) -> Place {
+        *self.place
+    }
+
+    #[inline(always)]
+    fn go_back(&mut self, place: Place) {
+        *self.place = place;
+    }
+
+    #[inline(always)]
+    fn look(&mut self, direction: Direction, input: f64) -> Piece {
+        self.place.advance_in(direction, self.families, self.stacks, input);
+        self.place.piece_in(direction, self.families)
+    }
 }
 
 impl Place {
@@ -133,11 +160,7 @@ impl Place {
     ) -> Reach {
         let (near, far) = self.close_loops(direction, stacks, near, to, limit);
         let slope = self.slope(direction, families);
-        let look = |place: &mut Self, x: f64| {
-            place.advance_in(direction, families, stacks, x);
-            place.piece_in(direction, families)
-        };
-        solve(self, direction, near, slope, far, to, limit, look)
+        solve(&mut Scout { place: self, families, stacks }, direction, near, slope, far, to, limit)
     }
 
     /// Wipes out every loop whose turning point has an output that `to` lies beyond; where that comes to, and the

@@ -5,32 +5,38 @@ use core::ops::Range;
 
 use super::turning_points::Direction;
 
-/// How many marks are tried one by one before the table is asked.
-const NEAR: usize = 2;
-
 /// The first operator of `range` whose `mark` still lies ahead of the input `x`, or the end of the range. Marks lie
-/// in the order in which the branch passes them.
-///
-/// A smooth signal passes few marks at a time: the nearest are tried one by one. A jump passes many: `bounds` tells
-/// between which it comes to rest. They hold but for rounding; the marks decide.
+/// in the order in which the branch passes them. As an error, the part of the range left when both of its first two
+/// marks are passed: a smooth signal passes few at a time, and for a jump [`far_ahead`] knows better where to look.
 #[inline(always)]
-pub(super) fn first_ahead(
+pub(super) fn near_ahead(
+    direction: Direction,
+    x: f64,
+    range: Range<usize>,
+    mark: impl Fn(usize) -> f64,
+) -> Result<usize, Range<usize>> {
+    let Range { start, end } = range;
+    if start >= end || !direction.has_passed(mark(start), x) {
+        return Ok(start);
+    }
+    if start + 1 == end || !direction.has_passed(mark(start + 1), x) {
+        return Ok(start + 1);
+    }
+    Err(start + 2..end)
+}
+
+/// As [`near_ahead`], for a range that does not begin at zero, when it is known but for rounding that the first `least`
+/// marks are passed and those from `most` on are not. The marks decide.
+#[inline(always)]
+pub(super) fn far_ahead(
     direction: Direction,
     x: f64,
     range: Range<usize>,
     mark: impl Fn(usize) -> f64 + Copy,
-    bounds: impl FnOnce() -> (usize, usize),
+    (least, most): (usize, usize),
 ) -> usize {
     let passed = move |i: usize| direction.has_passed(mark(i), x);
     let Range { start, end } = range;
-    if start >= end || !passed(start) {
-        return start;
-    }
-    if start + 1 == end || !passed(start + 1) {
-        return start + 1;
-    }
-    let start = start + NEAR;
-    let (least, most) = bounds();
     let (least, most) = (least.max(start).min(end), most.max(start).min(end));
     // Evenly spaced thresholds leave one mark to try, and its neighbour to make sure: no branch to mispredict.
     let one_more = (most > least) & passed(least);

@@ -18,32 +18,39 @@ impl Known {
     }
 }
 
-/// Moves `place` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
+/// What moves along a polyline.
+pub(crate) trait Traveller {
+    /// A place to come back to.
+    type Place: Copy;
+    fn place(&self) -> Self::Place;
+    fn go_back(&mut self, place: Self::Place);
+    /// Moves to an input ahead; the piece there.
+    fn look(&mut self, direction: Direction, input: f64) -> Piece;
+}
+
+/// Moves `traveller` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
 /// `slope` is that of the polyline at `near`, at best; `far` lies beyond the target, if it is known.
 ///
-/// `look(place, input)` moves a place to an input ahead and gives the piece there. The first look is where the target
-/// would be on a smooth curve through what is known, every other where the last piece, prolonged, has it: Newton's
-/// method. It ends as soon as that lies within the piece, so the answer is exact on that line. Bracketed, with a
-/// bisection every fourth step.
+/// The first look is where the target would be on a smooth curve through what is known, every other where the last
+/// piece, prolonged, has it: Newton's method. It ends as soon as that lies within the piece, so the answer is exact on
+/// that line. Bracketed, with a bisection every fourth step.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "all that is known of the two ends of one search")]
-pub(crate) fn solve<P: Copy>(
-    place: &mut P,
+pub(crate) fn solve(
+    traveller: &mut impl Traveller,
     direction: Direction,
     mut near: Known,
     slope: f64,
     mut far: Option<Known>,
     target: f64,
     limit: f64,
-    look: impl Fn(&mut P, f64) -> Piece,
 ) -> Reach {
-    let mut near_place = *place;
+    let mut near_place = traveller.place();
     let mut near_end = near.input;
     let mut guess = bracketed(direction, first_guess(near, slope, far, target), near, far, limit);
     let mut step = 0_u8;
     loop {
         step = step.wrapping_add(1);
-        let piece = look(place, guess);
+        let piece = traveller.look(direction, guess);
         let newton = piece.line.inverted().at(target);
         let begin = direction.further(piece.begin, near.input);
         let on_piece = direction.has_passed(begin, newton) & !direction.has_passed(piece.end, newton);
@@ -62,14 +69,14 @@ pub(crate) fn solve<P: Copy>(
             if guess == limit {
                 return Reach { input: limit, output: here.output, saturated: target != here.output };
             }
-            (near, near_place, near_end) = (here, *place, piece.end);
+            (near, near_place, near_end) = (here, traveller.place(), piece.end);
         } else {
             if begin == near_end {
                 // The pieces meet in between, and rounding leaves the target to neither.
                 return Reach { input: near_end, output: target, saturated: false };
             }
             far = Some(here);
-            *place = near_place;
+            traveller.go_back(near_place);
         }
         let next = if step.is_multiple_of(4) { f64::NAN } else { newton };
         guess = bracketed(direction, next, near, far, limit);

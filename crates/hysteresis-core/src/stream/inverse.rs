@@ -79,12 +79,19 @@ impl Inverse {
 
     /// The segment at a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
     /// segment is a point, so that the next sample starts from exactly there.
+    #[inline]
     fn enter_segment(&mut self, input: f64, output: f64) {
-        let mut piece = self.memory.inverse_piece(input, output, self.reach);
-        if piece.line.at(output) != input {
-            piece = Piece::point(piece.direction, output, input);
-        }
+        let piece = self.memory.inverse_piece(input, output, self.reach);
         self.segment = Segment::new(piece, output);
+        if self.segment.output() != input {
+            self.stay_at(piece.direction, input, output);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn stay_at(&mut self, direction: Direction, input: f64, output: f64) {
+        self.segment = Segment::new(Piece::point(direction, output, input), output);
     }
 
     /// Where the memory is: its input, the drive, and its output, the target.
@@ -96,12 +103,13 @@ impl Inverse {
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
     #[inline]
     fn drive(&self, x: f64) -> f64 {
-        if x >= self.reach.1 {
+        let drive = x + self.offsets.input;
+        if x >= self.reach.1 || drive >= self.limits.1 {
             self.limits.1
-        } else if x <= self.reach.0 {
+        } else if x <= self.reach.0 || drive <= self.limits.0 {
             self.limits.0
         } else {
-            (x + self.offsets.input).max(self.limits.0).min(self.limits.1)
+            drive
         }
     }
 

@@ -20,7 +20,9 @@ impl Segment {
     #[inline]
     pub(super) fn new(piece: Piece, last: f64) -> Self {
         let sign = piece.direction.sign();
-        Self { sign, last: sign * last, end: (sign * piece.end).min(MAX_MAGNITUDE), line: piece.line }
+        let end = sign * piece.end;
+        let end = if end < MAX_MAGNITUDE { end } else { MAX_MAGNITUDE };
+        Self { sign, last: sign * last, end, line: piece.line }
     }
 
     /// The output if the input lies ahead on the line. False for NaN.
