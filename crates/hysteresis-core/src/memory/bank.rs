@@ -138,9 +138,9 @@ impl Bank {
 struct Trial<'a>(&'a Bank);
 
 impl Traveller for Trial<'_> {
-    type Place = ();
+    type Foothold = ();
 
-    fn place(&self) {}
+    fn foothold(&self) {}
 
     fn go_back(&mut self, (): ()) {}
 

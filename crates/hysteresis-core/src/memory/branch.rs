@@ -30,6 +30,15 @@ pub(crate) struct Branch {
     top: Remembered,
 }
 
+/// As much of a place on a branch as is needed to come back to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foothold {
+    begin: f64,
+    moved: usize,
+    at_zero: usize,
+    height: usize,
+}
+
 impl Branch {
     /// The branch of a family at rest, about to move in `direction`.
     pub(crate) fn virgin(family: &Family, direction: Direction) -> Self {
@@ -81,16 +90,11 @@ impl Branch {
         stack.put(self.height, self.top);
     }
 
-    /// The output of the family over the input, between the last breakpoint and the next.
+    /// The output of the family over the input, between the last breakpoint and the next. Where it is owed, its slope
+    /// is right already.
     #[inline]
     pub(crate) fn line(&self) -> Line {
         self.line
-    }
-
-    /// The slope of the family, its line drawn or owed.
-    #[inline(always)]
-    pub(crate) fn slope(&self, family: &Family, direction: Direction) -> f64 {
-        family.sliding(direction, self.at_zero, self.moved).slope
     }
 
     /// The last input at which the line changed.
@@ -117,6 +121,7 @@ impl Branch {
         }
         (self.moved, self.at_zero) = (0, 0);
         (self.begin, self.end) = (input, input);
+        self.line.slope = 0.0;
     }
 
     /// Moves on in `direction` to the input `x`. Takes turning points off but reads the stack only.
@@ -135,13 +140,22 @@ impl Branch {
         self.draw(family, direction);
     }
 
-    /// Takes off the turning points that a move to `x` wipes out. The line is owed until the branch advances.
+    /// Closes the loops that a move to `x` closes. The line is owed until the branch advances.
     #[inline(always)]
-    pub(crate) fn wipe_out(&mut self, stack: &Stack, direction: Direction, x: f64) {
+    pub(crate) fn close_loops(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+        if self.wipe_out(stack, direction, x) {
+            self.line.slope = family.sliding(direction, self.at_zero, self.moved).slope;
+            self.end = self.begin;
+        }
+    }
+
+    /// Takes off the turning points that a move to `x` wipes out, if there are any.
+    #[inline(always)]
+    fn wipe_out(&mut self, stack: &Stack, direction: Direction, x: f64) -> bool {
         let mut top = &self.top;
         let mut mark = top.wiped_at(direction);
         if !direction.has_passed(mark, x) {
-            return;
+            return false;
         }
         while direction.has_passed(mark, x) {
             self.begin = mark;
@@ -153,8 +167,28 @@ impl Branch {
             top = stack.get(self.height);
             mark = top.wiped_at(direction);
         }
-        self.end = self.begin;
         self.top = *top;
+        true
+    }
+
+    /// Where to go back to.
+    #[inline(always)]
+    pub(crate) fn foothold(&self) -> Foothold {
+        Foothold { begin: self.begin, moved: self.moved, at_zero: self.at_zero, height: self.height }
+    }
+
+    /// Goes back on the same branch. `start` is the branch where it began if its newest turning point is not on the
+    /// stack. The line is owed until the branch advances.
+    #[inline]
+    pub(crate) fn go_back(&mut self, to: Foothold, start: Option<&Self>, stack: &Stack) {
+        if to.height != self.height {
+            self.top = match start {
+                Some(start) if start.height == to.height => start.top,
+                _ => *stack.get(to.height),
+            };
+        }
+        (self.moved, self.at_zero, self.height) = (to.moved, to.at_zero, to.height);
+        (self.begin, self.end) = (to.begin, to.begin);
     }
 
     /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the same

@@ -69,7 +69,7 @@ impl Engine {
         if direction != self.place.direction {
             self.reverse(from.input);
         }
-        self.place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
+        self.place.advance_to_output(&self.families, &self.stacks, None, from, to, direction.limit(limits))
     }
 
     /// Where [`move_output`](Self::move_output) would come to.
@@ -78,7 +78,8 @@ impl Engine {
         if direction != place.direction {
             place.reverse(&self.families, from.input, self.reversals + 1);
         }
-        place.advance_to_output(&self.families, &self.stacks, from, to, direction.limit(limits))
+        let start = place;
+        place.advance_to_output(&self.families, &self.stacks, Some(&start), from, to, direction.limit(limits))
     }
 
     /// The line at the present place and the next breakpoint, over the input.

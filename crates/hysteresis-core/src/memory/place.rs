@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::branch::Branch;
+use super::branch::{Branch, Foothold};
 use super::family::{Family, Line, Member};
 use super::solve::{Known, Traveller, solve};
 use super::turning_points::{Direction, Stack};
@@ -56,30 +56,69 @@ pub(crate) struct Place {
     pub(crate) negative: Branch,
 }
 
-/// A place that may turn out to be too far.
+/// A place on the move that may turn out to be too far. `start` is where it began if the turning points of the last
+/// reversal are not on the stacks.
 struct Scout<'a> {
     place: &'a mut Place,
+    start: Option<&'a Place>,
     families: &'a Families,
     stacks: &'a Stacks,
 }
 
 impl Traveller for Scout<'_> {
-    type Place = Place;
+    type Foothold = (Foothold, Foothold);
 
     #[inline(always)]
-    fn place(&self) -> Place {
-        *self.place
+    fn foothold(&self) -> (Foothold, Foothold) {
+        (self.place.positive.foothold(), self.place.negative.foothold())
     }
 
     #[inline(always)]
-    fn go_back(&mut self, place: Place) {
-        *self.place = place;
+    fn go_back(&mut self, (positive, negative): (Foothold, Foothold)) {
+        let (start, stacks) = (self.start, self.stacks);
+        self.place.positive.go_back(positive, start.map(|start| &start.positive), &stacks.positive);
+        self.place.negative.go_back(negative, start.map(|start| &start.negative), &stacks.negative);
     }
 
     #[inline(always)]
     fn look(&mut self, direction: Direction, input: f64) -> Piece {
         self.place.advance_in(direction, self.families, self.stacks, input);
         self.place.piece_in(direction, self.families)
+    }
+}
+
+impl Scout<'_> {
+    #[inline(always)]
+    fn find(mut self, direction: Direction, near: Known, to: f64, limit: f64) -> Reach {
+        let (near, far) = self.close_loops(direction, near, to, limit);
+        let slope = self.place.line(self.families).slope;
+        solve(&mut self, direction, near, slope, far, to, limit)
+    }
+
+    /// Closes every loop whose turning point has an output that `to` lies beyond; where that comes to, and the turning
+    /// point at which the loop that holds `to` closes.
+    #[inline(always)]
+    fn close_loops(&mut self, direction: Direction, mut near: Known, to: f64, limit: f64) -> (Known, Option<Known>) {
+        let (Place { positive, negative, .. }, families, stacks) = (&mut *self.place, self.families, self.stacks);
+        loop {
+            let one = positive.closes_at(&stacks.positive, direction);
+            let other = negative.closes_at(&stacks.negative, direction.reversed()).map(Known::mirrored);
+            let nearest = match (one, other) {
+                (Some(one), Some(other)) if direction.leads_away(one.input, other.input) => Some(other),
+                (one, other) => one.or(other),
+            };
+            let Some(close) = nearest else { return (near, None) };
+            let ahead = !direction.has_passed(close.input, near.input) & !direction.has_passed(limit, close.input);
+            if !ahead {
+                return (near, None);
+            }
+            if !direction.has_passed(close.output, to) {
+                return (near, Some(close));
+            }
+            positive.close_loops(&families.positive, &stacks.positive, direction, close.input);
+            negative.close_loops(&families.negative, &stacks.negative, direction.reversed(), -close.input);
+            near = close;
+        }
     }
 }
 
@@ -138,62 +177,16 @@ impl Place {
         &mut self,
         families: &Families,
         stacks: &Stacks,
+        start: Option<&Self>,
         near: Known,
         to: f64,
         limit: f64,
     ) -> Reach {
-        match self.direction {
-            Direction::Rising => self.advance_to_output_in(Direction::Rising, families, stacks, near, to, limit),
-            Direction::Falling => self.advance_to_output_in(Direction::Falling, families, stacks, near, to, limit),
-        }
-    }
-
-    #[inline(always)]
-    fn advance_to_output_in(
-        &mut self,
-        direction: Direction,
-        families: &Families,
-        stacks: &Stacks,
-        near: Known,
-        to: f64,
-        limit: f64,
-    ) -> Reach {
-        let (near, far) = self.close_loops(direction, stacks, near, to, limit);
-        let slope = self.slope(direction, families);
-        solve(&mut Scout { place: self, families, stacks }, direction, near, slope, far, to, limit)
-    }
-
-    /// Wipes out every loop whose turning point has an output that `to` lies beyond; where that comes to, and the
-    /// turning point at which the loop that holds `to` closes.
-    #[inline(always)]
-    fn close_loops(
-        &mut self,
-        direction: Direction,
-        stacks: &Stacks,
-        mut near: Known,
-        to: f64,
-        limit: f64,
-    ) -> (Known, Option<Known>) {
-        loop {
-            let positive = self.positive.closes_at(&stacks.positive, direction);
-            let negative = self.negative.closes_at(&stacks.negative, direction.reversed());
-            let nearest = match (positive, negative) {
-                (Some(one), Some(other)) => {
-                    Some(if direction.leads_away(one.input, -other.input) { other.mirrored() } else { one })
-                }
-                (one, other) => one.or(other.map(Known::mirrored)),
-            };
-            let Some(close) = nearest else { return (near, None) };
-            let ahead = !direction.has_passed(close.input, near.input) & !direction.has_passed(limit, close.input);
-            if !ahead {
-                return (near, None);
-            }
-            if !direction.has_passed(close.output, to) {
-                return (near, Some(close));
-            }
-            self.positive.wipe_out(&stacks.positive, direction, close.input);
-            self.negative.wipe_out(&stacks.negative, direction.reversed(), -close.input);
-            near = close;
+        let direction = self.direction;
+        let scout = Scout { place: self, start, families, stacks };
+        match direction {
+            Direction::Rising => scout.find(Direction::Rising, near, to, limit),
+            Direction::Falling => scout.find(Direction::Falling, near, to, limit),
         }
     }
 
@@ -212,14 +205,6 @@ impl Place {
             slope: families.identity_weight + positive.slope + negative.slope,
             offset: positive.offset - negative.offset,
         }
-    }
-
-    /// The slope of the model, drawn or not: all that slides.
-    #[inline(always)]
-    fn slope(&self, direction: Direction, families: &Families) -> f64 {
-        families.identity_weight
-            + self.positive.slope(&families.positive, direction)
-            + self.negative.slope(&families.negative, direction.reversed())
     }
 
     /// The line and its breakpoints, over the input.

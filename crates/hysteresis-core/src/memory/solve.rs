@@ -20,10 +20,10 @@ impl Known {
 
 /// What moves along a polyline.
 pub(crate) trait Traveller {
-    /// A place to come back to.
-    type Place: Copy;
-    fn place(&self) -> Self::Place;
-    fn go_back(&mut self, place: Self::Place);
+    /// What it takes to come back to a place.
+    type Foothold: Copy;
+    fn foothold(&self) -> Self::Foothold;
+    fn go_back(&mut self, to: Self::Foothold);
     /// Moves to an input ahead; the piece there.
     fn look(&mut self, direction: Direction, input: f64) -> Piece;
 }
@@ -44,7 +44,7 @@ pub(crate) fn solve(
     target: f64,
     limit: f64,
 ) -> Reach {
-    let mut near_place = traveller.place();
+    let mut foothold = traveller.foothold();
     let mut near_end = near.input;
     let mut guess = bracketed(direction, first_guess(near, slope, far, target), near, far, limit);
     let mut step = 0_u8;
@@ -69,14 +69,14 @@ pub(crate) fn solve(
             if guess == limit {
                 return Reach { input: limit, output: here.output, saturated: target != here.output };
             }
-            (near, near_place, near_end) = (here, traveller.place(), piece.end);
+            (near, foothold, near_end) = (here, traveller.foothold(), piece.end);
         } else {
             if begin == near_end {
                 // The pieces meet in between, and rounding leaves the target to neither.
                 return Reach { input: near_end, output: target, saturated: false };
             }
             far = Some(here);
-            traveller.go_back(near_place);
+            traveller.go_back(foothold);
         }
         let next = if step.is_multiple_of(4) { f64::NAN } else { newton };
         guess = bracketed(direction, next, near, far, limit);
