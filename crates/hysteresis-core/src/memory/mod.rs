@@ -9,6 +9,7 @@ mod engine;
 mod family;
 mod lookup;
 mod place;
+mod scout;
 mod search;
 mod solve;
 mod state;

@@ -2,9 +2,10 @@
 
 use alloc::vec::Vec;
 
-use super::branch::{Branch, Foothold};
+use super::branch::Branch;
 use super::family::{Family, Line, Member};
-use super::solve::{Known, Traveller, solve};
+use super::scout::Scout;
+use super::solve::Known;
 use super::turning_points::{Direction, Stack};
 use super::{Piece, Reach};
 use crate::model::ModifiedPrandtlIshlinskii;
@@ -56,72 +57,6 @@ pub(crate) struct Place {
     pub(crate) negative: Branch,
 }
 
-/// A place on the move that may turn out to be too far. `start` is where it began if the turning points of the last
-/// reversal are not on the stacks.
-struct Scout<'a> {
-    place: &'a mut Place,
-    start: Option<&'a Place>,
-    families: &'a Families,
-    stacks: &'a Stacks,
-}
-
-impl Traveller for Scout<'_> {
-    type Foothold = (Foothold, Foothold);
-
-    #[inline(always)]
-    fn foothold(&self) -> (Foothold, Foothold) {
-        (self.place.positive.foothold(), self.place.negative.foothold())
-    }
-
-    #[inline(always)]
-    fn go_back(&mut self, (positive, negative): (Foothold, Foothold)) {
-        let (start, stacks) = (self.start, self.stacks);
-        self.place.positive.go_back(positive, start.map(|start| &start.positive), &stacks.positive);
-        self.place.negative.go_back(negative, start.map(|start| &start.negative), &stacks.negative);
-    }
-
-    #[inline(always)]
-    fn look(&mut self, direction: Direction, input: f64) -> Piece {
-        self.place.advance_in(direction, self.families, self.stacks, input);
-        self.place.piece_in(direction, self.families)
-    }
-}
-
-impl Scout<'_> {
-    #[inline(always)]
-    fn find(mut self, direction: Direction, near: Known, to: f64, limit: f64) -> Reach {
-        let (near, far) = self.close_loops(direction, near, to, limit);
-        let slope = self.place.line(self.families).slope;
-        solve(&mut self, direction, near, slope, far, to, limit)
-    }
-
-    /// Closes every loop whose turning point has an output that `to` lies beyond; where that comes to, and the turning
-    /// point at which the loop that holds `to` closes.
-    #[inline(always)]
-    fn close_loops(&mut self, direction: Direction, mut near: Known, to: f64, limit: f64) -> (Known, Option<Known>) {
-        let (Place { positive, negative, .. }, families, stacks) = (&mut *self.place, self.families, self.stacks);
-        loop {
-            let one = positive.closes_at(&stacks.positive, direction);
-            let other = negative.closes_at(&stacks.negative, direction.reversed()).map(Known::mirrored);
-            let nearest = match (one, other) {
-                (Some(one), Some(other)) if direction.leads_away(one.input, other.input) => Some(other),
-                (one, other) => one.or(other),
-            };
-            let Some(close) = nearest else { return (near, None) };
-            let ahead = !direction.has_passed(close.input, near.input) & !direction.has_passed(limit, close.input);
-            if !ahead {
-                return (near, None);
-            }
-            if !direction.has_passed(close.output, to) {
-                return (near, Some(close));
-            }
-            positive.close_loops(&families.positive, &stacks.positive, direction, close.input);
-            negative.close_loops(&families.negative, &stacks.negative, direction.reversed(), -close.input);
-            near = close;
-        }
-    }
-}
-
 impl Place {
     /// At rest: all operators at zero, the input at zero.
     pub(crate) fn virgin(families: &Families) -> Self {
@@ -166,7 +101,7 @@ impl Place {
     }
 
     #[inline(always)]
-    fn advance_in(&mut self, direction: Direction, families: &Families, stacks: &Stacks, x: f64) {
+    pub(super) fn advance_in(&mut self, direction: Direction, families: &Families, stacks: &Stacks, x: f64) {
         self.positive.advance(&families.positive, &stacks.positive, direction, x);
         self.negative.advance(&families.negative, &stacks.negative, direction.reversed(), -x);
     }
@@ -214,7 +149,7 @@ impl Place {
     }
 
     #[inline(always)]
-    fn piece_in(&self, direction: Direction, families: &Families) -> Piece {
+    pub(super) fn piece_in(&self, direction: Direction, families: &Families) -> Piece {
         let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
         Piece { direction, line: self.line(families), begin, end }
