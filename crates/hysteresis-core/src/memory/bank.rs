@@ -113,8 +113,8 @@ impl Bank {
         let near = from.max(low).min(high);
         let near = Known { input: near, output: self.peek_input(near) };
         let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };
-        let (slope, limit) = (self.line_at(near.input).slope, direction.limit((low, high)));
-        let found = solve(&mut Trial(self), direction, near, slope, None, to, limit);
+        let guess = self.line_at(near.input).inverted().at(to);
+        let found = solve(&mut Trial(self), direction, near, None, guess, to, direction.limit((low, high)));
         Reach { saturated: false, output: to, ..found }
     }
 

@@ -2,7 +2,7 @@
 
 use super::branch::Foothold;
 use super::place::{Families, Place, Stacks};
-use super::solve::{Known, Traveller, solve};
+use super::solve::{Known, Traveller, first_guess, solve};
 use super::turning_points::Direction;
 use super::{Piece, Reach};
 
@@ -21,7 +21,7 @@ impl Scout<'_> {
     pub(super) fn find(mut self, direction: Direction, near: Known, to: f64, limit: f64) -> Reach {
         let (near, far) = self.close_loops(direction, near, to, limit);
         let slope = self.place.line(self.families).slope;
-        solve(&mut self, direction, near, slope, far, to, limit)
+        solve(&mut self, direction, near, far, first_guess(near, slope, far, to), to, limit)
     }
 
     /// Closes every loop whose turning point has an output that `to` lies beyond; where that comes to, and the turning

@@ -29,24 +29,23 @@ pub(crate) trait Traveller {
 }
 
 /// Moves `traveller` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
-/// `slope` is that of the polyline at `near`, at best; `far` lies beyond the target, if it is known.
+/// `far` lies beyond the target, if it is known.
 ///
-/// The first look is where the target would be on a smooth curve through what is known, every other where the last
-/// piece, prolonged, has it: Newton's method. It ends as soon as that lies within the piece, so the answer is exact on
+/// The first look is at `guess`, every other where the last piece, prolonged, has the target: Newton's method. It ends as soon as that lies within the piece, so the answer is exact on
 /// that line. Bracketed, with a bisection every fourth step.
 #[inline(always)]
 pub(crate) fn solve(
     traveller: &mut impl Traveller,
     direction: Direction,
     mut near: Known,
-    slope: f64,
     mut far: Option<Known>,
+    guess: f64,
     target: f64,
     limit: f64,
 ) -> Reach {
     let mut foothold = traveller.foothold();
     let mut near_end = near.input;
-    let mut guess = bracketed(direction, first_guess(near, slope, far, target), near, far, limit);
+    let mut guess = bracketed(direction, guess, near, far, limit);
     let mut step = 0_u8;
     loop {
         step = step.wrapping_add(1);
@@ -54,7 +53,7 @@ pub(crate) fn solve(
         let newton = piece.line.inverted().at(target);
         let begin = direction.further(piece.begin, near.input);
         let on_piece = direction.has_passed(begin, newton) & !direction.has_passed(piece.end, newton);
-        if on_piece & !direction.leads_away(newton, limit) {
+        if (on_piece | (newton == guess)) & !direction.leads_away(newton, limit) {
             return Reach { input: newton, output: target, saturated: false };
         }
         let here = Known { input: guess, output: piece.line.at(guess) };
@@ -83,10 +82,10 @@ pub(crate) fn solve(
     }
 }
 
-/// Where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
+/// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
 /// parabola for slopes that change little, and a single division. Without `far`, a straight line.
 #[inline(always)]
-fn first_guess(near: Known, slope: f64, far: Option<Known>, target: f64) -> f64 {
+pub(crate) fn first_guess(near: Known, slope: f64, far: Option<Known>, target: f64) -> f64 {
     let rise = target - near.output;
     let Some(far) = far else { return near.input + rise / slope };
     let (width, height) = (far.input - near.input, far.output - near.output);
