@@ -31,8 +31,9 @@ pub(crate) trait Traveller {
 /// Moves `traveller` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
 /// `far` lies beyond the target, if it is known.
 ///
-/// The first look is at `guess`, every other where the last piece, prolonged, has the target: Newton's method. It ends as soon as that lies within the piece, so the answer is exact on
-/// that line. Bracketed, with a bisection every fourth step.
+/// The first look is at `guess`, every other where the last piece, prolonged, has the target: Newton's method. It ends
+/// as soon as that lies within the piece, so the answer is exact on that line. Bracketed, with a bisection every fourth
+/// step.
 #[inline(always)]
 pub(crate) fn solve(
     traveller: &mut impl Traveller,
@@ -45,7 +46,7 @@ pub(crate) fn solve(
 ) -> Reach {
     let mut foothold = traveller.foothold();
     let mut near_end = near.input;
-    let mut guess = bracketed(direction, guess, near, far, limit);
+    let mut guess = if guess == near.input { guess } else { bracketed(direction, guess, near, far, limit) };
     let mut step = 0_u8;
     loop {
         step = step.wrapping_add(1);
@@ -53,7 +54,7 @@ pub(crate) fn solve(
         let newton = piece.line.inverted().at(target);
         let begin = direction.further(piece.begin, near.input);
         let on_piece = direction.has_passed(begin, newton) & !direction.has_passed(piece.end, newton);
-        if (on_piece | (newton == guess)) & !direction.leads_away(newton, limit) {
+        if (on_piece || newton == guess) && !direction.leads_away(newton, limit) {
             return Reach { input: newton, output: target, saturated: false };
         }
         let here = Known { input: guess, output: piece.line.at(guess) };
