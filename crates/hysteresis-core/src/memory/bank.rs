@@ -102,7 +102,7 @@ impl Bank {
     }
 
     /// The input that brings the output to `to`, or the limit that comes closest. `from` is where the search starts.
-    pub(crate) fn look_output(&self, from: f64, to: f64, (low, high): (f64, f64)) -> Reach {
+    pub(crate) fn look_output(&self, from: Known, to: f64, (low, high): (f64, f64)) -> Reach {
         let (least, most) = (self.peek_input(low), self.peek_input(high));
         if to <= least {
             return Reach { input: low, output: least, saturated: to < least };
@@ -110,8 +110,13 @@ impl Bank {
         if to >= most {
             return Reach { input: high, output: most, saturated: to > most };
         }
-        let near = from.max(low).min(high);
+        let near = from.input.max(low).min(high);
         let near = Known { input: near, output: self.peek_input(near) };
+        // Initial outputs move with the first sample, even if the input does not.
+        let settled = near.output == self.output();
+        if near.output == to || settled && from.output == to {
+            return Reach { input: near.input, output: to, saturated: false };
+        }
         let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };
         let guess = self.line_at(near.input).inverted().at(to);
         let found = solve(&mut Trial(self), direction, near, None, guess, to, direction.limit((low, high)));

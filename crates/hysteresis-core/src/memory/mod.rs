@@ -185,7 +185,7 @@ impl Memory {
         match self {
             Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
             Self::Bank(bank) => {
-                let reach = bank.look_output(from.input, to, limits);
+                let reach = bank.look_output(from, to, limits);
                 bank.move_input(reach.input);
                 reach
             }
@@ -196,7 +196,7 @@ impl Memory {
     pub(crate) fn peek_output(&self, direction: Direction, from: Known, to: f64, limits: (f64, f64)) -> Reach {
         match self {
             Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
-            Self::Bank(bank) => bank.look_output(from.input, to, limits),
+            Self::Bank(bank) => bank.look_output(from, to, limits),
         }
     }
 

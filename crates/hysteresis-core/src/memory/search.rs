@@ -39,9 +39,11 @@ pub(super) fn far_ahead(
     let Range { start, end } = range;
     let (least, most) = (least.max(start).min(end), most.max(start).min(end));
     // Evenly spaced thresholds leave one mark to try, and its neighbour to make sure: no branch to mispredict.
-    let one_more = (most > least) & passed(least);
+    let passed_least = passed(least);
+    let one_more = (most > least) & passed_least;
     let (found, neighbour) = select_unpredictable(one_more, (least + 1, least + 1), (least, least - 1));
-    let certain = passed(neighbour) != one_more || neighbour == end;
+    let bounded = most > least || least == end || !passed_least;
+    let certain = bounded && (passed(neighbour) != one_more || neighbour == end);
     if certain { found } else { bisect(start, end, passed) }
 }
 

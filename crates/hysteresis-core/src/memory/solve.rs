@@ -32,8 +32,8 @@ pub(crate) trait Traveller {
 /// `far` lies beyond the target, if it is known.
 ///
 /// The first look is at `guess`, every other where the last piece, prolonged, has the target: Newton's method. It ends
-/// as soon as that lies within the piece, so the answer is exact on that line. Bracketed, with a bisection every fourth
-/// step.
+/// as soon as that lies within the piece, so the answer is exact on that line. Every fourth step makes sure that there
+/// are few: it halves what is left, or, as long as nothing beyond the target is known, goes much further.
 #[inline(always)]
 pub(crate) fn solve(
     traveller: &mut impl Traveller,
@@ -45,7 +45,8 @@ pub(crate) fn solve(
     limit: f64,
 ) -> Reach {
     let mut foothold = traveller.foothold();
-    let mut near_end = near.input;
+    // Where the last piece that falls short ends, and the first one that is too far begins.
+    let (mut near_end, mut far_begin) = (near.input, far.map_or(limit, |far| far.input));
     let mut guess = if guess == near.input { guess } else { bracketed(direction, guess, near, far, limit) };
     let mut step = 0_u8;
     loop {
@@ -71,17 +72,26 @@ pub(crate) fn solve(
             }
             (near, foothold, near_end) = (here, traveller.foothold(), piece.end);
         } else {
-            if begin == near_end {
-                // The pieces meet in between, and rounding leaves the target to neither.
-                return Reach { input: near_end, output: target, saturated: false };
-            }
-            far = Some(here);
+            (far, far_begin) = (Some(here), begin);
+        }
+        if far.is_some() && direction.has_passed(far_begin, near_end) {
+            // The pieces meet, and rounding leaves the target to neither.
+            return Reach { input: far_begin, output: target, saturated: false };
+        }
+        if !short {
             traveller.go_back(foothold);
         }
-        let next = if step.is_multiple_of(4) { f64::NAN } else { newton };
+        let next = match far {
+            _ if !step.is_multiple_of(4) => newton,
+            Some(_) => f64::NAN,
+            None => newton + FURTHER * (newton - guess),
+        };
         guess = bracketed(direction, next, near, far, limit);
     }
 }
+
+/// How many times as far as Newton's method a step goes that is to find what lies beyond the target.
+const FURTHER: f64 = 16.0;
 
 /// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
 /// parabola for slopes that change little, and a single division. Without `far`, a straight line.

@@ -60,7 +60,7 @@ impl FamilyState {
                 || point.moved == 0
                 || point.at_zero > if point.ended == Direction::Falling { point.moved } else { 0 }
                 || !is_admissible(point.input)
-                || !is_admissible(point.output)
+                || !point.output.is_finite()
             {
                 return Err(Error::State {
                     expected: "turning points at finite inputs, each with fewer operators than the one below it \

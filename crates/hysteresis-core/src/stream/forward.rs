@@ -1,5 +1,5 @@
-use super::StreamState;
 use super::segment::Segment;
+use super::{StreamState, check_output};
 use crate::error::{Error, check_finite, is_admissible};
 use crate::memory::{Kernel, Memory, Method};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
@@ -99,7 +99,7 @@ impl Forward {
     /// the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_finite("state.last_input", None, state.last_input)?;
-        check_finite("state.last_output", None, state.last_output)?;
+        check_output(state.last_output)?;
         self.memory.restore(&state.memory, state.last_input, state.last_output)?;
         self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
         self.rejected = state.rejected;

@@ -9,6 +9,7 @@ pub use array::{ActuatorError, StreamArray};
 pub use forward::Forward;
 pub use inverse::Inverse;
 
+use crate::error::Error;
 use crate::memory::MemoryState;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
@@ -39,4 +40,9 @@ pub struct StreamState {
     pub rejected: u64,
     /// What the operators remember.
     pub memory: MemoryState,
+}
+
+/// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
+fn check_output(output: f64) -> Result<(), Error> {
+    if output.is_finite() { Ok(()) } else { Err(Error::State { expected: "finite outputs" }) }
 }
