@@ -11,6 +11,8 @@ BENCHES := $(VENV)/.benches
 TIMES := target/bench/python.json
 PYTHON_CODE := python tests docs benches/python
 
+# Where cargo builds, and criterion and gungraun leave what they measured.
+export CARGO_TARGET_DIR := $(CURDIR)/target
 MEASURED := target/bench
 REPORT := cargo run --quiet --release -p hysteresis-bench --bin bench-report --
 VALGRIND := $(shell command -v valgrind)

@@ -60,7 +60,13 @@ pub fn compare(reference: &Results, now: &Results) -> Comparison {
             continue;
         };
         uncounted += usize::from(row.instructions.is_some() && found.instructions.is_none());
+        if row.to_plain_loop.is_some() && found.to_plain_loop.is_none() {
+            outcome.notes.push(format!("{}: no plain loop in this run", row.case));
+        }
         outcome.row(row, found);
+    }
+    for row in now.cases.iter().filter(|row| reference.row(row.case).is_none()) {
+        outcome.notes.push(format!("{}: not in the reference", row.case));
     }
     if uncounted > 0 {
         outcome.notes.push(format!("{uncounted} instruction counts of the reference have none in this run"));
@@ -105,6 +111,15 @@ mod tests {
 
     fn outcome(was: Row, is: Row) -> Comparison {
         compare(&results(vec![was]), &results(vec![is]))
+    }
+
+    #[test]
+    fn what_is_on_one_side_only_is_noted() {
+        let outcome = |was, is| compare(&results(was), &results(is)).notes;
+        let (with, without) = (row(What::Forward, None, Some(0.1)), row(What::Forward, None, None));
+        assert!(outcome(vec![with], vec![]).join("").ends_with("not in this run"));
+        assert!(outcome(vec![], vec![with]).join("").ends_with("not in the reference"));
+        assert!(outcome(vec![with], vec![without]).join("").ends_with("no plain loop in this run"));
     }
 
     #[test]

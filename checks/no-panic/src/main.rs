@@ -53,6 +53,24 @@ fn array_run(array: &mut StreamArray<Inverse>, samples: &[f64], output: &mut [f6
     array.run(samples, output)
 }
 
+#[no_panic]
+#[inline(never)]
+fn array_peek(array: &StreamArray<Inverse>, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    array.peek(samples, output)
+}
+
+#[no_panic]
+#[inline(never)]
+fn forward_array_step(array: &mut StreamArray<Forward>, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    array.step(samples, output)
+}
+
+#[no_panic]
+#[inline(never)]
+fn forward_array_run(array: &mut StreamArray<Forward>, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    array.run(samples, output)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let kernel = Kernel::new(&paper::table_1_recovered());
     let zeros = vec![0.0; kernel.operators()];
@@ -70,7 +88,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         inverse_run(&mut stream, &samples, &mut output)?;
     }
-    let mut array = StreamArray::inverse(&[kernel.clone(), kernel.clone(), kernel], None)?;
+    let kernels = [kernel.clone(), kernel.clone(), kernel];
+    let mut actuators = StreamArray::forward(&kernels);
+    forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;
+    forward_array_run(&mut actuators, &samples, &mut output)?;
+    let mut array = StreamArray::inverse(&kernels, None)?;
+    array_peek(&array, &samples[..3], &mut output[..3])?;
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;
     Ok(())

@@ -31,6 +31,12 @@ impl Engine {
         Self { families, place, stacks: Stacks { positive, negative }, reversals: 0 }
     }
 
+    /// What a scout needs.
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> (Place, &Families, &Stacks) {
+        (self.place, &self.families, &self.stacks)
+    }
+
     pub(crate) fn reset(&mut self) {
         self.place = Place::virgin(&self.families);
         self.reversals = 0;
