@@ -12,6 +12,7 @@ _Matrix = NDArray[np.float64]
 __all__ = [
     "ActuatorArray",
     "CoupledPlay",
+    "Excitation",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -23,6 +24,8 @@ __all__ = [
     "PrandtlIshlinskii",
     "Quality",
     "decaying_triangle",
+    "demagnetize",
+    "excitation",
     "identify",
     "load",
     "sine",
@@ -323,4 +326,36 @@ def triangle(
 ) -> _Vector: ...
 def decaying_triangle(
     amplitude: float, frequency: float, *, cycles: float, rate: float = 10000.0, offset: float = 0.0
+) -> _Vector: ...
+
+@final
+class Excitation:
+    @property
+    def drive(self) -> _Vector: ...
+    @property
+    def lead_in(self) -> int: ...
+    @property
+    def reversals(self) -> _Vector: ...
+
+def excitation(
+    low: float,
+    high: float,
+    *,
+    slew: float,
+    rate: float = 10000.0,
+    cycles: int = 20,
+    shape: Literal["triangle", "sine"] = "triangle",
+    around: float | None = None,
+    start: float | None = None,
+) -> Excitation: ...
+def demagnetize(
+    low: float,
+    high: float,
+    *,
+    slew: float,
+    rate: float = 10000.0,
+    cycles: int = 20,
+    shape: Literal["triangle", "sine"] = "triangle",
+    around: float | None = None,
+    start: float | None = None,
 ) -> _Vector: ...

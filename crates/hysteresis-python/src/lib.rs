@@ -16,6 +16,7 @@ mod actuators;
 mod arguments;
 mod arrays;
 mod errors;
+mod excitation;
 mod files;
 mod identify;
 mod models;
@@ -41,6 +42,8 @@ mod _core {
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
     use crate::errors::NotInvertibleError;
+    #[pymodule_export]
+    use crate::excitation::{Excitation, demagnetize, excitation};
     #[pymodule_export]
     use crate::files::{load, write_file};
     #[pymodule_export]
