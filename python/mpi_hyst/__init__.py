@@ -4,6 +4,7 @@ from mpi_hyst import paper, signals
 from mpi_hyst._core import (
     ActuatorArray,
     CoupledPlay,
+    Finding,
     Forward,
     ForwardArray,
     Identification,
@@ -14,6 +15,7 @@ from mpi_hyst._core import (
     Play,
     PrandtlIshlinskii,
     Quality,
+    diagnose,
     identify,
     load,
 )
@@ -21,6 +23,7 @@ from mpi_hyst._core import (
 __all__ = [
     "ActuatorArray",
     "CoupledPlay",
+    "Finding",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -31,6 +34,7 @@ __all__ = [
     "Play",
     "PrandtlIshlinskii",
     "Quality",
+    "diagnose",
     "identify",
     "load",
     "paper",

@@ -13,6 +13,7 @@ __all__ = [
     "ActuatorArray",
     "CoupledPlay",
     "Excitation",
+    "Finding",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -25,6 +26,7 @@ __all__ = [
     "Quality",
     "decaying_triangle",
     "demagnetize",
+    "diagnose",
     "excitation",
     "identify",
     "load",
@@ -303,6 +305,27 @@ def identify(
     skip: int | Sequence[int] = 0,
     progress: Callable[[float, float], object] | None = None,
 ) -> Identification: ...
+@final
+class Finding:
+    @property
+    def name(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def record(self) -> int | None: ...
+
+def diagnose(
+    u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]],
+    y: ArrayLike | None,
+    model: _Model,
+    *,
+    skip: int | Sequence[int] = 0,
+    delay: float = 0.0,
+) -> list[Finding]: ...
 def load(path: str | PathLike[str]) -> _Model: ...
 def write_file(path: str | PathLike[str], text: str) -> None: ...
 def table_1() -> ModifiedPrandtlIshlinskii: ...

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod diagnostics;
 mod error;
 mod factor;
 mod identification;
@@ -22,6 +23,7 @@ mod regressor;
 mod search;
 mod space;
 
+pub use diagnostics::{Defect, Finding, diagnose};
 pub use error::{Error, RecordError};
 pub use identification::{Identification, identify};
 pub use options::{Form, Options, Setting, Thresholds};

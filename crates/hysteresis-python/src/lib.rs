@@ -15,6 +15,7 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod diagnostics;
 mod errors;
 mod excitation;
 mod files;
@@ -40,6 +41,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
+    #[pymodule_export]
+    use crate::diagnostics::{Finding, diagnose};
     #[pymodule_export]
     use crate::errors::NotInvertibleError;
     #[pymodule_export]
