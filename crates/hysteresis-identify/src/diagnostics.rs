@@ -42,8 +42,8 @@ pub enum Defect {
     Drift,
     /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
     /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
-    /// which noise of normal distribution passes less than once in 10^8 samples. Residuals below 1e-5 of the range
-    /// count as that.
+    /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
+    /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
     Outliers,
     /// The output stays at its highest or lowest value while the input moves on. Value: how far the input moves
     /// meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
@@ -135,8 +135,8 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, delay: f64) -> Result<Vec
         worst(records, |place, record| rate_effects(record, &survey.residuals[place], delay)),
         worst(records, |place, record| drift(record, &survey.residuals[place])),
         worst(records, |place, record| outliers(record, &survey.residuals[place])),
-        worst(records, |_, record| clipped_output(record)),
-        worst(records, |place, record| clipped_input(record, &survey.residuals[place])),
+        worst(records, |_, record| Some(clipped_output(record))),
+        worst(records, |place, record| Some(clipped_input(record, &survey.residuals[place]))),
     ];
     Ok(checks.into_iter().flatten().collect())
 }
@@ -247,7 +247,7 @@ fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
     Some(Measured { defect: Defect::Outliers, value, limit: LIMIT, message })
 }
 
-fn clipped_output(record: &Record<'_>) -> Option<Measured> {
+fn clipped_output(record: &Record<'_>) -> Measured {
     const LIMIT: f64 = 0.02;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (value, level) = signal::travel_at_the_ends(output, input);
@@ -255,10 +255,10 @@ fn clipped_output(record: &Record<'_>) -> Option<Measured> {
         "the output stays at {level:.6} while the input moves by {:.1} % of its range: a sensor or converter at its end",
         100.0 * value
     );
-    Some(Measured { defect: Defect::ClippedOutput, value, limit: LIMIT, message })
+    Measured { defect: Defect::ClippedOutput, value, limit: LIMIT, message }
 }
 
-fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
+fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Measured {
     const HELD: f64 = 0.05;
     const NOISE: f64 = 8.0;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
@@ -268,5 +268,5 @@ fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
         "the recorded input stays at {level:.6} while the output moves by {:.1} % of its range: a monitor at its end",
         100.0 * value
     );
-    Some(Measured { defect: Defect::ClippedInput, value, limit, message })
+    Measured { defect: Defect::ClippedInput, value, limit, message }
 }

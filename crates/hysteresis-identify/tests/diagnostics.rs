@@ -179,8 +179,8 @@ fn few_samples_are_counted_for_each_unknown() {
 #[test]
 fn the_record_at_fault_is_named() {
     let input = sweep(500.0);
-    let (first, mut second) = (measured(&input, 5), measured(&input, 6));
-    second.iter_mut().for_each(|y| *y += 40.0);
+    let first = measured(&input, 5);
+    let mut second: Vec<f64> = measured(&input, 6).iter().map(|y| y + 40.0).collect();
     second[4000] += 1.0;
     let records = [&first, &second].map(|output| Record::new(&input, output, SKIP).unwrap());
     let findings = diagnose(&records, &paper::table_1_recovered().into(), 0.0).unwrap();

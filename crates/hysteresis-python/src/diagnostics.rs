@@ -88,9 +88,9 @@ impl Finding {
 /// >>> import mpi_hyst as mh
 /// >>> actuator = mh.paper.table_1_recovered()
 /// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)  # full strokes alone
-/// >>> found = mh.diagnose(u, actuator.forward().run(u), actuator)
-/// >>> [finding.name for finding in found]
-/// ['no_minor_loops']
+/// >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
+/// ...     print(found.name, found.value, found.limit)
+/// no_minor_loops 0.0 2.0
 /// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
 /// >>> y = actuator.forward().run(made.drive)
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.lead_in)

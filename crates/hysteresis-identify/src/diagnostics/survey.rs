@@ -48,8 +48,8 @@ impl Survey {
                 }
                 residual.push(measured - regressor.output(weights));
             }
-            residuals.push(centred(residual));
-            let output = centred(record.output()[record.skip()..].to_vec());
+            residuals.push(centred(&residual));
+            let output = centred(&record.output()[record.skip()..]);
             squares += as_f64(output.len()) * signal::rms(&output).powi(2);
         }
         let factor = factor.finish().get(means.., means..).to_owned();
@@ -125,10 +125,9 @@ fn parts(model: &Model) -> (Bank, Vec<f64>, &[f64], Offsets) {
     (Bank::from_operators(operators.into_iter()), thresholds, weights, offsets)
 }
 
-fn centred(mut values: Vec<f64>) -> Vec<f64> {
+fn centred(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / as_f64(values.len());
-    values.iter_mut().for_each(|value| *value -= mean);
-    values
+    values.iter().map(|value| value - mean).collect()
 }
 
 /// A column of length one; a column of zeros stays.
