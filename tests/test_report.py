@@ -168,7 +168,7 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     )
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
-    assert sections(root) == ["loops", "errors", "residuals", "model"]
+    assert sections(root) == ["loops", "errors", "warnings", "residuals", "model"]
     assert len(list(root.iter("img"))) == 4
     page = words(root)
     for said in ("400.0.csv", "300.0.csv", "drive (V)", "position (µm)", "all records", kind):

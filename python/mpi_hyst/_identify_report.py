@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import mpi_hyst as mh
-from mpi_hyst import _plots
+from mpi_hyst import _findings, _plots
 from mpi_hyst._identify import Record, Request, model_name, parameters, residuals
 from mpi_hyst._report import Block, Card, Figure, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits, in_unit
@@ -18,6 +18,7 @@ def report(
     records: Sequence[Record],
     found: mh.Identification,
     compared: mh.Identification,
+    findings: Sequence[mh.Finding],
     request: Request,
 ) -> str:
     """Return the HTML text: the model found, and beside it the other kind for comparison."""
@@ -34,6 +35,7 @@ def report(
             sections=[
                 _loops(traces, len(records)),
                 _errors(records, found, compared, request),
+                _findings.section(findings, [record.name for record in records]),
                 _residuals(traces),
                 _model(records, found, compared, request),
             ],
