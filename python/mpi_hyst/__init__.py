@@ -18,6 +18,7 @@ from mpi_hyst._core import (
     diagnose,
     identify,
     load,
+    loop_width,
 )
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "diagnose",
     "identify",
     "load",
+    "loop_width",
     "paper",
     "signals",
 ]

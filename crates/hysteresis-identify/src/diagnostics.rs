@@ -1,6 +1,6 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
-mod signal;
+pub(crate) mod signal;
 mod survey;
 
 use std::fmt;
@@ -184,7 +184,9 @@ fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)));
     let (swing, margin) = (0.05 * (high - low), 0.1 * (high - low));
     let inside = |x: &f64| low + margin < *x && *x < high - margin;
-    let value = as_f64(fitted().map(|input| signal::reversals(input, swing).into_iter().filter(inside).count()).sum());
+    let value = as_f64(
+        fitted().map(|input| signal::turns(input, swing).into_iter().filter(|k| inside(&input[*k])).count()).sum(),
+    );
     let message = format!(
         "{value} reversals of the input inside its range from {low:.4} to {high:.4}: delay, ratios and loop width are \
          weakly determined, add a decaying sweep"

@@ -5,6 +5,7 @@ use hysteresis_identify::{self as identification, Record};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
+use crate::arrays::vector;
 use crate::identify::{invalid, signals, skips};
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 
@@ -122,6 +123,39 @@ pub(crate) fn diagnose(
         .collect::<PyResult<Vec<_>>>()?;
     let found = py.detach(|| identification::diagnose(&records, &model, delay));
     Ok(found.map_err(|error| invalid(&error.to_string()))?.into_iter().map(Finding::from).collect())
+}
+
+/// The widest distance between falling and rising outputs of full strokes at the same input.
+///
+/// A full stroke leads from the lowest to the highest twentieth of the input range, or back. The outputs of all rising
+/// strokes are averaged in fifty parts of the range, those of the falling ones likewise, so noise averages out. Compare
+/// what was measured with what a model makes of the same input; a lag widens the loops of both.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and output (um).
+///
+/// Returns
+/// -------
+/// float or None
+///     In the unit of y; None without a full stroke in both directions.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
+/// >>> round(mh.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+/// 0.49
+#[pyfunction]
+pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    let (u, y) = (vector("u", u)?, vector("y", y)?);
+    identification::loop_width(u.as_slice()?, y.as_slice()?).map_err(|error| invalid(&error.to_string()))
 }
 
 fn core_model(model: &Bound<'_, PyAny>) -> PyResult<Model> {

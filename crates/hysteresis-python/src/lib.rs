@@ -42,7 +42,7 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
-    use crate::diagnostics::{Finding, diagnose};
+    use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
     use crate::errors::NotInvertibleError;
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use crate::quality::as_f64;
 
-pub(super) fn bounds(values: &[f64]) -> (f64, f64) {
+pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
@@ -81,24 +81,28 @@ pub(super) fn speed(input: &[f64], skip: usize, delay: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Where the signal turns, counting only swings of at least so much; its ends are no turns.
-pub(super) fn reversals(values: &[f64], swing: f64) -> Vec<f64> {
+/// The samples where the signal turns, counting only swings of at least so much; its ends are no turns.
+pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
     let mut found = Vec::new();
-    let (mut low, mut high) = (values[0], values[0]);
+    let (mut lowest, mut highest) = (0, 0);
     let mut direction = 0;
-    for value in values {
-        low = low.min(*value);
-        high = high.max(*value);
-        if direction >= 0 && high - value >= swing {
+    for (k, value) in values.iter().enumerate() {
+        if *value < values[lowest] {
+            lowest = k;
+        }
+        if *value > values[highest] {
+            highest = k;
+        }
+        if direction >= 0 && values[highest] - value >= swing {
             if direction > 0 {
-                found.push(high);
+                found.push(highest);
             }
-            (direction, low) = (-1, *value);
-        } else if direction <= 0 && value - low >= swing {
+            (direction, lowest) = (-1, k);
+        } else if direction <= 0 && value - values[lowest] >= swing {
             if direction < 0 {
-                found.push(low);
+                found.push(lowest);
             }
-            (direction, high) = (1, *value);
+            (direction, highest) = (1, k);
         }
     }
     found
@@ -142,14 +146,14 @@ mod tests {
     }
 
     #[test]
-    fn reversals_by_hand() {
+    fn turns_by_hand() {
         let walk = [0.0, 5.0, 9.0, 8.5, 10.0, 4.0, 4.4, 3.0, 7.0, 0.0];
-        assert_eq!(reversals(&walk, 1.0), [10.0, 3.0, 7.0]);
-        assert_eq!(reversals(&walk, 0.5), [9.0, 8.5, 10.0, 3.0, 7.0]);
-        assert_eq!(reversals(&walk, 4.5), [10.0]);
+        assert_eq!(turns(&walk, 1.0), [4, 7, 8]);
+        assert_eq!(turns(&walk, 0.5), [2, 3, 4, 7, 8]);
+        assert_eq!(turns(&walk, 4.5), [4]);
         let down: Vec<f64> = walk.iter().map(|x| -x).collect();
-        assert_eq!(reversals(&down, 1.0), [-10.0, -3.0, -7.0]);
-        assert!(reversals(&[1.0, 2.0, 3.0], 0.1).is_empty());
+        assert_eq!(turns(&down, 1.0), [4, 7, 8]);
+        assert!(turns(&[1.0, 2.0, 3.0], 0.1).is_empty());
     }
 
     #[test]
