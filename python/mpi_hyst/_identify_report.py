@@ -194,9 +194,7 @@ def _loop_widths(
             continue
         error = model_width - width
         percent = digits(100.0 * error / width, 3) if width > 0.0 else ""
-        rows.append(
-            [record.name, digits(width), digits(model_width), digits(error, 3), percent]
-        )
+        rows.append([record.name, digits(width), digits(model_width), digits(error, 3), percent])
     if not rows:
         return []
     header = ["record", f"measured{of_unit}", f"modelled{of_unit}", f"error{of_unit}", "error (%)"]
