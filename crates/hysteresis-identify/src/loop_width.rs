@@ -89,9 +89,19 @@ mod tests {
     }
 
     #[test]
+    fn a_line_has_no_width_however_it_is_sampled() {
+        let rising = (0..40).map(|k| -10.0 + 0.5 * f64::from(k));
+        let falling = (0..40).map(|k| 10.0 - 0.7 * f64::from(k));
+        let input: Vec<f64> = rising.chain(falling.filter(|u| *u >= -10.0)).collect();
+        let output: Vec<f64> = input.iter().map(|u| 2.0 * u + 3.0).collect();
+        // a difference of numbers up to 23
+        assert!(loop_width(&input, &output).unwrap().unwrap() < 1e-13);
+    }
+
+    #[test]
     fn minor_loops_and_the_way_to_the_first_end_do_not_count() {
-        // 0 -> 10 -> -10 -> 10 with offsets of 5, 1 and -1 and a detour on the way.
-        let walk = [(0.0, 10.0, 5.0), (10.0, -10.0, 1.0), (-10.0, 10.0, -1.0), (10.0, 3.0, 7.0), (3.0, 8.0, 7.0)];
+        // Full strokes with offsets of 1 and -1; what comes before and after has others.
+        let walk = [(0.0, 10.0, -9.0), (10.0, -10.0, 1.0), (-10.0, 10.0, -1.0), (10.0, 3.0, 7.0), (3.0, 8.0, 7.0)];
         let (mut input, mut output) = (Vec::new(), Vec::new());
         for (from, to, offset) in walk {
             for k in 0..500 {

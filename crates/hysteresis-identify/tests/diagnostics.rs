@@ -118,11 +118,33 @@ fn clipping_is_found() {
     assert!(named(&input, &clipped(&output, -2.5, 9.0), Defect::ClippedOutput).is_some());
     let finding = named(&clipped(&input, -300.0, 900.0), &output, Defect::ClippedInput).unwrap();
     assert!(finding.value > 0.15 && finding.message.contains("stays at -300.0"), "{finding:?}");
-    // Eight bits of either are no clipping.
+}
+
+#[test]
+fn eight_bits_are_no_clipping() {
     let rounded =
         |values: &[f64], step: f64| values.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>();
-    assert_eq!(named(&input, &rounded(&output, 6.2 / 256.0), Defect::ClippedOutput), None);
-    assert_eq!(named(&rounded(&input, 1000.0 / 256.0), &output, Defect::ClippedInput), None);
+    let clips = |findings: Vec<Finding>| {
+        findings.iter().any(|finding| matches!(finding.defect, Defect::ClippedOutput | Defect::ClippedInput))
+    };
+    let input = sweep(500.0);
+    let mut stream = paper::table_1_recovered().forward();
+    let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
+    assert!(!clips(found(&input, &rounded(&output, 6.2 / 256.0))));
+    assert!(!clips(found(&rounded(&input, 1000.0 / 256.0), &output)));
+}
+
+#[test]
+fn what_is_too_small_to_matter_is_not_told() {
+    let input = sweep(500.0);
+    let drifting = |end: f64| {
+        let mut stream = paper::table_1_recovered().forward();
+        let sample = |(k, u): (usize, &f64)| stream.step(*u) + end * number(k) / number(SAMPLES);
+        input.iter().enumerate().map(sample).collect::<Vec<_>>()
+    };
+    // 1 and 3 nm over the record are 0.3 and 0.9 nm rms; 1e-4 of the range is 0.62 nm
+    assert_eq!(found(&input, &drifting(1e-3)), []);
+    only(&input, &drifting(3e-3), Defect::Drift);
 }
 
 #[test]

@@ -104,9 +104,11 @@ impl Survey {
 
     /// The rms residual, widened for what correlated residuals add to the error of a mean.
     fn residual_deviation(&self) -> f64 {
+        // What is correlated more changes too slowly for the operators to follow: drift, which has its own finding.
+        const SLOWEST: f64 = 0.9;
         let samples: usize = self.residuals.iter().map(Vec::len).sum();
         let variance = |residual: &Vec<f64>| {
-            let same = signal::neighbours(residual).clamp(0.0, 1.0 - 1.0 / as_f64(residual.len()));
+            let same = signal::neighbours(residual).clamp(0.0, SLOWEST);
             as_f64(residual.len()) * signal::rms(residual).powi(2) * (1.0 + same) / (1.0 - same)
         };
         (self.residuals.iter().map(variance).sum::<f64>() / as_f64(samples)).sqrt()
