@@ -168,7 +168,7 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     )
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
-    assert sections(root) == ["loops", "errors", "residuals", "model"]
+    assert sections(root) == ["loops", "errors", "warnings", "residuals", "model"]
     assert len(list(root.iter("img"))) == 4
     page = words(root)
     for said in ("400.0.csv", "300.0.csv", "drive (V)", "position (µm)", "all records", kind):
@@ -203,7 +203,38 @@ def test_a_long_record_makes_no_larger_report(tmp_path: Path) -> None:
         catch_exceptions=False,
     )
     assert result.exit_code == 0, result.output
-    parsed(report)
+    page = words(parsed(report))
+    assert "Loop width" in page and "Nothing was found." in page
+    assert "warnings: none" in result.stdout
+
+
+def test_warnings_are_told_by_name_in_the_terminal_and_in_the_report(tmp_path: Path) -> None:
+    paths = []
+    for name in ("first", "second"):
+        drive = mh.signals.sine(400.0, 1.0, seconds=6.0, rate=250.0)
+        position = mh.paper.table_1_recovered().forward().run(drive)
+        if name == "second":
+            position[700] += 0.5
+        rows = [f"{u!r},{y!r}" for u, y in zip(drive.tolist(), position.tolist(), strict=True)]
+        paths.append(tmp_path / f"{name}.csv")
+        paths[-1].write_text("\n".join(["drive_v,position_um", *rows]), encoding="utf-8")
+    report = tmp_path / "report.html"
+    result = CliRunner().invoke(
+        commands,
+        [
+            *("identify", *map(str, paths), "--input", "drive_v", "--output", "position_um"),
+            *("--report", str(report), "--ratios", "0.95,0.3,0.35", "--delay", "0"),
+            *("--input-offset", "0", "--operators", "16"),
+        ],
+        catch_exceptions=False,
+    )
+    assert result.exit_code == 0, result.output
+    page = words(parsed(report))
+    for said in (
+        *("no_minor_loops: 0 reversals", "outliers: second.csv: ", "the furthest sample 700 "),
+    ):
+        assert said in result.stdout and said in page
+    assert "outliers second.csv" in page and "no_minor_loops all" in page
 
 
 def test_the_residuals_are_those_of_the_fit(tmp_path: Path) -> None:

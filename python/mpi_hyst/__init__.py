@@ -4,6 +4,7 @@ from mpi_hyst import paper, signals
 from mpi_hyst._core import (
     ActuatorArray,
     CoupledPlay,
+    Finding,
     Forward,
     ForwardArray,
     Identification,
@@ -14,13 +15,16 @@ from mpi_hyst._core import (
     Play,
     PrandtlIshlinskii,
     Quality,
+    diagnose,
     identify,
     load,
+    loop_width,
 )
 
 __all__ = [
     "ActuatorArray",
     "CoupledPlay",
+    "Finding",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -31,8 +35,10 @@ __all__ = [
     "Play",
     "PrandtlIshlinskii",
     "Quality",
+    "diagnose",
     "identify",
     "load",
+    "loop_width",
     "paper",
     "signals",
 ]

@@ -12,6 +12,8 @@ _Matrix = NDArray[np.float64]
 __all__ = [
     "ActuatorArray",
     "CoupledPlay",
+    "Excitation",
+    "Finding",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -23,8 +25,12 @@ __all__ = [
     "PrandtlIshlinskii",
     "Quality",
     "decaying_triangle",
+    "demagnetize",
+    "diagnose",
+    "excitation",
     "identify",
     "load",
+    "loop_width",
     "sine",
     "table_1",
     "table_1_recovered",
@@ -300,6 +306,29 @@ def identify(
     skip: int | Sequence[int] = 0,
     progress: Callable[[float, float], object] | None = None,
 ) -> Identification: ...
+
+@final
+class Finding:
+    @property
+    def name(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def record(self) -> int | None: ...
+
+def diagnose(
+    u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]],
+    y: ArrayLike | None,
+    model: _Model,
+    *,
+    skip: int | Sequence[int] = 0,
+    delay: float = 0.0,
+) -> list[Finding]: ...
+def loop_width(u: ArrayLike, y: ArrayLike) -> float | None: ...
 def load(path: str | PathLike[str]) -> _Model: ...
 def write_file(path: str | PathLike[str], text: str) -> None: ...
 def table_1() -> ModifiedPrandtlIshlinskii: ...
@@ -323,4 +352,36 @@ def triangle(
 ) -> _Vector: ...
 def decaying_triangle(
     amplitude: float, frequency: float, *, cycles: float, rate: float = 10000.0, offset: float = 0.0
+) -> _Vector: ...
+
+@final
+class Excitation:
+    @property
+    def drive(self) -> _Vector: ...
+    @property
+    def lead_in(self) -> int: ...
+    @property
+    def reversals(self) -> _Vector: ...
+
+def excitation(
+    low: float,
+    high: float,
+    *,
+    slew: float,
+    rate: float = 10000.0,
+    cycles: int = 20,
+    shape: Literal["triangle", "sine"] = "triangle",
+    around: float | None = None,
+    start: float | None = None,
+) -> Excitation: ...
+def demagnetize(
+    low: float,
+    high: float,
+    *,
+    slew: float,
+    rate: float = 10000.0,
+    cycles: int = 20,
+    shape: Literal["triangle", "sine"] = "triangle",
+    around: float | None = None,
+    start: float | None = None,
 ) -> _Vector: ...

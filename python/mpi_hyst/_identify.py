@@ -11,6 +11,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 import mpi_hyst as mh
+from mpi_hyst import _findings
 from mpi_hyst._errors import CommandError
 from mpi_hyst._outputs import Output, check_outputs, write_outputs
 from mpi_hyst._progress import Progress, progress_bar
@@ -77,6 +78,7 @@ def run(request: Request) -> str:
     records = read(request)
     with progress_bar("fitting", request.output.unit) as progress:
         found = fit(records, request, progress)
+    findings = diagnose(records, found)
     outputs = []
     if request.report_path is not None:
         from mpi_hyst._identify_report import report
@@ -84,13 +86,13 @@ def run(request: Request) -> str:
         other: Kind = "modified" if request.model == "conventional" else "conventional"
         with progress_bar("comparing", request.output.unit) as progress:
             compared = fit(records, request, progress, other)
-        outputs.append(
-            Output.of_text(request.report_path, report(records, found, compared, request))
-        )
+        page = report(records, found, compared, findings, request)
+        outputs.append(Output.of_text(request.report_path, page))
     if request.model_path is not None:
         outputs.append(Output(request.model_path, found.model.save))
     write_outputs(outputs)
-    return f"{summary(records, found, request)}\n\n{_saved(request)}"
+    warnings = _findings.text(findings, [record.name for record in records])
+    return f"{summary(records, found, request)}\n\n{warnings}\n\n{_saved(request)}"
 
 
 def read(request: Request) -> list[Record]:
@@ -134,6 +136,17 @@ def fit(
         )
     except (ValueError, TypeError) as error:
         raise CommandError(_in_terms_of_the_options(str(error), request)) from error
+
+
+def diagnose(records: Sequence[Record], found: mh.Identification) -> list[mh.Finding]:
+    """Look for what the records cannot tell and for what the model left in them."""
+    return mh.diagnose(
+        [(record.input, record.output) for record in records],
+        None,
+        found.model,
+        skip=[record.skip for record in records],
+        delay=found.delay,
+    )
 
 
 def residuals(record: Record, found: mh.Identification, index: int) -> Samples:

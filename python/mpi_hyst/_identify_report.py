@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import mpi_hyst as mh
-from mpi_hyst import _plots
+from mpi_hyst import _findings, _plots
 from mpi_hyst._identify import Record, Request, model_name, parameters, residuals
 from mpi_hyst._report import Block, Card, Figure, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits, in_unit
@@ -18,6 +18,7 @@ def report(
     records: Sequence[Record],
     found: mh.Identification,
     compared: mh.Identification,
+    findings: Sequence[mh.Finding],
     request: Request,
 ) -> str:
     """Return the HTML text: the model found, and beside it the other kind for comparison."""
@@ -34,6 +35,7 @@ def report(
             sections=[
                 _loops(traces, len(records)),
                 _errors(records, found, compared, request),
+                _findings.section(findings, [record.name for record in records]),
                 _residuals(traces),
                 _model(records, found, compared, request),
             ],
@@ -173,7 +175,31 @@ def _errors(
         f"The {short_name(compared)} model, fitted to the same samples, leaves "
         f"{digits(gain, 3)} times the rms error of the {short_name(found)} model."
     )
-    return Section("errors", "Errors", [sentence], [table])
+    widths = _loop_widths(records, found, request)
+    return Section("errors", "Errors", [sentence], [table, *widths])
+
+
+def _loop_widths(
+    records: Sequence[Record], found: mh.Identification, request: Request
+) -> list[Table]:
+    """Compare the width of the loops, for records that hold full strokes."""
+    unit = request.output.shown_unit
+    of_unit = f" ({unit})" if unit else ""
+    rows = []
+    for index, record in enumerate(records):
+        drive, measured = record.input[record.skip :], record.output[record.skip :]
+        modelled = measured - residuals(record, found, index)[record.skip :]
+        width, model_width = mh.loop_width(drive, measured), mh.loop_width(drive, modelled)
+        if width is None or model_width is None:
+            continue
+        error = model_width - width
+        percent = digits(100.0 * error / width, 3) if width > 0.0 else ""
+        rows.append([record.name, digits(width), digits(model_width), digits(error, 3), percent])
+    if not rows:
+        return []
+    header = ["record", f"measured{of_unit}", f"modelled{of_unit}", f"error{of_unit}", "error (%)"]
+    note = "Widest distance of falling and rising full strokes; % of the measured width."
+    return [Table(f"Loop width, {short_name(found)}", header, rows, note)]
 
 
 def error_cells(quality: mh.Quality) -> list[str]:

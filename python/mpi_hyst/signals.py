@@ -1,5 +1,16 @@
-"""Sampled test signals: each starts at its offset and keeps within offset +- amplitude."""
+"""Sampled signals: tests around an offset, and drives within limits and slew that settle a memory.
 
-from mpi_hyst._core import decaying_triangle, sine, triangle
+`sine`, `triangle`, `decaying_triangle` start at their offset and keep within offset +- amplitude.
+`excitation` is what to identify from, `demagnetize` what to forget with.
+"""
 
-__all__ = ["decaying_triangle", "sine", "triangle"]
+from mpi_hyst._core import (
+    Excitation,
+    decaying_triangle,
+    demagnetize,
+    excitation,
+    sine,
+    triangle,
+)
+
+__all__ = ["Excitation", "decaying_triangle", "demagnetize", "excitation", "sine", "triangle"]

@@ -11,9 +11,11 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod diagnostics;
 mod error;
 mod factor;
 mod identification;
+mod loop_width;
 mod options;
 mod projection;
 mod quality;
@@ -22,8 +24,10 @@ mod regressor;
 mod search;
 mod space;
 
+pub use diagnostics::{Defect, Finding, diagnose};
 pub use error::{Error, RecordError};
 pub use identification::{Identification, identify};
+pub use loop_width::loop_width;
 pub use options::{Form, Options, Setting, Thresholds};
 pub use quality::Quality;
 pub use record::Record;

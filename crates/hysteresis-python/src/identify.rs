@@ -234,7 +234,7 @@ fn named(message: &str) -> String {
     message.replace("input[", "u[").replace("output[", "y[").replace("input:", "u:").replace("output:", "y:")
 }
 
-fn invalid(message: &str) -> PyErr {
+pub(crate) fn invalid(message: &str) -> PyErr {
     PyValueError::new_err(named(message))
 }
 
@@ -279,10 +279,10 @@ fn setting<'py, T: FromPyObjectOwned<'py>>(
     }
 }
 
-type Signals = Vec<(Vec<f64>, Vec<f64>)>;
+pub(crate) type Signals = Vec<(Vec<f64>, Vec<f64>)>;
 
 /// One record from two arrays, or several from a list of pairs.
-fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
+pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
     if let Some(y) = y {
         return Ok(vec![(vector("u", u)?.as_slice()?.to_vec(), vector("y", y)?.as_slice()?.to_vec())]);
     }
@@ -296,7 +296,7 @@ fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signa
     pairs.iter().enumerate().map(copy).collect()
 }
 
-fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
+pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
     let Some(skip) = skip else { return Ok(vec![0; records]) };
     if let Ok(all) = skip.extract::<usize>() {
         return Ok(vec![all; records]);

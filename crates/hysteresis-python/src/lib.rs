@@ -15,7 +15,9 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod diagnostics;
 mod errors;
+mod excitation;
 mod files;
 mod identify;
 mod models;
@@ -40,7 +42,11 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
+    use crate::diagnostics::{Finding, diagnose, loop_width};
+    #[pymodule_export]
     use crate::errors::NotInvertibleError;
+    #[pymodule_export]
+    use crate::excitation::{Excitation, demagnetize, excitation};
     #[pymodule_export]
     use crate::files::{load, write_file};
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Sampled test signals: every one starts at its offset and keeps within offset +- amplitude.
 
 use core::fmt;
+use std::borrow::Cow;
 
 /// A signal's swing, frequency and sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +17,20 @@ pub struct Wave {
 }
 
 /// A parameter that no signal can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Error {
     /// The name of the argument.
     pub parameter: &'static str,
     /// The domain in words.
-    pub expected: &'static str,
+    pub expected: Cow<'static, str>,
     /// The number that came.
     pub got: f64,
+}
+
+impl Error {
+    pub(crate) fn new(parameter: &'static str, expected: impl Into<Cow<'static, str>>, got: f64) -> Self {
+        Self { parameter, expected: expected.into(), got }
+    }
 }
 
 impl fmt::Display for Error {
@@ -35,20 +42,18 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// The longest signal, in samples: 8 GiB of numbers.
-const MAX_SAMPLES: f64 = 1_073_741_824.0;
+pub(crate) const MAX_SAMPLES: f64 = 1_073_741_824.0;
+
+pub(crate) fn finite(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number", got)) }
+}
+
+pub(crate) fn positive(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got > 0.0 && got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number above 0", got)) }
+}
 
 impl Wave {
     fn check(&self) -> Result<(), Error> {
-        let finite = |parameter, got: f64| {
-            if got.is_finite() { Ok(()) } else { Err(Error { parameter, expected: "a finite number", got }) }
-        };
-        let positive = |parameter, got: f64| {
-            if got > 0.0 && got.is_finite() {
-                Ok(())
-            } else {
-                Err(Error { parameter, expected: "a finite number above 0", got })
-            }
-        };
         finite("amplitude", self.amplitude)?;
         finite("offset", self.offset)?;
         positive("frequency", self.frequency)?;
@@ -61,7 +66,7 @@ impl Wave {
         let count = (cycles / self.frequency * self.rate).round();
         if !(0.0..=MAX_SAMPLES).contains(&count) {
             let got = if parameter == "seconds" { cycles / self.frequency } else { cycles };
-            return Err(Error { parameter, expected: "a duration of 0 to 2^30 samples", got });
+            return Err(Error::new(parameter, "a duration of 0 to 2^30 samples", got));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the range is checked above")]
         let count = count as u32;

@@ -1,0 +1,139 @@
+//! One pass over the records with all operators of a model.
+
+use faer::Mat;
+use hysteresis_core::{CoupledPlay, Model, Offsets};
+
+use super::{Defect, Finding, Measured, signal};
+use crate::factor::TriangularFactor;
+use crate::quality::as_f64;
+use crate::record::Record;
+use crate::regressor::{Bank, Regressor};
+
+/// What the pass leaves behind.
+pub(super) struct Survey {
+    /// Measured minus modelled output of the fitted samples of every record, without its mean.
+    pub(super) residuals: Vec<Vec<f64>>,
+    /// Smallest and largest output of every operator over all fitted samples.
+    operator_bounds: Vec<(f64, f64)>,
+    /// The threshold r of every operator.
+    thresholds: Vec<f64>,
+    /// R of the operators' outputs, each record's mean removed.
+    factor: Mat<f64>,
+    /// The norm of the outputs, each record's mean removed.
+    output_norm: f64,
+}
+
+impl Survey {
+    pub(super) fn of(records: &[Record<'_>], model: &Model, delay: f64) -> Self {
+        let (bank, thresholds, weights, offsets) = parts(model);
+        let (means, n) = (records.len(), thresholds.len());
+        let mut factor = TriangularFactor::new(means + n);
+        let mut row = vec![0.0; means + n];
+        let mut operator_bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); n];
+        let (mut residuals, mut squares) = (Vec::new(), 0.0);
+        for (place, record) in records.iter().enumerate() {
+            let mut regressor = Regressor::new(&bank, record.input(), offsets.input, delay);
+            row[..means].fill(0.0);
+            row[place] = 1.0;
+            let mut residual = Vec::with_capacity(record.fitted_samples());
+            for (k, measured) in record.output().iter().enumerate() {
+                regressor.advance();
+                if k < record.skip() {
+                    continue;
+                }
+                regressor.row(&mut row[means..]);
+                factor.push(&row);
+                for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {
+                    (*low, *high) = (low.min(*z), high.max(*z));
+                }
+                residual.push(measured - regressor.output(weights));
+            }
+            residuals.push(centred(&residual));
+            let output = centred(&record.output()[record.skip()..]);
+            squares += as_f64(output.len()) * signal::rms(&output).powi(2);
+        }
+        let factor = factor.finish().get(means.., means..).to_owned();
+        Self { residuals, operator_bounds, thresholds, factor, output_norm: squares.sqrt() }
+    }
+
+    pub(super) fn operators(&self) -> usize {
+        self.thresholds.len()
+    }
+
+    fn is_moved(&self, operator: usize) -> bool {
+        let (low, high) = self.operator_bounds[operator];
+        low < high
+    }
+
+    /// Operators whose output is a constant.
+    pub(super) fn unreached(&self) -> Option<Finding> {
+        let still: Vec<f64> =
+            (0..self.operators()).filter(|i| !self.is_moved(*i)).map(|i| self.thresholds[i]).collect();
+        let smallest = still.iter().copied().fold(f64::INFINITY, f64::min);
+        let message = format!(
+            "{} of {} operators never move, thresholds from {smallest:.4} on: their weights are not determined, drive \
+             further or fit smaller thresholds",
+            still.len(),
+            self.operators()
+        );
+        let measured = Measured { defect: Defect::UnreachedThreshold, value: as_f64(still.len()), limit: 0.0, message };
+        (!still.is_empty()).then(|| measured.into_finding(None))
+    }
+
+    /// Operators that the record does not tell apart.
+    pub(super) fn collinear(&self) -> Option<Finding> {
+        const LIMIT: f64 = 1.0;
+        // Singular values of unit columns are known to the rounding of the operators, about 1e-16.
+        const SMALLEST_NOISE: f64 = 1e-9;
+        let moved: Vec<usize> = (0..self.operators()).filter(|i| self.is_moved(*i)).collect();
+        let rows = self.factor.nrows();
+        let column = |i: usize| (0..rows).map(|row| self.factor[(row, i)]).collect::<Vec<f64>>();
+        let units: Vec<Vec<f64>> = moved.iter().map(|i| unit(&column(*i))).collect();
+        let scaled = Mat::from_fn(rows, moved.len(), |row, i| units[i][row]);
+        let smallest = scaled.singular_values().ok()?.into_iter().fold(f64::INFINITY, f64::min);
+        let relative_noise = (self.residual_deviation() / self.output_norm).max(SMALLEST_NOISE);
+        let value = as_f64(moved.len()) * relative_noise / smallest;
+        let message = format!(
+            "the record does not tell the {} operators apart: the least determined combination of them is uncertain by \
+             {value:.1} times what one contributes; their sum and the output are determined all the same",
+            moved.len()
+        );
+        let measured = Measured { defect: Defect::CollinearOperators, value, limit: LIMIT, message };
+        (moved.len() > 1 && value > LIMIT).then(|| measured.into_finding(None))
+    }
+
+    /// The rms residual, widened for what correlated residuals add to the error of a mean.
+    fn residual_deviation(&self) -> f64 {
+        // What is correlated more changes too slowly for the operators to follow: drift, which has its own finding.
+        const SLOWEST: f64 = 0.9;
+        let samples: usize = self.residuals.iter().map(Vec::len).sum();
+        let variance = |residual: &Vec<f64>| {
+            let same = signal::neighbours(residual).clamp(0.0, SLOWEST);
+            as_f64(residual.len()) * signal::rms(residual).powi(2) * (1.0 + same) / (1.0 - same)
+        };
+        (self.residuals.iter().map(variance).sum::<f64>() / as_f64(samples)).sqrt()
+    }
+}
+
+fn parts(model: &Model) -> (Bank, Vec<f64>, &[f64], Offsets) {
+    let (operators, weights, offsets): (Vec<CoupledPlay>, _, _) = match model {
+        Model::Conventional(model) => {
+            let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
+            (plays.collect(), model.weights(), model.offsets())
+        }
+        Model::Modified(model) => (model.operators().to_vec(), model.weights(), model.offsets()),
+    };
+    let thresholds = operators.iter().map(CoupledPlay::r).collect();
+    (Bank::from_operators(operators.into_iter()), thresholds, weights, offsets)
+}
+
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / as_f64(values.len());
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// A column of length one; a column of zeros stays.
+fn unit(column: &[f64]) -> Vec<f64> {
+    let length = signal::rms(column) * as_f64(column.len()).sqrt();
+    column.iter().map(|value| if length > 0.0 { value / length } else { 0.0 }).collect()
+}

@@ -1,0 +1,246 @@
+//! Every defect is found in a record that has it, and in no other.
+
+use hysteresis_core::{Model, Process, paper};
+use hysteresis_identify::{Defect, Error, Finding, Record, diagnose};
+use proptest::prelude::*;
+
+const SAMPLES: usize = 6000;
+const SKIP: usize = 300;
+/// The noise of the paper's strain gauges, filtered: 15 nm, in um.
+const NOISE: f64 = 0.015;
+
+/// A triangle of 20 cycles: one at full swing, then a linear decay.
+fn sweep(amplitude: f64) -> Vec<f64> {
+    let sample = |k: usize| {
+        let done = 20.0 * number(k) / number(SAMPLES);
+        let triangle = 1.0 - 4.0 * ((done + 0.25).rem_euclid(1.0) - 0.5).abs();
+        amplitude * triangle * ((20.0 - done) / 19.0).min(1.0)
+    };
+    (0..SAMPLES).map(sample).collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "small")]
+fn number(k: usize) -> f64 {
+    k as f64
+}
+
+/// Normal to the eye: twelve uniform numbers by a multiplicative congruence (Knuth's MMIX), summed.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX)
+    };
+    move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+}
+
+fn measured(input: &[f64], seed: u64) -> Vec<f64> {
+    let (mut stream, mut noise) = (paper::table_1_recovered().forward(), noise(seed));
+    input.iter().map(|u| stream.step(*u) + NOISE * noise()).collect()
+}
+
+fn found(input: &[f64], output: &[f64]) -> Vec<Finding> {
+    diagnose(&[Record::new(input, output, SKIP).unwrap()], &Model::from(paper::table_1_recovered()), 0.0).unwrap()
+}
+
+/// The one finding there is.
+fn only(input: &[f64], output: &[f64], defect: Defect) -> Finding {
+    let findings = found(input, output);
+    assert_eq!(findings.iter().map(|finding| finding.defect).collect::<Vec<_>>(), [defect], "{findings:?}");
+    findings[0].clone()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn clean_records_have_none(seed in any::<u64>(), amplitude in 480.0..2000.0_f64, exact in any::<bool>()) {
+        let input = sweep(amplitude);
+        let output = if exact {
+            let mut stream = paper::table_1_recovered().forward();
+            input.iter().map(|u| stream.step(*u) + 7.0).collect()
+        } else {
+            measured(&input, seed)
+        };
+        prop_assert_eq!(found(&input, &output), []);
+    }
+
+    #[test]
+    fn drift_is_found_whatever_the_noise(seed in any::<u64>(), sign in prop::sample::select(vec![-1.0, 1.0])) {
+        let input = sweep(500.0);
+        let output = measured(&input, seed);
+        // uniform over 60 nm, 17 nm rms: correlation 0.75
+        let ramp = output.iter().enumerate().map(|(k, y)| y + sign * 0.06 * number(k) / number(SAMPLES));
+        let finding = only(&input, &ramp.collect::<Vec<_>>(), Defect::Drift);
+        prop_assert!((finding.value - 0.75).abs() < 0.03 && finding.limit == 0.3, "{:?}", finding);
+        prop_assert!(finding.message.contains("follows time") && finding.record.is_none());
+        let creep = output.iter().enumerate().map(|(k, y)| y + sign * 0.02 * number(k + 1).ln());
+        let finding = only(&input, &creep.collect::<Vec<_>>(), Defect::Drift);
+        prop_assert!(finding.message.contains("logarithm of time"), "{:?}", finding);
+    }
+
+    #[test]
+    fn a_lag_is_found_and_its_delay_settles_it(seed in any::<u64>()) {
+        let input: Vec<f64> = sweep(500.0).iter().enumerate().map(|(k, u)| u * (number(k) / 80.0).sin()).collect();
+        let mut output = measured(&input, seed);
+        output.rotate_right(1);
+        let finding = only(&input, &output, Defect::RateEffects);
+        prop_assert!(finding.value > 0.6, "{:?}", finding);
+        let record = Record::new(&input, &output, SKIP).unwrap();
+        prop_assert_eq!(diagnose(&[record], &paper::table_1_recovered().into(), 1.0), Ok(vec![]));
+    }
+
+    #[test]
+    fn one_bad_sample_is_found(seed in any::<u64>(), place in SKIP..SAMPLES, sign in prop::sample::select(vec![-1.0, 1.0])) {
+        let input = sweep(500.0);
+        let mut output = measured(&input, seed);
+        output[place] += sign * 12.0 * NOISE;
+        let finding = only(&input, &output, Defect::Outliers);
+        prop_assert!(finding.message.contains(&format!("sample {place} ")), "{:?}", finding);
+        // before the fitted samples it does not matter
+        output[place] = output[place - 1];
+        output[SKIP - 1] += 1e3;
+        prop_assert_eq!(found(&input, &output), []);
+    }
+}
+
+#[test]
+fn clipping_is_found() {
+    let input = sweep(500.0);
+    let output = measured(&input, 1);
+    let clipped =
+        |values: &[f64], low, high| values.iter().map(|value: &f64| value.clamp(low, high)).collect::<Vec<_>>();
+    let named = |input: &[f64], output: &[f64], defect| {
+        found(input, output).into_iter().find(|finding| finding.defect == defect)
+    };
+    let finding = named(&input, &clipped(&output, -9.0, 2.5), Defect::ClippedOutput).unwrap();
+    assert!(finding.value > 0.1 && finding.message.contains("stays at 2.500000"), "{finding:?}");
+    assert!(named(&input, &clipped(&output, -2.5, 9.0), Defect::ClippedOutput).is_some());
+    let finding = named(&clipped(&input, -300.0, 900.0), &output, Defect::ClippedInput).unwrap();
+    assert!(finding.value > 0.15 && finding.message.contains("stays at -300.0"), "{finding:?}");
+}
+
+#[test]
+fn eight_bits_are_no_clipping() {
+    let rounded =
+        |values: &[f64], step: f64| values.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>();
+    let clips = |findings: Vec<Finding>| {
+        findings.iter().any(|finding| matches!(finding.defect, Defect::ClippedOutput | Defect::ClippedInput))
+    };
+    let input = sweep(500.0);
+    let mut stream = paper::table_1_recovered().forward();
+    let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
+    assert!(!clips(found(&input, &rounded(&output, 6.2 / 256.0))));
+    assert!(!clips(found(&rounded(&input, 1000.0 / 256.0), &output)));
+}
+
+#[test]
+fn what_is_too_small_to_matter_is_not_told() {
+    let input = sweep(500.0);
+    let drifting = |end: f64| {
+        let mut stream = paper::table_1_recovered().forward();
+        let sample = |(k, u): (usize, &f64)| stream.step(*u) + end * number(k) / number(SAMPLES);
+        input.iter().enumerate().map(sample).collect::<Vec<_>>()
+    };
+    // 1 and 3 nm over the record are 0.3 and 0.9 nm rms; 1e-4 of the range is 0.62 nm
+    assert_eq!(found(&input, &drifting(1e-3)), []);
+    only(&input, &drifting(3e-3), Defect::Drift);
+}
+
+#[test]
+fn thresholds_out_of_reach_are_counted() {
+    let input = sweep(310.0);
+    let finding = only(&input, &measured(&input, 2), Defect::UnreachedThreshold);
+    // ra = 0.95 r: of the thresholds 325, 350 ... 475 the first is reached on the falling side
+    assert_eq!((finding.value, finding.limit), (6.0, 0.0));
+    assert!(finding.message.contains("6 of 20") && finding.message.contains("from 350.0"), "{finding:?}");
+}
+
+#[test]
+fn full_strokes_alone_are_not_enough() {
+    let input: Vec<f64> = (0..SAMPLES).map(|k| 500.0 * (number(k) / 100.0).sin()).collect();
+    let finding = only(&input, &measured(&input, 3), Defect::NoMinorLoops);
+    assert_eq!((finding.value, finding.limit), (0.0, 2.0));
+}
+
+#[test]
+fn operators_that_are_the_same_cannot_be_told_apart() {
+    let input = sweep(500.0);
+    let model = paper::table_1_recovered();
+    let thresholds = |pick: fn(&hysteresis_core::CoupledPlay) -> f64| {
+        let mut values: Vec<f64> = model.operators().iter().map(pick).collect();
+        values[7] = values[6] * (1.0 + 1e-9);
+        values
+    };
+    let mut stream = model.forward();
+    let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
+    let twins = hysteresis_core::ModifiedPrandtlIshlinskii::new(
+        model.weights(),
+        &thresholds(hysteresis_core::CoupledPlay::r),
+        &thresholds(hysteresis_core::CoupledPlay::ra),
+        &thresholds(hysteresis_core::CoupledPlay::rb),
+        &thresholds(hysteresis_core::CoupledPlay::rc),
+        model.offsets(),
+    );
+    let record = Record::new(&input, &output, SKIP).unwrap();
+    let findings = diagnose(&[record], &twins.unwrap().into(), 0.0).unwrap();
+    assert_eq!(findings[0].defect, Defect::CollinearOperators, "{findings:?}");
+    assert!(findings[0].value > 1e3);
+}
+
+#[test]
+fn few_samples_are_counted_for_each_unknown() {
+    let input: Vec<f64> = sweep(500.0).into_iter().step_by(30).collect();
+    let output: Vec<f64> = measured(&sweep(500.0), 4).into_iter().step_by(30).collect();
+    let record = Record::new(&input, &output, 0).unwrap();
+    let findings = diagnose(&[record], &paper::table_1_recovered().into(), 0.0).unwrap();
+    assert_eq!(findings[0].defect, Defect::TooFewSamples);
+    assert!((findings[0].value - 200.0 / 26.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_record_at_fault_is_named() {
+    let input = sweep(500.0);
+    let first = measured(&input, 5);
+    let mut second: Vec<f64> = measured(&input, 6).iter().map(|y| y + 40.0).collect();
+    second[4000] += 1.0;
+    let records = [&first, &second].map(|output| Record::new(&input, output, SKIP).unwrap());
+    let findings = diagnose(&records, &paper::table_1_recovered().into(), 0.0).unwrap();
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!((findings[0].defect, findings[0].record), (Defect::Outliers, Some(1)));
+    assert_eq!(findings[0].defect.to_string(), "outliers");
+}
+
+#[test]
+fn a_unit_changes_nothing() {
+    let input = sweep(310.0);
+    let output = measured(&input, 7);
+    let in_metres: Vec<f64> = output.iter().map(|y| 1e-6 * y).collect();
+    let model = paper::table_1_recovered();
+    let weights: Vec<f64> = model.weights().iter().map(|w| 1e-6 * w).collect();
+    let thresholds: Vec<f64> = model.operators().iter().map(hysteresis_core::CoupledPlay::r).collect();
+    let scaled = hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(
+        &weights,
+        &thresholds,
+        hysteresis_core::Ratios::PAPER,
+        model.offsets(),
+    );
+    let record = Record::new(&input, &in_metres, SKIP).unwrap();
+    let findings = diagnose(&[record], &scaled.unwrap().into(), 0.0).unwrap();
+    let names = |findings: &[Finding]| findings.iter().map(|finding| finding.defect).collect::<Vec<_>>();
+    assert_eq!(names(&findings), names(&found(&input, &output)));
+}
+
+#[test]
+fn wrong_arguments_are_named() {
+    let model = Model::from(paper::table_1_recovered());
+    assert_eq!(diagnose(&[], &model, 0.0), Err(Error::NoRecords));
+    let record = Record::new(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0], 0).unwrap();
+    for delay in [-1.0, 3.0, f64::NAN] {
+        let message = diagnose(&[record], &model, delay).unwrap_err().to_string();
+        assert!(message.starts_with("delay: expected a number >= 0 below"), "{message}");
+    }
+    // whatever the record, an answer
+    diagnose(&[record], &model, 2.9).unwrap();
+    diagnose(&[Record::new(&[0.0, 1.0], &[1.0, 0.0], 0).unwrap()], &model, 0.0).unwrap();
+}

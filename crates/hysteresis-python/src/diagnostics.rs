@@ -1,0 +1,172 @@
+//! Diagnostics: records and a model in, findings by name out.
+
+use hysteresis_core::Model;
+use hysteresis_identify::{self as identification, Record};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::arrays::vector;
+use crate::identify::{invalid, signals, skips};
+use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+
+/// One thing that `diagnose` found: a name, a sentence, and a number with the limit that it passed.
+#[pyclass(module = "mpi_hyst", frozen, get_all)]
+pub(crate) struct Finding {
+    /// Which defect: one of the names that `diagnose` lists.
+    name: &'static str,
+    /// One sentence with the numbers in it.
+    message: String,
+    /// The number that was compared.
+    value: f64,
+    /// What it was compared with.
+    limit: f64,
+    /// The record that shows it most, or None where there is one record only or all count together.
+    record: Option<usize>,
+}
+
+impl From<identification::Finding> for Finding {
+    fn from(found: identification::Finding) -> Self {
+        let identification::Finding { defect, message, value, limit, record, .. } = found;
+        Self { name: defect.name(), message, value, limit, record }
+    }
+}
+
+#[pymethods]
+impl Finding {
+    fn __repr__(&self) -> String {
+        let Self { name, message, value, limit, record } = self;
+        let place = record.map_or_else(String::new, |record| format!("record {record}, "));
+        format!("<Finding {name}: {place}value {value:.3}, limit {limit:.3}: {message}>")
+    }
+}
+
+/// Looks for what records cannot tell and what a model left in them.
+///
+/// =================== ===================================================================== ======
+/// name                value                                                                 limit
+/// =================== ===================================================================== ======
+/// too_few_samples     fitted samples for each unknown; fires below                          10
+/// unreached_threshold operators whose output never changes in the fitted samples            0
+/// no_minor_loops      reversals inside the input range; fires below                         2
+/// collinear_operators standard error of the least determined combination of operators, over 1
+///                     the mean contribution of one
+/// rate_effects        correlation of the residual with the speed of the input               0.3 *
+/// drift               correlation of the residual with time or its logarithm                0.3 *
+/// outliers            largest distance from the median of five neighbours, in robust        7
+///                     standard deviations of the residual
+/// clipped_output      travel of the input while the output stays at an end, over its range  0.02
+/// clipped_input       travel of the output while the input stays at an end, over its range  0.05 +
+/// =================== ===================================================================== ======
+///
+/// \* or 4 standard deviations of what chance gives, if that is more: 4 / sqrt(m), m the number of independent samples;
+/// less than 1e-4 of the output range is not told. + and 8 standard deviations of the noise.
+///
+/// The residual is the measured minus the modelled output without its mean, over the fitted samples.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs and None.
+/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     Fitted to these records.
+/// skip : int or list of int
+///     Leading samples of each record that were not fitted.
+/// delay : float
+///     Samples by which y lags u.
+///
+/// Returns
+/// -------
+/// list of Finding
+///     Empty if nothing was found.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)  # full strokes alone
+/// >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
+/// ...     print(found.name, found.value, found.limit)
+/// no_minor_loops 0.0 2.0
+/// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
+/// >>> y = actuator.forward().run(made.drive)
+/// >>> mh.diagnose(made.drive, y, actuator, skip=made.lead_in)
+/// []
+#[pyfunction]
+#[pyo3(signature = (u, y, model, *, skip=None, delay=0.0), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
+pub(crate) fn diagnose(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    model: &Bound<'_, PyAny>,
+    skip: Option<&Bound<'_, PyAny>>,
+    delay: f64,
+) -> PyResult<Vec<Finding>> {
+    let model = core_model(model)?;
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let skips = skips(skip, signals.len())?;
+    let records = signals
+        .iter()
+        .zip(skips)
+        .enumerate()
+        .map(|(i, ((u, y), skip))| {
+            let record = Record::new(u, y, skip);
+            record.map_err(|error| {
+                invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
+            })
+        })
+        .collect::<PyResult<Vec<_>>>()?;
+    let found = py.detach(|| identification::diagnose(&records, &model, delay));
+    Ok(found.map_err(|error| invalid(&error.to_string()))?.into_iter().map(Finding::from).collect())
+}
+
+/// The widest distance between falling and rising outputs of full strokes at the same input.
+///
+/// A full stroke leads from the lowest to the highest twentieth of the input range, or back. The outputs of all rising
+/// strokes are averaged in fifty parts of the range, those of the falling ones likewise, so noise averages out. Compare
+/// what was measured with what a model makes of the same input; a lag widens the loops of both.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and output (um).
+///
+/// Returns
+/// -------
+/// float or None
+///     In the unit of y; None without a full stroke in both directions.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
+/// >>> round(mh.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+/// 0.49
+#[pyfunction]
+pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    let (u, y) = (vector("u", u)?, vector("y", y)?);
+    identification::loop_width(u.as_slice()?, y.as_slice()?).map_err(|error| invalid(&error.to_string()))
+}
+
+fn core_model(model: &Bound<'_, PyAny>) -> PyResult<Model> {
+    if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
+        Ok(model.get().model.clone().into())
+    } else if let Ok(model) = model.cast::<PrandtlIshlinskii>() {
+        Ok(model.get().model.clone().into())
+    } else {
+        let got = model.get_type();
+        Err(PyTypeError::new_err(format!(
+            "model: expected a PrandtlIshlinskii or ModifiedPrandtlIshlinskii, got {got}"
+        )))
+    }
+}

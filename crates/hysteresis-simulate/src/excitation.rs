@@ -1,0 +1,305 @@
+//! Drives that make an actuator's memory known: the input to identify from, and the demagnetising sequence.
+//!
+//! Both go from reversal to reversal, each move as fast as a slew limit and the sampling allow, and meet every reversal
+//! with a sample of its own. So small loops take less time than large ones, and no reversal is clipped.
+
+use crate::signals::{Error, MAX_SAMPLES, finite, positive};
+
+/// How the signal goes from one reversal to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shape {
+    /// In equal steps, at most `slew` / `rate` each.
+    #[default]
+    Triangle,
+    /// Along half a cosine, whose steepest step is at most `slew` / `rate`: pi/2 times as long as the triangle, and
+    /// without a jump of speed at the reversals.
+    Sine,
+}
+
+/// Limits, sampling and decay of a drive.
+///
+/// Of 2 `cycles` - 1 decaying reversals number k lies at `around` + (`high` - `around`) (1 - k / (2 `cycles`)) if k
+/// is odd, at `around` - (`around` - `low`) (1 - k / (2 `cycles`)) if it is even: on either side no two are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// The lowest value of the drive, in its unit (V).
+    pub low: f64,
+    /// The highest value of the drive.
+    pub high: f64,
+    /// The largest speed, in the unit of the drive per second.
+    pub slew: f64,
+    /// Samples per second, in Hz.
+    pub rate: f64,
+    /// How many cycles the reversals take to decay.
+    pub cycles: u32,
+    /// How the signal goes from one reversal to the next.
+    pub shape: Shape,
+    /// What the reversals decay to, between the limits.
+    pub around: f64,
+    /// Where the drive starts and ends, within the limits.
+    pub start: f64,
+}
+
+/// An input to identify from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Excitation {
+    /// The samples.
+    pub drive: Vec<f64>,
+    /// How many samples come before the memory is known: leave them out of the fit.
+    pub lead_in: usize,
+    /// Where the drive turns, in order.
+    pub reversals: Vec<f64>,
+}
+
+impl Plan {
+    /// One stroke to either limit, one cycle at full swing, decaying reversals, and back to the start.
+    ///
+    /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `lead_in`
+    /// counts the samples before. With as many cycles as a model has operators at uniform thresholds, two reversals
+    /// fall between any two neighbouring thresholds, one on the way up and one on the way down, so the record tells
+    /// their weights apart.
+    ///
+    /// # Errors
+    /// [`Error`] that names the parameter outside its domain. The rate must allow at least one sample between the
+    /// two nearest reversals on one side.
+    ///
+    /// ```
+    /// use hysteresis_simulate::excitation::{Plan, Shape};
+    /// let plan = Plan {
+    ///     low: -2.0, high: 2.0, slew: 1.0, rate: 1.0, cycles: 1, shape: Shape::Triangle, around: 0.0, start: 0.0,
+    /// };
+    /// let made = plan.excitation()?;
+    /// assert_eq!(made.reversals, [2.0, -2.0, 2.0, -2.0, 1.0]);
+    /// assert_eq!(made.drive[..8], [0.0, 1.0, 2.0, 1.0, 0.0, -1.0, -2.0, -1.0]);
+    /// assert_eq!(made.drive[made.lead_in], -2.0);
+    /// # Ok::<(), hysteresis_simulate::signals::Error>(())
+    /// ```
+    pub fn excitation(&self) -> Result<Excitation, Error> {
+        self.check()?;
+        let mut reversals = vec![self.high, self.low];
+        reversals.extend(self.decay());
+        let drive = self.through(&reversals)?;
+        let lead_in = self.steps(self.start, self.high) + self.steps(self.high, self.low);
+        // `through` has checked that far more than this fits.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2^30")]
+        let lead_in = lead_in as usize;
+        Ok(Excitation { drive, lead_in, reversals })
+    }
+
+    /// A decaying alternation about `around` as wide as the limits allow on both sides, from `start` and back to it.
+    ///
+    /// Let A be its first amplitude, the smaller distance from `around` to a limit. From any history within
+    /// `around` +- A it leaves every play within A / (4 `cycles`) of rest, and every coupled play with r >= rb and
+    /// ra >= rc too, if `around` is the input offset of the model. So the output differs from that of the virgin state
+    /// by at most A / (4 `cycles`) times the sum of |w_i| over the operators but the identity.
+    ///
+    /// Why: each half cycle is A / (2 `cycles`) smaller than the one before. A play of threshold r slides for the last
+    /// time where two neighbouring amplitudes sum to 2 r, so at one that is r within half of that decrement, and is
+    /// left at their difference.
+    ///
+    /// # Errors
+    /// As for [`excitation`](Self::excitation).
+    ///
+    /// ```
+    /// use hysteresis_simulate::excitation::{Plan, Shape};
+    /// let plan = Plan {
+    ///     low: -2.0, high: 2.0, slew: 8.0, rate: 1e3, cycles: 20, shape: Shape::Sine, around: 0.0, start: 0.0,
+    /// };
+    /// let (mut play, drive) = (1.7_f64, plan.demagnetizing()?);
+    /// for x in drive {
+    ///     play = play.clamp(x - 0.3, x + 0.3);
+    /// }
+    /// assert!(play.abs() <= 2.0 / (4.0 * 20.0));
+    /// # Ok::<(), hysteresis_simulate::signals::Error>(())
+    /// ```
+    pub fn demagnetizing(&self) -> Result<Vec<f64>, Error> {
+        self.check()?;
+        let amplitude = (self.high - self.around).min(self.around - self.low);
+        // One of these is the limit itself, but for a rounding that must not leave it.
+        let low = (self.around - amplitude).max(self.low);
+        let high = (self.around + amplitude).min(self.high);
+        let symmetric = Self { low, high, ..*self };
+        symmetric.through(&symmetric.decay().collect::<Vec<_>>())
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        finite("low", self.low)?;
+        finite("high", self.high)?;
+        if self.high <= self.low {
+            return Err(Error::new("high", format!("a number above low = {:?}", self.low), self.high));
+        }
+        if !(self.low < self.around && self.around < self.high) {
+            let expected = format!("a number between low = {:?} and high = {:?}", self.low, self.high);
+            return Err(Error::new("around", expected, self.around));
+        }
+        if !(self.low <= self.start && self.start <= self.high) {
+            let expected = format!("a number from low = {:?} to high = {:?}", self.low, self.high);
+            return Err(Error::new("start", expected, self.start));
+        }
+        positive("slew", self.slew)?;
+        positive("rate", self.rate)?;
+        if !(1..=MAX_CYCLES).contains(&self.cycles) {
+            let expected = format!("a whole number from 1 to {MAX_CYCLES}");
+            return Err(Error::new("cycles", expected, f64::from(self.cycles)));
+        }
+        let decrement = (self.high - self.around).min(self.around - self.low) / (2.0 * f64::from(self.cycles));
+        if self.slew > self.rate * decrement * (1.0 + ROUNDING) {
+            let least = self.slew / decrement;
+            let expected = format!(
+                "at least {least:.6} Hz: at this slew one sample must not go further than {decrement:.6}, by which \
+                 neighbouring reversals differ"
+            );
+            return Err(Error::new("rate", expected, self.rate));
+        }
+        Ok(())
+    }
+
+    /// The reversals from full swing down to the smallest.
+    fn decay(&self) -> impl Iterator<Item = f64> + '_ {
+        let halves = 2 * self.cycles;
+        [self.high, self.low].into_iter().chain((1..halves).map(move |k| {
+            let side = if k % 2 == 1 { self.high } else { self.low };
+            self.around + (side - self.around) * (1.0 - f64::from(k) / f64::from(halves))
+        }))
+    }
+
+    /// The samples from the start through these reversals to `around` and back to the start.
+    fn through(&self, reversals: &[f64]) -> Result<Vec<f64>, Error> {
+        let moves = || {
+            let ends = reversals.iter().copied().chain([self.around, self.start]);
+            let starts = core::iter::once(self.start).chain(reversals.iter().copied()).chain([self.around]);
+            starts.zip(ends).map(|(from, to)| (from, to, self.steps(from, to)))
+        };
+        let samples = 1.0 + moves().map(|(_, _, steps)| steps).sum::<f64>();
+        if !samples.is_finite() || samples > MAX_SAMPLES {
+            return Err(Error::new(
+                "rate",
+                format!("one that makes at most 2^30 samples, not {samples:.3e}"),
+                self.rate,
+            ));
+        }
+        let mut drive = vec![self.start];
+        for (from, to, steps) in moves() {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number up to 2^30")]
+            let count = steps as u32;
+            drive.extend((1..count).map(|k| self.between(from, to, f64::from(k) / steps)));
+            if count > 0 {
+                drive.push(to);
+            }
+        }
+        Ok(drive)
+    }
+
+    /// How many steps a move takes: a whole number.
+    fn steps(&self, from: f64, to: f64) -> f64 {
+        let longest = self.slew / self.rate;
+        let stretch = match self.shape {
+            Shape::Triangle => 1.0,
+            Shape::Sine => core::f64::consts::FRAC_PI_2,
+        };
+        // A move that fits but for rounding needs no further step.
+        ((to - from).abs() * stretch / longest * (1.0 - ROUNDING)).ceil()
+    }
+
+    /// The point at a share of the steps from one reversal to the next.
+    fn between(&self, from: f64, to: f64, share: f64) -> f64 {
+        let way = match self.shape {
+            Shape::Triangle => share,
+            Shape::Sine => (core::f64::consts::FRAC_PI_2 * share).sin().powi(2),
+        };
+        // The clamp is for roundings, which must not leave the limits.
+        (from + (to - from) * way).clamp(from.min(to), from.max(to))
+    }
+}
+
+/// A move k reversals before the end takes 2 k steps or more, so this many cycles take 2^30 samples at any rate.
+const MAX_CYCLES: u32 = 1 << 14;
+
+/// What the quotients that decide about a further step may be off by.
+const ROUNDING: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: Plan = Plan {
+        low: -20.0,
+        high: 120.0,
+        slew: 100.0,
+        rate: 1000.0,
+        cycles: 20,
+        shape: Shape::Triangle,
+        around: 40.0,
+        start: 0.0,
+    };
+
+    #[test]
+    fn a_drive_keeps_within_its_limits_and_its_slew_and_comes_home() {
+        for shape in [Shape::Triangle, Shape::Sine] {
+            let plan = Plan { shape, ..PLAN };
+            for drive in [plan.excitation().unwrap().drive, plan.demagnetizing().unwrap()] {
+                assert_eq!((drive[0], drive[drive.len() - 1]), (0.0, 0.0));
+                assert!(drive.iter().all(|u| (-20.0..=120.0).contains(u)));
+                let fastest = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+                // a step is a difference of numbers up to 120
+                assert!(fastest <= 0.1 * (1.0 + 2.0 * ROUNDING) + 1e-13, "{fastest}");
+                assert!(fastest > 0.099);
+            }
+        }
+    }
+
+    #[test]
+    fn reversals_are_met_in_order_and_are_all_the_turns() {
+        let made = PLAN.excitation().unwrap();
+        let turns: Vec<f64> = (1..made.drive.len() - 1)
+            .filter(|k| (made.drive[*k] - made.drive[k - 1]) * (made.drive[k + 1] - made.drive[*k]) < 0.0)
+            .map(|k| made.drive[k])
+            .collect();
+        // the last move goes on downwards through `around`
+        assert_eq!(turns, made.reversals);
+        assert_eq!(made.reversals.len(), 2 + 2 + 39);
+        assert_eq!(made.drive[made.lead_in], -20.0);
+        assert!(made.drive[..made.lead_in].iter().all(|u| *u > -20.0));
+        let swings: Vec<f64> = made.reversals[3..].iter().map(|x| (x - 40.0).abs()).collect();
+        assert!(swings.iter().step_by(2).is_sorted_by(|a, b| a > b));
+        assert!(swings.iter().skip(1).step_by(2).is_sorted_by(|a, b| a > b));
+    }
+
+    #[test]
+    fn a_move_takes_no_more_steps_than_it_needs() {
+        let made = Plan { low: -70.0, high: 70.0, around: 0.0, ..PLAN }.excitation().unwrap();
+        // 70 + 140 + 140 + 140 + ... V at 0.1 V a sample
+        let path: f64 = made.reversals.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        let steps = (70.0 + path + made.reversals[made.reversals.len() - 1].abs()) / 0.1;
+        // the reversals lie at multiples of 1.75 V, so a move may take half a step more
+        assert!((f64::from(u32::try_from(made.drive.len()).unwrap()) - 1.0 - steps).abs() <= 0.5 * 42.0 + 1e-6);
+    }
+
+    #[test]
+    fn what_no_drive_can_have_is_named() {
+        let named = |plan: Plan| {
+            let error = plan.excitation().unwrap_err();
+            assert_eq!(plan.demagnetizing().unwrap_err().parameter, error.parameter);
+            error.to_string()
+        };
+        assert_eq!(named(Plan { low: f64::NAN, ..PLAN }), "low: expected a finite number, got NaN");
+        assert_eq!(named(Plan { high: -20.0, ..PLAN }), "high: expected a number above low = -20.0, got -20.0");
+        assert_eq!(
+            named(Plan { around: 120.0, ..PLAN }),
+            "around: expected a number between low = -20.0 and high = 120.0, got 120.0"
+        );
+        assert_eq!(
+            named(Plan { start: f64::NAN, ..PLAN }),
+            "start: expected a number from low = -20.0 to high = 120.0, got NaN"
+        );
+        assert_eq!(named(Plan { slew: 0.0, ..PLAN }), "slew: expected a finite number above 0, got 0.0");
+        assert_eq!(named(Plan { rate: -1.0, ..PLAN }), "rate: expected a finite number above 0, got -1.0");
+        assert_eq!(named(Plan { cycles: 0, ..PLAN }), "cycles: expected a whole number from 1 to 16384, got 0.0");
+        assert!(named(Plan { cycles: u32::MAX, ..PLAN }).starts_with("cycles: expected "));
+        // 60 V in 40 half cycles: 1.5 V between neighbours, 100 V/s
+        assert!(named(Plan { rate: 66.0, ..PLAN }).starts_with("rate: expected at least 66.666667 Hz: "));
+        Plan { rate: 66.67, ..PLAN }.excitation().unwrap();
+        let endless = named(Plan { slew: 1e-9, ..PLAN });
+        assert!(endless.starts_with("rate: expected one that makes at most 2^30 samples, not "), "{endless}");
+    }
+}
