@@ -1,5 +1,6 @@
-//! What the models are exercised with: test signals for actuators.
+//! What the models are exercised with: the linear dynamics behind the hysteresis of an actuator, and test signals.
 
 #![forbid(unsafe_code)]
 
+pub mod linear;
 pub mod signals;
