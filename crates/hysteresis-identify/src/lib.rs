@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod dynamics;
 mod error;
 mod factor;
 mod identification;
@@ -22,6 +23,9 @@ mod regressor;
 mod search;
 mod space;
 
+pub use dynamics::{
+    CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, Warning, identify_dynamics,
+};
 pub use error::{Error, RecordError};
 pub use identification::{Identification, identify};
 pub use options::{Form, Options, Setting, Thresholds};
