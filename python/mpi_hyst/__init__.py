@@ -4,6 +4,9 @@ from mpi_hyst import paper, signals
 from mpi_hyst._core import (
     ActuatorArray,
     CoupledPlay,
+    Creep,
+    DynamicsIdentification,
+    FirstOrder,
     Forward,
     ForwardArray,
     Identification,
@@ -14,13 +17,18 @@ from mpi_hyst._core import (
     Play,
     PrandtlIshlinskii,
     Quality,
+    SecondOrder,
     identify,
+    identify_dynamics,
     load,
 )
 
 __all__ = [
     "ActuatorArray",
     "CoupledPlay",
+    "Creep",
+    "DynamicsIdentification",
+    "FirstOrder",
     "Forward",
     "ForwardArray",
     "Identification",
@@ -31,7 +39,9 @@ __all__ = [
     "Play",
     "PrandtlIshlinskii",
     "Quality",
+    "SecondOrder",
     "identify",
+    "identify_dynamics",
     "load",
     "paper",
     "signals",

@@ -15,9 +15,11 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod dynamics;
 mod errors;
 mod files;
 mod identify;
+mod linear;
 mod models;
 mod operators;
 mod paper;
@@ -40,11 +42,15 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
+    use crate::dynamics::{DynamicsIdentification, identify_dynamics};
+    #[pymodule_export]
     use crate::errors::NotInvertibleError;
     #[pymodule_export]
     use crate::files::{load, write_file};
     #[pymodule_export]
     use crate::identify::{Identification, Quality, identify};
+    #[pymodule_export]
+    use crate::linear::{Creep, FirstOrder, SecondOrder};
     #[pymodule_export]
     use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]

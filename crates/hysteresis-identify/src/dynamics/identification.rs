@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{Kernel, Model, ModifiedPrandtlIshlinskii, Process};
+use hysteresis_core::{Forward, Kernel, Process};
 use hysteresis_simulate::linear::{self, Block, Creep, Delay, Dynamics, FirstOrder};
 
 use super::options::{DynamicsOptions, Order};
@@ -15,11 +15,11 @@ use crate::quality::Quality;
 use crate::record::{Record, check_finite};
 
 /// Identified dynamics, and how well they fit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct DynamicsIdentification {
     /// The hysteresis model that was given.
-    pub model: Model,
+    pub model: Kernel,
     /// The sampling interval of the record in seconds.
     pub dt: f64,
     /// The lag or second-order dynamics, of unit static gain.
@@ -88,7 +88,7 @@ impl DynamicsIdentification {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hysteresis_core::{Process, paper};
+/// use hysteresis_core::{Kernel, Process, paper};
 /// use hysteresis_identify::{DynamicsOptions, Record, identify_dynamics};
 /// use hysteresis_simulate::linear::{Dynamics, SecondOrder, Stream};
 ///
@@ -100,7 +100,7 @@ impl DynamicsIdentification {
 ///
 /// let record = Record::new(&input, &output, 0)?;
 /// let options = DynamicsOptions::new(1e-4);
-/// let found = identify_dynamics(&record, &actuator.into(), &options, &mut || ControlFlow::Continue(()))?;
+/// let found = identify_dynamics(&record, &Kernel::new(&actuator), &options, &mut || ControlFlow::Continue(()))?;
 /// let Dynamics::SecondOrder(found) = found.dynamics else { unreachable!() };
 /// assert!((found.frequency() - 800.0).abs() < 1e-3 && (found.damping() - 0.05).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -112,7 +112,7 @@ impl DynamicsIdentification {
 /// so.
 pub fn identify_dynamics(
     record: &Record<'_>,
-    model: &Model,
+    model: &Kernel,
     options: &DynamicsOptions,
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<DynamicsIdentification, Error> {
@@ -185,12 +185,8 @@ fn creep(fit: &Fit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
 }
 
 /// The output of the model from the virgin state.
-fn hysteresis_output(model: &Model, input: &[f64]) -> Vec<f64> {
-    let kernel = match model {
-        Model::Conventional(model) => Kernel::new(&ModifiedPrandtlIshlinskii::from(model)),
-        Model::Modified(model) => Kernel::new(model),
-    };
-    let mut stream = hysteresis_core::Forward::new(&kernel);
+fn hysteresis_output(model: &Kernel, input: &[f64]) -> Vec<f64> {
+    let mut stream = Forward::new(model);
     input.iter().map(|u| stream.step(*u)).collect()
 }
 
