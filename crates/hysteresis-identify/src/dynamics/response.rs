@@ -13,6 +13,9 @@ const DIFFERENCE_STEP: f64 = 1e-5;
 /// A column is taken as dependent on those before it if what is left of it is below this share of its norm.
 pub(super) const MIN_INDEPENDENT_SHARE: f64 = 1e-11;
 
+/// Below this share of the sum of squares of the output the errors are rounding.
+const ROUNDING_SQUARES: f64 = 1e-28;
+
 /// A parameter that enters the response nonlinearly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
@@ -87,6 +90,12 @@ impl Problem<'_> {
     /// How many unknowns there are.
     pub(super) fn unknowns(&self) -> usize {
         self.coefficients() + self.axes.len()
+    }
+
+    /// A sum of squared errors that is nothing but rounding.
+    pub(super) fn rounding_squares(&self) -> f64 {
+        let squares: f64 = self.output[self.skip..].iter().map(|y| (y - self.reference) * (y - self.reference)).sum();
+        ROUNDING_SQUARES * squares
     }
 
     /// The response of the dynamics alone, without delay.

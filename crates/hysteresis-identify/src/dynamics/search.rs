@@ -200,22 +200,22 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Bounded Gauss-Newton steps, within one whole delay after the other: at whole delays the slope jumps.
+/// At most that many bounded Gauss-Newton steps, within one whole delay after the other: there the slope jumps.
 fn improve(
     problem: &Problem<'_>,
     domain: &Domain,
     start: Point,
-    steps: usize,
+    mut steps: usize,
     monitor: &mut Monitor<'_>,
 ) -> Result<(Fit, f64), Error> {
     let mut here = problem.fit(&start)?;
     monitor.evaluated()?;
     let highest_cell = (domain.max_delay - 1.0).max(0.0);
     let mut cell = start.get(Parameter::Delay).floor().min(highest_cell);
-    improve_in_cell(problem, domain, &mut here, cell, steps, monitor)?;
+    improve_in_cell(problem, domain, &mut here, cell, &mut steps, monitor)?;
     while let Some(next) = next_cell(problem, &here, cell, highest_cell) {
         let before = here.squares;
-        improve_in_cell(problem, domain, &mut here, next, steps, monitor)?;
+        improve_in_cell(problem, domain, &mut here, next, &mut steps, monitor)?;
         if here.squares >= before {
             break;
         }
@@ -243,11 +243,12 @@ fn improve_in_cell(
     domain: &Domain,
     here: &mut Fit,
     cell: f64,
-    steps: usize,
+    steps: &mut usize,
     monitor: &mut Monitor<'_>,
 ) -> Result<(), Error> {
     let mut radius = 1.0;
-    for _ in 0..steps {
+    while *steps > 0 && here.squares > problem.rounding_squares() {
+        *steps -= 1;
         let linearised = Linearised::new(&problem.linearise(here, cell)?, problem.coefficients());
         monitor.evaluated()?;
         if !step_down(problem, domain, here, &linearised, cell, &mut radius, monitor)? {
