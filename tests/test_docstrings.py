@@ -11,6 +11,7 @@ import mpi_hyst as mh
 import pytest
 
 WITHOUT_EXAMPLES = {
+    "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "Identification": "made by identify, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
     "NotInvertibleError": "an exception",

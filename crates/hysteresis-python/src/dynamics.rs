@@ -18,8 +18,9 @@ use crate::linear::{Creep, dynamics};
 ///
 /// Standard deviations assume white measurement noise; `warnings` names what makes the numbers doubtful:
 ///
-/// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, or the search ended at the edge of
-///   its domain; the record does not tell the dynamics. Drive with a chirp or step that reaches the resonance.
+/// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
+///   domain, or a plain delay fits as well: the record does not tell the dynamics. Drive with a chirp or step that
+///   reaches the resonance.
 /// - "damping_undetermined": the same, of the damping, at 25 %.
 /// - "delay_undetermined": the same, of the delay, at a quarter of a sample.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.

@@ -132,7 +132,7 @@ pub fn identify_dynamics(
     let (fit, cell) = search(&problem, &domain, &mut monitor)?;
     let uncertainty = Uncertainty::new(&problem, &fit, &problem.linearise(&fit, cell)?, first);
     let (residuals, range) = (problem.residuals(&fit)?, record.output_range());
-    let warnings = warnings(&problem, &domain, &fit, &uncertainty, &residuals, range);
+    let warnings = warnings(&problem, &domain, &fit, &uncertainty, &residuals, range)?;
     let steady: f64 = fit.coefficients[1..].iter().sum();
     Ok(DynamicsIdentification {
         model: model.clone(),

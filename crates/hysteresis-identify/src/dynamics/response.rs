@@ -5,6 +5,7 @@ use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrd
 
 use super::options::Order;
 use crate::factor::TriangularFactor;
+use crate::quality::as_f64;
 
 /// The step of a central difference in the logarithm of frequency or damping: its own error and that of rounding are
 /// both about 1e-10 of the derivative.
@@ -120,6 +121,16 @@ impl Problem<'_> {
         let coefficients = solve(&triangle, columns.len());
         let residual = triangle[(columns.len(), columns.len())];
         Ok(Fit { point: *point, coefficients, squares: residual * residual })
+    }
+
+    /// The sum of squares that is left without dynamics: two neighbouring whole delays of the input in any proportion,
+    /// which stand for any delay next to `lag` samples, with creep and offset.
+    pub(super) fn squares_without_dynamics(&self, lag: f64) -> Result<f64, linear::Error> {
+        let lag = lag.floor().min(as_f64(self.input.len() - 1));
+        let mut columns = self.columns(delayed(&self.input, lag))?;
+        columns.push(delayed(&self.input, lag + 1.0));
+        let residual = self.triangle(&columns)[(columns.len(), columns.len())];
+        Ok(residual * residual)
     }
 
     /// y less its prediction, over the fitted samples.

@@ -1,9 +1,12 @@
 //! How far the estimates can be trusted.
 
+use core::f64::consts::PI;
 use core::fmt;
 
 use faer::Mat;
+use hysteresis_simulate::linear::{self, Dynamics};
 
+use super::options::Order;
 use super::response::{Fit, Parameter, Problem, is_independent};
 use super::search::Domain;
 use crate::quality::as_f64;
@@ -24,6 +27,10 @@ const MAX_FREQUENCY_STD: f64 = 0.05;
 const MAX_DAMPING_STD: f64 = 0.25;
 const MAX_DELAY_STD: f64 = 0.25;
 
+/// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
+/// that white noise feigns somewhere among N / 2 frequencies takes about 2 log(N / 2), and this is twice as much.
+const MIN_EVIDENCE: f64 = 4.0;
+
 /// How far the gain may be from 1.
 const MAX_GAIN_ERROR: f64 = 0.05;
 
@@ -31,8 +38,9 @@ const MAX_GAIN_ERROR: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// `resonance_not_excited`: the record does not tell the frequency. Its standard deviation exceeds 5 %, or the
-    /// search ended at the edge of its domain. Drive with a chirp or step that reaches the resonance.
+    /// `resonance_not_excited`: the record does not tell the frequency. Its standard deviation exceeds 5 %, the search
+    /// ended at the edge of its domain, or a plain delay fits as well as the dynamics do, up to what noise may pretend.
+    /// Drive with a chirp or step that reaches the resonance.
     ResonanceNotExcited,
     /// `damping_undetermined`: its standard deviation exceeds 25 %, or the search ended at the edge of its domain.
     DampingUndetermined,
@@ -162,7 +170,7 @@ pub(super) fn warnings(
     uncertainty: &Uncertainty,
     residuals: &[f64],
     range: f64,
-) -> Vec<Warning> {
+) -> Result<Vec<Warning>, linear::Error> {
     let colour = Colour::new(residuals, range);
     let point = &fit.point;
     // Correlated residuals make the standard deviations too small; here they may not hide that nothing is known.
@@ -173,14 +181,32 @@ pub(super) fn warnings(
     };
     let (frequency, damping) = (point.get(Parameter::LogFrequency).exp(), point.get(Parameter::LogDamping).exp());
     let gain = fit.coefficients[1];
+    let unexcited = doubtful(Parameter::LogFrequency, "frequency", MAX_FREQUENCY_STD * frequency)
+        || evidence(problem, fit, uncertainty.noise)? / colour.correlation_time
+            < MIN_EVIDENCE * as_f64(residuals.len()).ln();
     let raised = [
-        (Warning::ResonanceNotExcited, doubtful(Parameter::LogFrequency, "frequency", MAX_FREQUENCY_STD * frequency)),
+        (Warning::ResonanceNotExcited, unexcited),
         (Warning::DampingUndetermined, doubtful(Parameter::LogDamping, "damping", MAX_DAMPING_STD * damping)),
         (Warning::DelayUndetermined, doubtful(Parameter::Delay, "delay", MAX_DELAY_STD)),
         (Warning::GainNotOne, (gain - 1.0).abs() > MAX_GAIN_ERROR),
         (Warning::ResidualColoured, colour.is_coloured),
     ];
-    raised.into_iter().filter_map(|(warning, raised)| raised.then_some(warning)).collect()
+    Ok(raised.into_iter().filter_map(|(warning, raised)| raised.then_some(warning)).collect())
+}
+
+/// By how many noise variances the dynamics lower the sum of squares below that of a delay as long as their own lag.
+///
+/// A lag alone with a known delay needs no such proof: that the output lags is all it has to say.
+fn evidence(problem: &Problem<'_>, fit: &Fit, noise: f64) -> Result<f64, linear::Error> {
+    if problem.order == Order::First && !problem.axes.contains(&Parameter::Delay) {
+        return Ok(f64::INFINITY);
+    }
+    let lag = match fit.point.dynamics(problem.order)? {
+        Dynamics::FirstOrder(lag) => lag.time_constant(),
+        Dynamics::SecondOrder(resonance) => resonance.damping() / (PI * resonance.frequency()),
+    };
+    let without = problem.squares_without_dynamics(fit.point.get(Parameter::Delay) + lag / problem.dt)?;
+    Ok((without - fit.squares) / (noise * noise))
 }
 
 /// How the residuals follow from each other.
