@@ -5,6 +5,7 @@ use hysteresis_simulate::linear::{self, Block, Dynamics, Error, Stream};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::arguments::count;
 use crate::arrays::{self, read_only, vector};
@@ -61,7 +62,7 @@ pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>
 /// >>> import mpi_hyst as mh
 /// >>> stage = mh.SecondOrder(2000.0, 0.03)
 /// >>> stage.response([1.0] * 4, dt=1e-4).round(3)
-/// array([0.672, 1.735, 1.725, 0.757])
+/// array([0.674, 1.733, 1.739, 0.761])
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct SecondOrder(pub(crate) linear::SecondOrder);
 
@@ -272,7 +273,7 @@ impl Creep {
         format!("Creep(amplitudes={:?}, time_constants={:?})", self.0.amplitudes(), self.0.time_constants())
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-        Ok((self.amplitudes(py)?, self.time_constants(py)?))
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        (self.amplitudes(py)?, self.time_constants(py)?).into_pyobject(py)
     }
 }
