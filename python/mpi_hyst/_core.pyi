@@ -305,6 +305,7 @@ def identify(
     skip: int | Sequence[int] = 0,
     progress: Callable[[float, float], object] | None = None,
 ) -> Identification: ...
+
 @final
 class SecondOrder:
     def __new__(cls, frequency: float, damping: float) -> SecondOrder: ...
