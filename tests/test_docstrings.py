@@ -13,6 +13,7 @@ import pytest
 WITHOUT_EXAMPLES = {
     "signals.Excitation": "made by excitation, whose example reads it",
     "Finding": "made by diagnose, whose example reads it",
+    "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "Identification": "made by identify, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
     "NotInvertibleError": "an exception",

@@ -12,6 +12,7 @@
 
 mod bounded;
 mod diagnostics;
+mod dynamics;
 mod error;
 mod factor;
 mod identification;
@@ -25,6 +26,9 @@ mod search;
 mod space;
 
 pub use diagnostics::{Defect, Finding, diagnose};
+pub use dynamics::{
+    CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, Warning, identify_dynamics,
+};
 pub use error::{Error, RecordError};
 pub use identification::{Identification, identify};
 pub use loop_width::loop_width;

@@ -46,7 +46,7 @@ impl From<&identification::Quality> for Quality {
 
 #[pymethods]
 impl Quality {
-    fn __repr__(&self) -> String {
+    pub(crate) fn __repr__(&self) -> String {
         format!(
             "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
             self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
@@ -230,7 +230,7 @@ fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
 }
 
 /// The records of the core call the signals input and output; Python calls them u and y.
-fn named(message: &str) -> String {
+pub(crate) fn named(message: &str) -> String {
     message.replace("input[", "u[").replace("output[", "y[").replace("input:", "u:").replace("output:", "y:")
 }
 
@@ -261,7 +261,7 @@ fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, Py
 }
 
 /// "fit", or a value.
-fn setting<'py, T: FromPyObjectOwned<'py>>(
+pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     expected: &str,
     value: Option<&Bound<'py, PyAny>>,

@@ -16,10 +16,12 @@ mod actuators;
 mod arguments;
 mod arrays;
 mod diagnostics;
+mod dynamics;
 mod errors;
 mod excitation;
 mod files;
 mod identify;
+mod linear;
 mod models;
 mod operators;
 mod paper;
@@ -44,6 +46,8 @@ mod _core {
     #[pymodule_export]
     use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
+    use crate::dynamics::{DynamicsIdentification, identify_dynamics};
+    #[pymodule_export]
     use crate::errors::NotInvertibleError;
     #[pymodule_export]
     use crate::excitation::{Excitation, demagnetize, excitation};
@@ -51,6 +55,8 @@ mod _core {
     use crate::files::{load, write_file};
     #[pymodule_export]
     use crate::identify::{Identification, Quality, identify};
+    #[pymodule_export]
+    use crate::linear::{Creep, FirstOrder, SecondOrder};
     #[pymodule_export]
     use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]

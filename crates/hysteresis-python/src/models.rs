@@ -117,7 +117,7 @@ fn save(model: &Model, path: PathBuf) -> PyResult<()> {
 }
 
 /// Equal models have equal hashes: +0 and -0, which are equal, count as one.
-fn hash(values: impl Iterator<Item = f64>) -> u64 {
+pub(crate) fn hash(values: impl Iterator<Item = f64>) -> u64 {
     let mut hasher = DefaultHasher::new();
     values.for_each(|value| (value + 0.0).to_bits().hash(&mut hasher));
     hasher.finish()

@@ -1,0 +1,360 @@
+"""Linear dynamics: their twin, their identification, what it says of its own errors."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import dynamics as twin
+from support import Array
+
+DT = 1e-4
+NOISE = 0.016
+"""um rms, as on the benchmark plants."""
+
+MODEL = mh.paper.table_1_recovered()
+
+INPUTS = np.random.default_rng(3).uniform(-3.0, 3.0, 100)
+
+positive = st.floats(1.0, 4000.0)
+
+
+# ---- the linear blocks against their twin
+
+
+@given(positive, st.floats(1e-3, 20.0) | st.sampled_from([1.0, 1.0 - 1e-12, 1.0 + 1e-12]))
+def test_second_order_is_its_differential_equation(frequency: float, damping: float) -> None:
+    got = mh.SecondOrder(frequency, damping).response(INPUTS, DT)
+    # the twin squares its series, so its error grows with the norm of the matrix, and a resonance
+    # of little damping keeps the errors of 100 samples: 1e-13 of outputs up to 30
+    tolerance = 1e-11 * (1.0 + damping)
+    expected = twin.second_order(frequency, damping, INPUTS.tolist(), DT)
+    np.testing.assert_allclose(got, expected, rtol=0, atol=tolerance)
+
+
+@given(positive)
+def test_first_order_is_its_differential_equation(frequency: float) -> None:
+    expected = twin.first_order(frequency, INPUTS.tolist(), DT)
+    lag = mh.FirstOrder(frequency)
+    np.testing.assert_allclose(lag.response(INPUTS, DT), expected, rtol=0, atol=1e-13)
+    again = mh.FirstOrder.from_time_constant(lag.time_constant)
+    assert again.frequency == pytest.approx(frequency, rel=1e-15)
+
+
+def test_creep_is_its_differential_equation() -> None:
+    amplitudes, taus = [0.05, -0.02, 0.1], [1e-3, 0.01, 2.0]
+    expected = twin.creep(amplitudes, taus, INPUTS.tolist(), DT)
+    got = mh.Creep(amplitudes, taus).response(INPUTS, DT)
+    np.testing.assert_allclose(got, expected, rtol=0, atol=1e-13)
+
+
+def test_logarithmic_creep_grows_by_gamma_per_decade() -> None:
+    creep = mh.Creep.logarithmic(0.015, start=0.01, end=1000.0, terms=10)
+    position = 2.0 * creep.response(np.ones(2000), 0.01)
+    after = {seconds: position[round(100 * seconds) - 1] for seconds in (0.5, 1, 2, 5, 10, 20)}
+    for seconds, there in after.items():
+        # ripple and tails: below 1 % of gamma here
+        law = 2.0 * (1.0 + 0.015 * math.log10(seconds / 0.01))
+        assert there == pytest.approx(law, abs=2.0 * 0.015 * 0.01)
+
+
+VALUES = [
+    mh.SecondOrder(400.0, 0.95),
+    mh.SecondOrder(400.0, 0.9),
+    mh.FirstOrder(279.0),
+    mh.FirstOrder(280.0),
+    mh.Creep([0.01], [0.1]),
+    mh.Creep([0.01], [0.2]),
+]
+
+
+@pytest.mark.parametrize("value", VALUES, ids=repr)
+def test_parameters_compare_hash_copy_and_show_themselves(value: Any) -> None:
+    for twin_of in (pickle.loads(pickle.dumps(value)), copy.copy(value), copy.deepcopy(value)):
+        assert twin_of == value and hash(twin_of) == hash(value)
+    assert sum(value == other for other in VALUES) == 1
+    assert eval(repr(value), vars(mh)) == value
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: mh.SecondOrder(-400.0, 0.5), "frequency: expected a finite number above 0"),
+        (lambda: mh.SecondOrder(400.0, math.nan), "damping: expected a finite number above 0"),
+        (lambda: mh.FirstOrder(0.0), "frequency: expected a finite number above 0"),
+        (lambda: mh.FirstOrder.from_time_constant(0.0), "time_constant: expected a finite"),
+        (lambda: mh.Creep([0.1], [0.1, 0.2]), "time_constants: expected as many"),
+        (lambda: mh.Creep([0.1, 0.1], [0.2, 0.1]), "time_constants[1]: expected time constants"),
+        (lambda: mh.Creep.logarithmic(0.1, 1.0, 0.5, 3), "end: expected a time after start, got"),
+        (lambda: mh.Creep.logarithmic(0.1, 0.1, 0.5, 0), "terms: expected a whole number of at"),
+        (lambda: mh.SecondOrder(1.0, 1.0).response([1.0], 0.0), "dt: expected a finite number"),
+        (lambda: mh.SecondOrder(1.0, 1.0).response([0.0, math.inf], DT), "u[1]: expected a finite"),
+    ],
+)
+def test_wrong_parameters_are_named(make: Any, message: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        make()
+    assert str(caught.value).startswith(message) and ", got " in str(caught.value)
+
+
+# ---- records
+
+
+def chirp(samples: int, amplitude: float = 150.0, last: float = 4500.0) -> Array:
+    """A sweep from 5 Hz, linear in time."""
+    t, seconds = np.arange(samples) * DT, samples * DT
+    signal: Array = amplitude * np.sin(2 * np.pi * (5.0 + (last - 5.0) * t / (2 * seconds)) * t)
+    return signal
+
+
+def steps(samples: int, amplitude: float = 400.0) -> Array:
+    """Up and down again, four times."""
+    place = np.arange(samples) % (samples // 4)
+    return np.where(place < samples // 8, 0.0, amplitude)
+
+
+def delayed(v: Array, samples: float) -> Array:
+    k = np.arange(v.size)
+    held: Array = np.interp(k - samples, k, v)
+    return held
+
+
+Dynamics = mh.SecondOrder | mh.FirstOrder
+
+
+def plant(u: Array, dynamics: Dynamics, delay: float, seed: int | None = None) -> Array:
+    y = dynamics.response(delayed(MODEL.forward().run(u), delay), DT)
+    if seed is not None:
+        y = y + np.random.default_rng(seed).normal(0.0, NOISE, u.size)
+    return y
+
+
+def second(found: mh.DynamicsIdentification) -> mh.SecondOrder:
+    assert isinstance(found.dynamics, mh.SecondOrder)
+    return found.dynamics
+
+
+RECORDS = {"chirp": chirp, "steps": steps}
+
+CASES = [
+    (400.0, 0.02, 1.3),
+    (400.0, 0.9, 0.0),
+    (1000.0, 0.3, 3.0),
+    (2000.0, 0.02, 2.0),
+    (2000.0, 0.6, 0.4),
+    (3000.0, 0.1, 1.0),
+]
+
+
+@pytest.mark.parametrize(("frequency", "damping", "delay"), CASES)
+@pytest.mark.parametrize("record", RECORDS)
+def test_without_noise_second_order_comes_back(
+    record: str, frequency: float, damping: float, delay: float
+) -> None:
+    u = RECORDS[record](4000)
+    y = plant(u, mh.SecondOrder(frequency, damping), delay)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    # where a search ends: squared errors near 1e-26 of the range
+    assert second(found).frequency == pytest.approx(frequency, rel=1e-9)
+    assert second(found).damping == pytest.approx(damping, rel=1e-8)
+    assert found.delay == pytest.approx(delay, abs=1e-8)
+    assert found.gain == pytest.approx(1.0, rel=1e-9) and abs(found.output_offset) < 1e-9
+    assert found.warnings == () and found.creep is None
+    assert found.fit.rmse < 1e-11 * np.ptp(y)
+
+
+@pytest.mark.parametrize("record", RECORDS)
+@pytest.mark.parametrize("frequency", [100.0, 279.0, 1000.0])
+def test_without_noise_a_lag_comes_back(record: str, frequency: float) -> None:
+    u = RECORDS[record](4000)
+    found = mh.identify_dynamics(u, plant(u, mh.FirstOrder(frequency), 0.7), MODEL, dt=DT, order=1)
+    assert isinstance(found.dynamics, mh.FirstOrder)
+    assert found.dynamics.frequency == pytest.approx(frequency, rel=1e-9)
+    assert found.delay == pytest.approx(0.7, abs=1e-8)
+    assert found.damping_std == 0.0 and found.warnings == ()
+
+
+@pytest.mark.parametrize(("frequency", "damping", "delay"), CASES)
+def test_with_16_nm_of_noise_a_chirp_of_a_second_tells_enough(
+    frequency: float, damping: float, delay: float
+) -> None:
+    u = chirp(10_000)
+    y = plant(u, mh.SecondOrder(frequency, damping), delay, seed=7)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    # the accuracy that feed-forward of the dynamics asks for
+    assert second(found).frequency == pytest.approx(frequency, rel=0.005)
+    assert second(found).damping == pytest.approx(damping, rel=0.03)
+    assert found.delay == pytest.approx(delay, abs=0.05)
+    # rms of 10000 samples is known to 0.7 %
+    assert found.noise == pytest.approx(NOISE, rel=0.03)
+    assert found.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("frequency", "damping", "delay"), [case for case in CASES if case[1] <= 0.3]
+)
+def test_with_16_nm_of_noise_steps_tell_enough_of_a_resonance(
+    frequency: float, damping: float, delay: float
+) -> None:
+    u = steps(10_000)
+    y = plant(u, mh.SecondOrder(frequency, damping), delay, seed=8)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    assert second(found).frequency == pytest.approx(frequency, rel=0.005)
+    assert second(found).damping == pytest.approx(damping, rel=0.03)
+    assert found.delay == pytest.approx(delay, abs=0.05)
+
+
+def test_standard_deviations_are_those_of_many_records() -> None:
+    runs, u = 120, chirp(2000)
+    true = np.array([800.0, 0.15, 1.4])
+    clean = plant(u, mh.SecondOrder(800.0, 0.15), 1.4)
+    rng = np.random.default_rng(11)
+    estimates, stds = [], []
+    for _ in range(runs):
+        y = clean + rng.normal(0.0, NOISE, u.size)
+        found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+        estimates.append((second(found).frequency, second(found).damping, found.delay))
+        stds.append((found.frequency_std, found.damping_std, found.delay_std))
+    errors, spread = np.array(estimates) - true, np.array(stds)
+    # the standard deviation of 120 draws is known to 6.5 %: three of those
+    np.testing.assert_allclose(errors.std(axis=0), spread.mean(axis=0), rtol=0.2)
+    # no bias beyond three standard deviations of the mean
+    assert (np.abs(errors.mean(axis=0)) < 3.0 * spread.mean(axis=0) / math.sqrt(runs)).all()
+    # 95 % of 120: 114 +- 2.4, three of those
+    covered = (np.abs(errors) < 1.96 * spread).sum(axis=0)
+    assert ((covered >= 107) & (covered <= 120)).all()
+
+
+def test_covariance_names_its_rows() -> None:
+    u = chirp(2000)
+    y = plant(u, mh.SecondOrder(800.0, 0.15), 1.4, seed=2)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.05])
+    names = ("frequency", "damping", "delay", "gain", "output_offset", "creep[0]")
+    assert found.parameters == names
+    assert found.covariance.shape == (6, 6)
+    np.testing.assert_allclose(found.covariance, found.covariance.T)
+    stds = [found.frequency_std, found.damping_std, found.delay_std, found.gain_std]
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance))[:4], stds)
+    assert found.creep_std.shape == (1,)
+    fixed = mh.identify_dynamics(u, y, MODEL, dt=DT, delay=1.4)
+    assert fixed.delay == 1.4 and fixed.delay_std == 0.0 and "delay" not in fixed.parameters
+
+
+def test_creep_is_fitted_with_the_dynamics() -> None:
+    u = steps(40_000)
+    creep = mh.Creep([0.03, 0.05], [0.02, 0.2])
+    clean = creep.response(plant(u, mh.SecondOrder(900.0, 0.05), 1.0), DT)
+    exact = mh.identify_dynamics(u, clean, MODEL, dt=DT, creep=creep.time_constants)
+    assert exact.creep is not None
+    np.testing.assert_allclose(exact.creep.amplitudes, creep.amplitudes, rtol=1e-6)
+    y = clean + np.random.default_rng(4).normal(0.0, NOISE, u.size)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.02, 0.2])
+    assert found.creep is not None
+    np.testing.assert_allclose(found.creep.amplitudes, creep.amplitudes, rtol=0.05)
+    assert second(found).frequency == pytest.approx(900.0, rel=0.005)
+    assert second(found).damping == pytest.approx(0.05, rel=0.03)
+    assert found.warnings == ()
+    without = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    assert "residual_coloured" in without.warnings
+    assert without.fit.rmse > 1.5 * found.fit.rmse
+    counted = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=2)
+    assert counted.creep is not None
+    np.testing.assert_allclose(counted.creep.time_constants, [4 / 30, 4 / 3], rtol=1e-12)
+
+
+def test_predict_is_the_whole_cascade() -> None:
+    u = 30.0 + chirp(4000)
+    creep = mh.Creep([0.04], [0.02])
+    moved = MODEL.forward().run(u)
+    # at rest at its first value before the record
+    moving = mh.SecondOrder(900.0, 0.1).response(delayed(moved, 1.5) - moved[0], DT)
+    y = 7.0 + 0.98 * (moved[0] * 1.04 + creep.response(moving, DT))
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.02], skip=100)
+    assert found.gain == pytest.approx(0.98, rel=1e-6)
+    assert found.output_offset == pytest.approx(7.0, abs=1e-6)
+    np.testing.assert_allclose(found.predict(u), y, rtol=0, atol=1e-8)
+    assert found.fit.samples == 3900 and found.model is MODEL and found.dt == DT
+    residual = np.abs(found.predict(u) - y)[100:].max()
+    assert found.fit.max_error == pytest.approx(residual, abs=1e-12)
+    assert found.predict([]).shape == (0,)
+    with pytest.raises(ValueError, match=r"^u\[1\]: expected a finite number"):
+        found.predict([1.0, math.nan])
+    assert "SecondOrder" in repr(found) and found.evaluations > 0
+
+
+# ---- what makes the numbers doubtful is named
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4, 5])
+@pytest.mark.parametrize(("frequency", "damping"), [(2000.0, 0.03), (400.0, 0.95)])
+def test_a_record_that_does_not_reach_the_resonance_says_so(
+    frequency: float, damping: float, seed: int
+) -> None:
+    # noise alone feigns sharp resonances here, some of them with small standard deviations
+    u = mh.signals.triangle(450.0, 1.0, seconds=1.0, rate=1 / DT)
+    y = plant(u, mh.SecondOrder(frequency, damping), 0.0, seed=seed)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    assert "resonance_not_excited" in found.warnings
+    assert "damping_undetermined" in found.warnings
+
+
+def test_another_gain_says_so() -> None:
+    u = chirp(3000)
+    y = 1.1 * plant(u, mh.SecondOrder(800.0, 0.1), 0.0)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT)
+    assert found.gain == pytest.approx(1.1, rel=1e-9) and found.warnings == ("gain_not_one",)
+
+
+def test_what_is_not_modelled_colours_the_residual() -> None:
+    u = chirp(3000)
+    y = plant(u, mh.SecondOrder(800.0, 0.1), 0.0, seed=6)
+    hum = 0.03 * np.sin(2 * np.pi * 50.0 * DT * np.arange(u.size))
+    found = mh.identify_dynamics(u, y + hum, MODEL, dt=DT)
+    assert found.warnings == ("residual_coloured",)
+
+
+# ---- wrong input
+
+
+def refusal(kind: type[Exception], *arguments: Any, **options: Any) -> str:
+    with pytest.raises(kind) as caught:
+        mh.identify_dynamics(*arguments, **{"dt": DT, **options})
+    assert type(caught.value) is kind
+    return str(caught.value)
+
+
+def test_wrong_input_is_named() -> None:
+    u = chirp(500)
+    y = plant(u, mh.SecondOrder(800.0, 0.1), 0.0)
+    bad = y.copy()
+    bad[3] = math.nan
+    flat = np.full(500, 2.0)
+    assert refusal(ValueError, u, y[1:], MODEL) == "y: expected 500 samples, got 499"
+    assert refusal(ValueError, u, bad, MODEL).startswith("y[3]: expected a finite number")
+    assert refusal(ValueError, flat, y, MODEL).startswith("u: expected fitted samples that vary")
+    dead = mh.PrandtlIshlinskii([1.0], [500.0])
+    assert refusal(ValueError, u, y, dead).startswith("output of the model: expected fitted samp")
+    for dt in (0.0, -1e-4, math.nan, math.inf):
+        assert refusal(ValueError, u, y, MODEL, dt=dt).startswith("dt: expected a finite number ab")
+    assert refusal(ValueError, u[:9], y[:9], MODEL) == (
+        "records: expected at least 10 fitted samples (twice the unknowns), got 9"
+    )
+    assert refusal(ValueError, u, y, MODEL, order=3) == "order: expected 1 or 2, got 3"
+    assert refusal(ValueError, u, y, MODEL, skip=500).startswith("skip: expected fewer than the 5")
+    assert refusal(ValueError, u, y, MODEL, skip=-1).startswith("skip: expected a number of sampl")
+    for delay in (-1.0, 500.0, math.nan):
+        message = refusal(ValueError, u, y, MODEL, delay=delay)
+        assert message.startswith("delay: expected a number >= 0 below the length of the record")
+    assert refusal(TypeError, u, y, MODEL, delay="none").startswith('delay: expected "fit" or a n')
+    assert refusal(ValueError, u, y, MODEL, creep=3).startswith("creep: expected a number of terms")
+    assert refusal(ValueError, u, y, MODEL, creep=0).startswith("creep: expected a number of terms")
+    message = refusal(ValueError, u, y, MODEL, creep=[0.1, 0.1])
+    assert message.startswith("creep[1]: expected time constants in seconds")
+    assert refusal(TypeError, u, y, 3.0).startswith("model: expected a PrandtlIshlinskii or a Mod")
