@@ -158,6 +158,7 @@ class ModifiedPrandtlIshlinskii:
         *,
         input_offset: float = 0.0,
         output_offset: float = 0.0,
+        weights_negative: ArrayLike | None = None,
     ) -> ModifiedPrandtlIshlinskii: ...
     @staticmethod
     def from_ratios(
@@ -169,9 +170,14 @@ class ModifiedPrandtlIshlinskii:
         rc: float,
         input_offset: float = 0.0,
         output_offset: float = 0.0,
+        weights_negative: ArrayLike | None = None,
     ) -> ModifiedPrandtlIshlinskii: ...
     @property
     def weights(self) -> _Vector: ...
+    @property
+    def weights_negative(self) -> _Vector: ...
+    @property
+    def split(self) -> bool: ...
     @property
     def r(self) -> _Vector: ...
     @property
