@@ -11,9 +11,11 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod course;
 mod error;
 mod factor;
 mod identification;
+mod law;
 mod options;
 mod projection;
 mod quality;
@@ -24,7 +26,7 @@ mod space;
 
 pub use error::{Error, RecordError};
 pub use identification::{Identification, identify};
-pub use options::{Form, Options, Setting, Thresholds};
+pub use options::{Form, Options, Setting, Thresholds, Weights};
 pub use quality::Quality;
 pub use record::Record;
 pub use search::{Progress, Stage};

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 use crate::error::Error;
+use crate::law::Law;
 use crate::projection::{Fit, Linearised, Projection};
 use crate::space::{Parameter, Point};
 
@@ -103,14 +104,29 @@ impl Span {
     }
 }
 
-/// The best fit on all rows; `thinned` is the same problem on a selection of rows, for finding where to start.
-pub(crate) fn search(all: &Projection<'_>, thinned: &Projection<'_>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
+/// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
+/// to start, each further one is cheap because it starts next to where it ends, and the last has all of them.
+pub(crate) fn search(
+    levels: &[Projection<'_>],
+    law: &Law,
+    monitor: &mut Monitor<'_>,
+) -> Result<(Fit, Linearised), Error> {
+    let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
     let starts = all.space().starts();
-    let searched = !all.space().axes().is_empty();
-    let best = if searched { refine(thinned, scan(thinned, &starts, monitor)?, monitor)? } else { starts[0] };
+    let patience = Patience { gain: 1e-9, steps: 40 };
+    let mut best = None;
+    if !all.space().axes().is_empty() {
+        let scanned = scan(thinned, &starts, monitor)?;
+        let mut found = refine(thinned, law, scanned, monitor)?;
+        let between = Span { from: 0.6, to: 0.7 };
+        for more in &levels[1..levels.len() - 1] {
+            found = improve(more, law, &found.point, Some(&found), patience, between, monitor)?.0;
+        }
+        best = Some(found);
+    }
     monitor.enter(Stage::Finish);
-    let span = Span { from: 0.6, to: 1.0 };
-    improve(all, &best, Patience { gain: 1e-9, steps: 40 }, span, monitor)
+    let start = best.as_ref().map_or(starts[0], |fit| fit.point);
+    improve(all, law, &start, best.as_ref(), patience, Span { from: 0.7, to: 1.0 }, monitor)
 }
 
 /// The fits at all starts, best first, all at the delay that suits the best of them.
@@ -141,7 +157,7 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
 }
 
 /// Where the best of these fits leads: in every round the better ones go on.
-fn refine(thinned: &Projection<'_>, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Point, Error> {
+fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
     monitor.enter(Stage::Refine);
     let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
     let whole = Span { from: 0.2, to: 0.6 };
@@ -149,12 +165,13 @@ fn refine(thinned: &Projection<'_>, mut fits: Vec<Fit>, monitor: &mut Monitor<'_
         fits.truncate(entering);
         for fit in &mut fits {
             let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
-            *fit = improve(thinned, &fit.point, Patience { gain: 1e-5, steps }, span, monitor)?;
+            let patience = Patience { gain: 1e-5, steps };
+            *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
         fits.sort_by(by_squares);
     }
-    Ok(fits[0].point)
+    Ok(fits.swap_remove(0))
 }
 
 fn by_squares(p: &Fit, q: &Fit) -> Ordering {
@@ -164,17 +181,26 @@ fn by_squares(p: &Fit, q: &Fit) -> Ordering {
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
 ///
 /// The linear half is solved anew at every point (variable projection). A step comes from the residual linearised
-/// along the axes *and* the weights, min |y - offsets - Z w - D s| over w >= 0 and s in the box, which is the step of
-/// Kaufman (1975) with the bounds of both halves kept exactly. The model is piecewise linear in the ratios, so the
-/// steps converge fast once the pieces no longer change.
+/// along the axes *and* the weights, min |y - offsets - Z w - D s| over admissible w and s in the box, which is the
+/// step of Kaufman (1975) with the bounds of both halves kept exactly. The model is piecewise linear in the ratios, so
+/// the steps converge fast once the pieces no longer change. A pass over the records gives the fit at a point and the
+/// next derivatives at once, at the weights that the step foresaw.
 fn improve(
     projection: &Projection<'_>,
+    law: &Law,
     start: &Point,
+    like: Option<&Fit>,
     patience: Patience,
     span: Span,
     monitor: &mut Monitor<'_>,
-) -> Result<Fit, Error> {
-    let mut here = projection.fit(start, None);
+) -> Result<(Fit, Linearised), Error> {
+    let first = if like.is_none() { Some(projection.fit(start, None)) } else { None };
+    if let Some(first) = &first {
+        monitor.evaluated(projection.rmse(first.squares), span.from)?;
+    }
+    let like = first.as_ref().or(like);
+    let weights = like.map_or(&[][..], |fit| &fit.weights);
+    let (mut here, mut linearised) = projection.linearise(start, weights, like);
     monitor.evaluated(projection.rmse(here.squares), span.from)?;
     let mut radius = FIRST_RADIUS;
     for done in 0..patience.steps {
@@ -182,28 +208,26 @@ fn improve(
             break;
         }
         let fraction = span.at(done, patience.steps);
-        let linearised = projection.linearise(&here);
-        monitor.evaluated(projection.rmse(here.squares), fraction)?;
-        let Some(there) = step_down(projection, &here, &linearised, &mut radius, patience.gain, fraction, monitor)?
-        else {
-            break;
-        };
-        here = there;
+        let found = step_down(projection, law, &here, &linearised, &mut radius, patience.gain, fraction, monitor)?;
+        let Some(there) = found else { break };
+        (here, linearised) = there;
     }
     monitor.evaluated(projection.rmse(here.squares), span.to)?;
-    Ok(here)
+    Ok((here, linearised))
 }
 
 /// The first fit below `here` that shrinking the trust region finds, or none if none is worth a step.
+#[expect(clippy::too_many_arguments, reason = "the state of one descent")]
 fn step_down(
     projection: &Projection<'_>,
+    law: &Law,
     here: &Fit,
     linearised: &Linearised,
     radius: &mut f64,
     gain: f64,
     fraction: f64,
     monitor: &mut Monitor<'_>,
-) -> Result<Option<Fit>, Error> {
+) -> Result<Option<(Fit, Linearised)>, Error> {
     let axes = projection.space().axes();
     loop {
         let bounds: Vec<_> = axes
@@ -213,14 +237,15 @@ fn step_down(
                 ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
             })
             .collect();
-        let (step, promised) = linearised.step(&bounds);
-        let size = axes.iter().zip(&step).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-        let promised_decrease = here.squares - promised;
+        let step = linearised.step(&bounds, law);
+        let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
+        let promised_decrease = here.squares - step.squares;
         let worth_it = promised_decrease > gain * here.squares && size >= MIN_STEP;
         if !worth_it {
             return Ok(None);
         }
-        let there = projection.fit(&projection.space().moved(&here.point, &step), Some(here));
+        let point = projection.space().moved(&here.point, &step.along);
+        let (there, next) = projection.linearise(&point, &step.weights, Some(here));
         monitor.evaluated(projection.rmse(there.squares), fraction)?;
         let decrease = here.squares - there.squares;
         if decrease > 0.75 * promised_decrease {
@@ -229,7 +254,7 @@ fn step_down(
             *radius = 0.25 * size;
         }
         if decrease > 0.0 {
-            return Ok(Some(there));
+            return Ok(Some((there, next)));
         }
     }
 }

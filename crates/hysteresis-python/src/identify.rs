@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::{Model, Ratios};
-use hysteresis_identify::{self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds};
+use hysteresis_identify::{
+    self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds, Weights,
+};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -100,6 +102,12 @@ impl Identification {
         self.0.record_fits.iter().map(Quality::from).collect()
     }
 
+    /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
+    #[getter]
+    fn kkt_residual(&self) -> f64 {
+        self.0.kkt_residual
+    }
+
     /// How many passes over the records the search took.
     #[getter]
     fn evaluations(&self) -> usize {
@@ -163,14 +171,15 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     model: &str,
+    weights: &str,
     operators: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
@@ -181,6 +190,7 @@ pub(crate) fn identify(
 ) -> PyResult<Identification> {
     let options = Options {
         form: form(model)?,
+        weights: law(weights)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
@@ -246,10 +256,31 @@ fn form(model: &str) -> PyResult<Form> {
     }
 }
 
+fn law(weights: &str) -> PyResult<Weights> {
+    match weights {
+        "free" => Ok(Weights::Free),
+        "quadratic" => Ok(Weights::Quadratic),
+        "split" => Ok(Weights::Split),
+        _ => Err(PyValueError::new_err(format!(
+            "weights: expected \"free\", \"quadratic\" or \"split\", got \"{weights}\""
+        ))),
+    }
+}
+
 /// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
 fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
     let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(operators.unwrap_or(20))) };
+    let count = operators.unwrap_or(20);
+    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
+    if let Ok(name) = thresholds.cast::<PyString>() {
+        return match name.to_str()? {
+            "uniform" => Ok(Thresholds::Uniform(count)),
+            "quantiles" => Ok(Thresholds::Quantiles(count)),
+            other => Err(PyValueError::new_err(format!(
+                "thresholds: expected \"uniform\", \"quantiles\" or an array, got \"{other}\""
+            ))),
+        };
+    }
     let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
     match operators {
         Some(operators) if operators != thresholds.len() => Err(PyValueError::new_err(format!(
