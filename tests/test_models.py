@@ -208,7 +208,7 @@ def test_thresholds_tell_models_apart() -> None:
 
 
 def test_equal_weights_below_zero_are_no_split() -> None:
-    thresholds: dict[str, Any] = dict.fromkeys(("r", "ra", "rb", "rc"), [0.0, 2.0])
+    thresholds: dict[str, Any] = {key: [0.0, 2.0] for key in ("r", "ra", "rb", "rc")}
     plain = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], **thresholds)
     same = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], **thresholds, weights_negative=[1.0, 0.5])
     assert plain == same and hash(plain) == hash(same) and not same.split

@@ -36,6 +36,8 @@ class Request:
     time: str | None = None
     model: Kind = "modified"
     operators: int = 20
+    weights: Literal["free", "quadratic", "split"] = "free"
+    thresholds: Literal["uniform", "quantiles"] = "uniform"
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None
     delay: float | None = None
@@ -70,6 +72,8 @@ def run(request: Request) -> str:
         raise CommandError(f"--input and --output: both are column {request.input_column!r}")
     if request.model == "conventional" and request.ratios is not None:
         raise CommandError("--ratios: the conventional model has none")
+    if request.model == "conventional" and request.weights == "split":
+        raise CommandError("--weights: the conventional model has no split")
     if request.report_path is not None:
         from mpi_hyst._report import require
 
@@ -126,6 +130,10 @@ def fit(
             [(record.input, record.output) for record in records],
             model=kind,
             operators=request.operators,
+            weights="free"
+            if request.weights == "split" and kind != "modified"
+            else request.weights,
+            thresholds=request.thresholds,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
             delay="fit" if request.delay is None else request.delay,
@@ -187,6 +195,8 @@ def parameters(
 ) -> list[tuple[str, str]]:
     """Name the parameters of the model beside its weights, with their units."""
     pairs = []
+    if request.weights != "free":
+        pairs.append(("weights", request.weights))
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
         ratios = "  ".join(digits(ratio) for ratio in found.ratios)
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + _given(request.ratios)))

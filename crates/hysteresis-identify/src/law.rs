@@ -15,6 +15,7 @@ use crate::quality::as_f64;
 pub(crate) struct Law {
     operators: usize,
     split: bool,
+    freedom: usize,
     basis: Option<Mat<f64>>,
 }
 
@@ -30,7 +31,13 @@ impl Law {
             Weights::Quadratic => quadratics(n),
             Weights::Split => Some(families(n, has_identity)),
         };
-        Self { operators: n, split: options.weights == Weights::Split, basis }
+        let split = options.weights == Weights::Split;
+        let freedom = match options.weights {
+            Weights::Free => n,
+            Weights::Quadratic => n.min(4),
+            Weights::Split => 2 * n - usize::from(has_identity),
+        };
+        Self { operators: n, split, freedom, basis }
     }
 
     /// How many weights there are: one column of the regressor each.
@@ -40,11 +47,7 @@ impl Law {
 
     /// How many unknowns are independent at most.
     pub(crate) fn freedom(&self) -> usize {
-        match &self.basis {
-            None => self.operators,
-            Some(basis) if self.split => basis.ncols(),
-            Some(_) => 4,
-        }
+        self.freedom
     }
 
     /// The weights that belong to the unknowns.
@@ -100,13 +103,7 @@ fn quadratics(n: usize) -> Option<Mat<f64>> {
 fn families(n: usize, has_identity: bool) -> Mat<f64> {
     let shared = usize::from(has_identity);
     Mat::from_fn(2 * n, 2 * n - shared, |i, j| {
-        let unknown = if i < n {
-            i
-        } else if i - n < shared {
-            i - n
-        } else {
-            i - shared
-        };
+        let unknown = if i < n || i - n < shared { i % n } else { i - shared };
         f64::from(u8::from(unknown == j))
     })
 }

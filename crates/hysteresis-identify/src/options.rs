@@ -49,6 +49,9 @@ pub enum Thresholds {
     /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
+    /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
+    /// the records asks for: the fewest whose mean square error is within a standard error of the least.
+    Auto,
     /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
     /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
     /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
@@ -102,18 +105,19 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The number of operators.
+    /// The number of operators; 0 while it is left to cross-validation.
     #[must_use]
     pub fn operators(&self) -> usize {
         match &self.thresholds {
             Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
             Thresholds::Given(thresholds) => thresholds.len(),
+            Thresholds::Auto => 0,
         }
     }
 
     /// Checks everything that was given; `samples` is the length of the shortest record.
     pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
-        if self.operators() == 0 {
+        if self.operators() == 0 && self.thresholds != Thresholds::Auto {
             return Err(Error::NoOperators);
         }
         if self.weights == Weights::Split && self.form == Form::Conventional {

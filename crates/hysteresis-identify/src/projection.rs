@@ -73,6 +73,10 @@ impl<'a> Projection<'a> {
         self.rows
     }
 
+    pub(crate) fn records(&self) -> usize {
+        self.records.len()
+    }
+
     /// The root mean square that belongs to a sum of squares over the rows used.
     pub(crate) fn rmse(&self, squares: f64) -> f64 {
         (squares / as_f64(self.rows)).sqrt()
@@ -104,13 +108,7 @@ impl<'a> Projection<'a> {
         let bounds = vec![(0.0, f64::INFINITY); unknowns];
         let (all, b) = below_offsets(factor, offsets);
         let solution = bounded::solve(all.get(.., ..unknowns), &b, &bounds, &guess);
-        let mut output_offsets: Vec<f64> = (0..offsets)
-            .map(|i| {
-                let modelled: f64 = solution.x.iter().enumerate().map(|(j, w)| w * factor[(i, offsets + j)]).sum();
-                factor[(i, factor.ncols() - 1)] - modelled
-            })
-            .collect();
-        back_substitute(factor.get(..offsets, ..offsets), &mut output_offsets);
+        let output_offsets = output_offsets(factor, offsets, &solution.x);
         Fit {
             point: *point,
             weights: self.law.weights(&solution.x),
@@ -134,15 +132,21 @@ impl<'a> Projection<'a> {
     }
 
     /// R of [output offsets | unknowns | y] for each of `count` parts: every record is cut into so many stretches, and
-    /// part i has the i-th of each.
-    pub(crate) fn parts(&self, point: &Point, count: usize) -> Vec<Mat<f64>> {
+    /// part i has the i-th of each; with the number of its rows.
+    pub(crate) fn parts(&self, point: &Point, count: usize) -> Vec<(Mat<f64>, usize)> {
         let (offsets, n) = (self.records.len(), self.law.columns());
-        let mut factors: Vec<_> = (0..count).map(|_| TriangularFactor::new(offsets + n + 1)).collect();
+        let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(offsets + n + 1), 0)).collect();
         for place in 0..offsets {
             let rows = self.courses[place].len();
-            self.rows_of(place, point, &[], &[], |row, values| factors[row * count / rows].push(values));
+            self.rows_of(place, point, &[], &[], |row, values| {
+                let (factor, rows) = &mut factors[row * count / rows];
+                factor.push(values);
+                *rows += 1;
+            });
         }
-        factors.into_iter().map(|factor| self.law.in_unknowns(factor.finish().as_ref(), offsets)).collect()
+        let finished =
+            |(factor, rows): (TriangularFactor, usize)| (self.law.in_unknowns(factor.finish().as_ref(), offsets), rows);
+        factors.into_iter().map(finished).collect()
     }
 
     /// Hands over the rows of one record, numbered.
@@ -209,11 +213,22 @@ impl Linearised {
     }
 }
 
+/// The output offsets that go with these unknowns.
+pub(crate) fn output_offsets(factor: &Mat<f64>, offsets: usize, unknowns: &[f64]) -> Vec<f64> {
+    let left = |i: usize| {
+        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, offsets + j)]).sum();
+        factor[(i, factor.ncols() - 1)] - modelled
+    };
+    let mut values: Vec<f64> = (0..offsets).map(left).collect();
+    back_substitute(factor.get(..offsets, ..offsets), &mut values);
+    values
+}
+
 /// Eliminates the output offsets: the problem left for all other columns, the last one being the right-hand side.
 ///
 /// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
 /// enormous weight would fit noise with it. Such columns become exactly zero.
-fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
+pub(crate) fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
     let last = factor.ncols() - 1;
     let mut a = factor.get(offsets.., offsets..last).to_owned();
     for j in 0..a.ncols() {

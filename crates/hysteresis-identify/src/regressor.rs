@@ -89,14 +89,11 @@ impl<'a> Regressor<'a> {
     /// round, the operators see only those on the way, and the two that the row is made of.
     pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
         let last = sample.saturating_sub(self.whole);
-        let mut seen = match self.seen {
-            Some(seen) => seen,
-            None => {
-                self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
-                self.before.copy_from_slice(&self.now);
-                0
-            }
-        };
+        if self.seen.is_none() {
+            self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
+            self.before.copy_from_slice(&self.now);
+        }
+        let mut seen = self.seen.unwrap_or(0);
         while seen < last {
             seen = match turns {
                 None => seen + 1,

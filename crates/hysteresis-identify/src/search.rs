@@ -6,10 +6,16 @@ use std::ops::ControlFlow;
 use crate::error::Error;
 use crate::law::Law;
 use crate::projection::{Fit, Linearised, Projection};
+use crate::quality::as_f64;
 use crate::space::{Parameter, Point};
 
 /// Successive halving: how many fits enter each round, and how many steps each of them may take in it.
 const ROUNDS: [(usize, usize); 3] = [(25, 3), (12, 5), (5, 12)];
+
+/// How many steps a descent may take, and how many on all samples of a long record after one on many of them: what is
+/// left then are steps along directions that the data hardly tell.
+const LONG: usize = 40;
+const SHORT: usize = 5;
 
 /// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
 const DELAY_MUST_GAIN: f64 = 0.01;
@@ -53,12 +59,21 @@ pub struct Progress {
 pub(crate) struct Monitor<'a> {
     report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     now: Progress,
+    /// The share of the whole work that the present search is.
+    span: Span,
 }
 
 impl<'a> Monitor<'a> {
     pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let now = Progress { stage: Stage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now }
+        Self { report, now, span: Span { from: 0.0, to: 1.0 } }
+    }
+
+    /// Makes the next search the part number `part` of so many.
+    pub(crate) fn within(&mut self, part: usize, of: usize) {
+        let whole = Span { from: 0.0, to: 1.0 };
+        self.span = Span { from: whole.at(part, of), to: whole.at(part + 1, of) };
+        self.enter(Stage::Scan);
     }
 
     pub(crate) fn evaluations(&self) -> usize {
@@ -75,7 +90,7 @@ impl<'a> Monitor<'a> {
     fn evaluated(&mut self, rmse: f64, fraction: f64) -> Result<(), Error> {
         self.now.evaluations += 1;
         self.now.best_rmse = self.now.best_rmse.min(rmse);
-        self.now.fraction = fraction;
+        self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted),
@@ -100,7 +115,7 @@ struct Span {
 
 impl Span {
     fn at(self, done: usize, of: usize) -> f64 {
-        self.from + (self.to - self.from) * crate::quality::as_f64(done) / crate::quality::as_f64(of)
+        self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
     }
 }
 
@@ -113,20 +128,29 @@ pub(crate) fn search(
 ) -> Result<(Fit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
     let starts = all.space().starts();
-    let patience = Patience { gain: 1e-9, steps: 40 };
+    // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
+    let patience = |rows: usize, steps| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), steps };
     let mut best = None;
     if !all.space().axes().is_empty() {
         let scanned = scan(thinned, &starts, monitor)?;
         let mut found = refine(thinned, law, scanned, monitor)?;
         let between = Span { from: 0.6, to: 0.7 };
         for more in &levels[1..levels.len() - 1] {
-            found = improve(more, law, &found.point, Some(&found), patience, between, monitor)?.0;
+            found = improve(more, law, &found.point, Some(&found), patience(more.rows(), LONG), between, monitor)?.0;
         }
         best = Some(found);
     }
     monitor.enter(Stage::Finish);
     let start = best.as_ref().map_or(starts[0], |fit| fit.point);
-    improve(all, law, &start, best.as_ref(), patience, Span { from: 0.7, to: 1.0 }, monitor)
+    improve(
+        all,
+        law,
+        &start,
+        best.as_ref(),
+        patience(all.rows(), if levels.len() > 2 { SHORT } else { LONG }),
+        Span { from: 0.7, to: 1.0 },
+        monitor,
+    )
 }
 
 /// The fits at all starts, best first, all at the delay that suits the best of them.

@@ -138,6 +138,8 @@ impl Space {
             Form::Conventional => 0.5 * (self.input_high - self.input_low),
         };
         match &self.thresholds {
+            // Cross-validation puts a number in place of this before a space is made.
+            Thresholds::Auto => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
             Thresholds::Quantiles(n) => {

@@ -1,22 +1,18 @@
 //! The two models: immutable, comparable, hashable, picklable, and a file each.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use hysteresis_core::{self as core, CoupledPlay, Kernel, Model, Offsets, Ratios};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::arguments::pair;
 use crate::arrays::{read_only, vector};
+use crate::model_values::{Arguments, hash, offset_keywords};
 use crate::streams::{Forward, Inverse};
 use crate::{errors, files};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
-
-/// The arguments that make an equal model: positional and by keyword.
-type Arguments<'py> = PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)>;
 
 /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = output_offset + sum_i w_i z_i.
 ///
@@ -117,20 +113,6 @@ fn save(model: &Model, path: PathBuf) -> PyResult<()> {
     let mut text = model.to_json();
     text.push('\n');
     files::write_file(path, &text)
-}
-
-/// Equal models have equal hashes: +0 and -0, which are equal, count as one.
-fn hash(values: impl Iterator<Item = f64>) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    values.for_each(|value| (value + 0.0).to_bits().hash(&mut hasher));
-    hasher.finish()
-}
-
-fn offset_keywords(py: Python<'_>, offsets: Offsets) -> PyResult<Bound<'_, PyDict>> {
-    let keywords = PyDict::new(py);
-    keywords.set_item("input_offset", offsets.input)?;
-    keywords.set_item("output_offset", offsets.output)?;
-    Ok(keywords)
 }
 
 /// The methods that both models have, and its own.
