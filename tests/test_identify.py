@@ -286,7 +286,7 @@ def test_split_weights_fit_what_one_weight_cannot() -> None:
     assert found.weights_negative_std.shape == (20,) and found.model.invertible
     assert error(found, u, y) < 1e-8
     assert mh.identify(u, y, **fixed).fit.rmse > 1e-3
-    with pytest.raises(ValueError, match="^weights: .* the conventional model"):
+    with pytest.raises(ValueError, match=r"^weights: .* the conventional model"):
         mh.identify(u, y, model="conventional", weights="split")
 
 

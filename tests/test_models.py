@@ -230,11 +230,11 @@ def test_wrong_weights_below_zero_are_named() -> None:
         values: Any = {**arguments(mh.ModifiedPrandtlIshlinskii), "weights_negative": below}
         return mh.ModifiedPrandtlIshlinskii(**values)
 
-    with pytest.raises(ValueError, match="^weights_negative: expected 3 elements, got 2$"):
+    with pytest.raises(ValueError, match=r"^weights_negative: expected 3 elements, got 2$"):
         make([1.0, 2.0])
     with pytest.raises(ValueError, match=r"^weights_negative\[1\]: expected a finite number"):
         make([1.0, math.nan, 1.0])
-    with pytest.raises(TypeError, match="^weights_negative: expected real numbers"):
+    with pytest.raises(TypeError, match=r"^weights_negative: expected real numbers"):
         make(["a", "b", "c"])
 
 
