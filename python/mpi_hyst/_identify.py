@@ -19,6 +19,7 @@ from mpi_hyst._tables import digits, in_unit, text_pairs, text_table
 
 _Value = TypeVar("_Value", str, int)
 Kind = Literal["modified", "conventional"]
+Weights = Literal["free", "quadratic", "split"]
 _SKIP = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 
 
@@ -36,7 +37,7 @@ class Request:
     time: str | None = None
     model: Kind = "modified"
     operators: int = 20
-    weights: Literal["free", "quadratic", "split"] = "free"
+    weights: Weights = "free"
     thresholds: Literal["uniform", "quantiles"] = "uniform"
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None
@@ -125,14 +126,15 @@ def fit(
 ) -> mh.Identification:
     """Identify the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
+    # Beside a split model stands the conventional one with free weights: it has no split.
+    unsplit = request.weights == "split" and kind == "conventional"
+    weights: Weights = "free" if unsplit else request.weights
     try:
         return mh.identify(
             [(record.input, record.output) for record in records],
             model=kind,
             operators=request.operators,
-            weights="free"
-            if request.weights == "split" and kind != "modified"
-            else request.weights,
+            weights=weights,
             thresholds=request.thresholds,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
@@ -194,7 +196,7 @@ def parameters(
     records: Sequence[Record], found: mh.Identification, request: Request
 ) -> list[tuple[str, str]]:
     """Name the parameters of the model beside its weights, with their units."""
-    pairs = []
+    pairs: list[tuple[str, str]] = []
     if request.weights != "free":
         pairs.append(("weights", request.weights))
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):

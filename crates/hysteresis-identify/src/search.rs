@@ -9,13 +9,13 @@ use crate::projection::{Fit, Linearised, Projection};
 use crate::quality::as_f64;
 use crate::space::{Parameter, Point};
 
-/// Successive halving: how many fits enter each round, and how many steps each of them may take in it.
-const ROUNDS: [(usize, usize); 3] = [(25, 3), (12, 5), (5, 12)];
+/// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
+const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
-/// How many steps a descent may take, and how many on all samples of a long record after one on many of them: what is
-/// left then are steps along directions that the data hardly tell.
-const LONG: usize = 40;
-const SHORT: usize = 5;
+/// How many passes over the records the steps of a descent may take, and how many over all samples of a long record after
+/// a descent on many of them: what is left then are steps along directions that the data hardly tell.
+const LONG: usize = 60;
+const SHORT: usize = 3;
 
 /// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
 const DELAY_MUST_GAIN: f64 = 0.01;
@@ -103,7 +103,8 @@ impl<'a> Monitor<'a> {
 struct Patience {
     /// The promised decrease, as a share of the sum of squares, that is not worth a step.
     gain: f64,
-    steps: usize,
+    /// How many passes over the records the steps may take.
+    passes: usize,
 }
 
 /// The part of the whole work that an improvement takes.
@@ -129,7 +130,7 @@ pub(crate) fn search(
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
     let starts = all.space().starts();
     // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
-    let patience = |rows: usize, steps| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), steps };
+    let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
         let scanned = scan(thinned, &starts, monitor)?;
@@ -185,11 +186,11 @@ fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut
     monitor.enter(Stage::Refine);
     let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
     let whole = Span { from: 0.2, to: 0.6 };
-    for (entering, steps) in ROUNDS {
+    for (entering, passes) in ROUNDS {
         fits.truncate(entering);
         for fit in &mut fits {
             let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
-            let patience = Patience { gain: 1e-5, steps };
+            let patience = Patience { gain: 1e-5, passes };
             *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
@@ -214,7 +215,7 @@ fn improve(
     law: &Law,
     start: &Point,
     like: Option<&Fit>,
-    patience: Patience,
+    mut patience: Patience,
     span: Span,
     monitor: &mut Monitor<'_>,
 ) -> Result<(Fit, Linearised), Error> {
@@ -227,12 +228,10 @@ fn improve(
     let (mut here, mut linearised) = projection.linearise(start, weights, like);
     monitor.evaluated(projection.rmse(here.squares), span.from)?;
     let mut radius = FIRST_RADIUS;
-    for done in 0..patience.steps {
-        if projection.space().axes().is_empty() || here.squares <= ROUNDING_SQUARES * here.base_squares {
-            break;
-        }
-        let fraction = span.at(done, patience.steps);
-        let found = step_down(projection, law, &here, &linearised, &mut radius, patience.gain, fraction, monitor)?;
+    let passes = patience.passes;
+    while !projection.space().axes().is_empty() && here.squares > ROUNDING_SQUARES * here.base_squares {
+        let fraction = span.at(passes - patience.passes, passes);
+        let found = step_down(projection, law, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
         let Some(there) = found else { break };
         (here, linearised) = there;
     }
@@ -248,12 +247,13 @@ fn step_down(
     here: &Fit,
     linearised: &Linearised,
     radius: &mut f64,
-    gain: f64,
+    patience: &mut Patience,
     fraction: f64,
     monitor: &mut Monitor<'_>,
 ) -> Result<Option<(Fit, Linearised)>, Error> {
     let axes = projection.space().axes();
-    loop {
+    while patience.passes > 0 {
+        patience.passes -= 1;
         let bounds: Vec<_> = axes
             .iter()
             .map(|axis| {
@@ -264,7 +264,7 @@ fn step_down(
         let step = linearised.step(&bounds, law);
         let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
         let promised_decrease = here.squares - step.squares;
-        let worth_it = promised_decrease > gain * here.squares && size >= MIN_STEP;
+        let worth_it = promised_decrease > patience.gain * here.squares && size >= MIN_STEP;
         if !worth_it {
             return Ok(None);
         }
@@ -281,4 +281,5 @@ fn step_down(
             return Ok(Some((there, next)));
         }
     }
+    Ok(None)
 }
