@@ -270,8 +270,9 @@ pub(crate) fn identify(
     let held_out = validate.map(HeldOut::from_python).transpose()?;
     let mut records = Vec::with_capacity(signals.len());
     for (i, ((u, y), skip)) in signals.iter().zip(skips).enumerate() {
-        let end = held_out.as_ref().map_or(u.len(), |held_out| held_out.begins(u.len()));
-        let record = Record::new(&u[..end], &y[..end.min(y.len())], skip);
+        // Unequal lengths are for the record to name.
+        let cut = held_out.as_ref().filter(|_| u.len() == y.len()).map(|held_out| held_out.begins(u.len()));
+        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], skip);
         records.push(record.map_err(|error| {
             invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
         })?);
