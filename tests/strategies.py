@@ -53,6 +53,17 @@ def weights(draw: st.DrawFn, n: int | None = None) -> Numbers:
     return [draw(_finite(0.1, 10.0)), *draw(st.lists(rest, min_size=count - 1, max_size=count - 1))]
 
 
+@st.composite
+def split_or_not(draw: st.DrawFn, models: st.SearchStrategy[ModelDict]) -> ModelDict:
+    """Modified models, half of them with weights_negative, and w_0 shared in half of those."""
+    model = draw(models)
+    if not draw(st.booleans()):
+        return model
+    below = draw(weights(len(model["weights"])))
+    first = model["weights"][0] if draw(st.booleans()) else below[0]
+    return {**model, "weights_negative": [first, *below[1:]]}
+
+
 def _offsets() -> st.SearchStrategy[dict[str, float]]:
     offset = st.just(0.0) | _finite(-100.0, 100.0)
     return st.fixed_dictionaries({"input_offset": offset, "output_offset": offset})

@@ -17,7 +17,11 @@ from hypothesis import strategies as st
 
 Array = npt.NDArray[np.float64]
 AnyModel = mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
-AnyTwin = reference.PrandtlIshlinskii | reference.ModifiedPrandtlIshlinskii
+AnyTwin = (
+    reference.PrandtlIshlinskii
+    | reference.ModifiedPrandtlIshlinskii
+    | reference.SplitModifiedPrandtlIshlinskii
+)
 
 BAD = [math.nan, math.inf, -math.inf, 1e300, -1e300]
 """Samples that every stream refuses: not finite, or beyond 1e100."""
@@ -41,6 +45,8 @@ class Drawn:
     def twin(self) -> AnyTwin:
         if "thresholds" in self.keywords:
             return reference.PrandtlIshlinskii(**self.keywords)
+        if "weights_negative" in self.keywords:
+            return reference.SplitModifiedPrandtlIshlinskii(**self.keywords)
         return reference.ModifiedPrandtlIshlinskii(**self.keywords)
 
     def zeros(self) -> list[float]:
@@ -49,6 +55,16 @@ class Drawn:
     @property
     def weights(self) -> list[float]:
         return list(self.keywords["weights"])
+
+    @property
+    def weights_negative(self) -> list[float]:
+        return list(self.keywords.get("weights_negative", self.weights))
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """The least and the most that the slope can be: no weight is negative."""
+        pairs = zip(self.weights, self.weights_negative, strict=True)
+        return min(self.weights[0], self.weights_negative[0]), sum(max(pair) for pair in pairs)
 
     @property
     def rest(self) -> float:
@@ -66,22 +82,24 @@ class Drawn:
     def output_scale(self, xs: Sequence[float] | Array) -> float:
         """The largest partial sum of the output on this history: one rounding is 1e-16 of it."""
         offset = abs(float(self.keywords["output_offset"]))
-        return sum(map(abs, self.weights)) * self.input_scale(xs) + offset
+        pairs = zip(self.weights, self.weights_negative, strict=True)
+        return sum(max(abs(w), abs(v)) for w, v in pairs) * self.input_scale(xs) + offset
 
     def drive_scale(self, xs: Sequence[float] | Array) -> float:
         """How far the drive moves for an error as large as the output: the slope is >= w_0."""
-        return max(self.input_scale(xs), self.output_scale(xs) / self.weights[0])
+        return max(self.input_scale(xs), self.output_scale(xs) / self.slopes[0])
 
-    def reordered(self, order: list[int], weights: list[float]) -> Drawn:
-        """The same operators in another order and with other weights."""
+    def reordered(self, order: list[int], weights: list[float], below: list[float]) -> Drawn:
+        """The same operators in another order and with other weights, split if they are."""
         columns = {n: [self.keywords[n][i] for i in order] for n in self._thresholds}
-        return Drawn({**self.keywords, **columns, "weights": weights})
+        given = {"weights": weights, "weights_negative": below}
+        return Drawn({n: columns.get(n, given.get(n, v)) for n, v in self.keywords.items()})
 
 
 def invertible_models(max_operators: int = 8) -> st.SearchStrategy[Drawn]:
     """Nested, w_0 > 0 on the identity, no negative weight."""
-    either = own.modified_models(max_operators) | own.conventional_models(max_operators)
-    return either.map(Drawn)
+    modified = own.split_or_not(own.modified_models(max_operators))
+    return (modified | own.conventional_models(max_operators)).map(Drawn)
 
 
 @st.composite
@@ -89,12 +107,22 @@ def any_nested_models(draw: st.DrawFn, max_operators: int = 8) -> Drawn:
     """Nested, with weights of either sign and the operators in any order."""
     drawn = draw(invertible_models(max_operators))
     n = len(drawn.weights)
-    weights = draw(st.lists(st.floats(-10.0, 10.0), min_size=n, max_size=n))
-    return drawn.reordered(draw(st.permutations(range(n))), weights)
+    weights = st.lists(st.floats(-10.0, 10.0), min_size=n, max_size=n)
+    return drawn.reordered(draw(st.permutations(range(n))), draw(weights), draw(weights))
+
+
+def unnested_models() -> st.SearchStrategy[Drawn]:
+    """Invertible, split or not, and no order of the operators nests r and rb."""
+    return own.split_or_not(_unnested_models()).map(Drawn)
+
+
+def not_nested_models() -> st.SearchStrategy[Drawn]:
+    """Invertible, split or not, r falling at least once."""
+    return own.split_or_not(own.not_nested_models()).map(Drawn)
 
 
 @st.composite
-def unnested_models(draw: st.DrawFn) -> Drawn:
+def _unnested_models(draw: st.DrawFn) -> own.ModelDict:
     """Invertible, and no order of the operators nests r and rb: the larger r has the smaller rb."""
     r, grow = draw(st.floats(1.0, 200.0)), draw(st.floats(1.1, 2.0))
     ra = draw(st.floats(1.0, 400.0))
@@ -103,24 +131,22 @@ def unnested_models(draw: st.DrawFn) -> Drawn:
     names = ("r", "ra", "rb", "rc")
     columns = (list(column) for column in zip(*rows, strict=True))
     offset = st.just(0.0) | st.floats(-100.0, 100.0)
-    return Drawn(
-        {
-            "weights": draw(own.weights(3)),
-            **dict(zip(names, columns, strict=True)),
-            "input_offset": draw(offset),
-            "output_offset": draw(offset),
-        }
-    )
+    return {
+        "weights": draw(own.weights(3)),
+        **dict(zip(names, columns, strict=True)),
+        "input_offset": draw(offset),
+        "output_offset": draw(offset),
+    }
 
 
 def any_models() -> st.SearchStrategy[Drawn]:
     """Nested or not, invertible or not."""
-    return any_nested_models() | unnested_models() | own.not_nested_models().map(Drawn)
+    return any_nested_models() | unnested_models() | not_nested_models()
 
 
 def any_invertible_models() -> st.SearchStrategy[Drawn]:
     """Nested or not."""
-    return invertible_models() | unnested_models() | own.not_nested_models().map(Drawn)
+    return invertible_models() | unnested_models() | not_nested_models()
 
 
 @st.composite

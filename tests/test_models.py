@@ -24,7 +24,8 @@ OFFSETS = ("input_offset", "output_offset")
 
 
 def arrays(model: AnyModel) -> list[np.ndarray]:
-    return [getattr(model, name) for name in NAMES[type(model)]]
+    below = ("weights_negative",) if isinstance(model, mh.ModifiedPrandtlIshlinskii) else ()
+    return [getattr(model, name) for name in (*NAMES[type(model)], *below)]
 
 
 def arguments(kind: type[AnyModel]) -> dict[str, Any]:
@@ -204,6 +205,37 @@ def test_thresholds_tell_models_apart() -> None:
     made = {mh.ModifiedPrandtlIshlinskii(**{**one, name: [2.0]}) for name in one}
     assert len(made) == 5
     assert mh.PrandtlIshlinskii([1], [0]) != mh.PrandtlIshlinskii([1], [1])
+
+
+def test_equal_weights_below_zero_are_no_split() -> None:
+    thresholds: dict[str, Any] = {key: [0.0, 2.0] for key in ("r", "ra", "rb", "rc")}
+    plain = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], **thresholds)
+    same = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], **thresholds, weights_negative=[1.0, 0.5])
+    assert plain == same and hash(plain) == hash(same) and not same.split
+    assert same.weights_negative.tolist() == [1.0, 0.5]
+    split = mh.ModifiedPrandtlIshlinskii.from_ratios(
+        [1.0, 0.5], [0.0, 2.0], ra=1, rb=1, rc=1, weights_negative=[1.0, 0.25]
+    )
+    assert split != plain and hash(split) != hash(plain) and split.split
+    assert repr(split) == "<ModifiedPrandtlIshlinskii of 2 operators, split>"
+    # 2 V past the threshold: 4 + 0.5 x 2 above zero, -4 - 0.25 x 2 below
+    assert split.forward().run([4.0, -4.0]).tolist() == [5.0, -4.5]
+    assert split.inverse().run([5.0, -4.5]) == pytest.approx([4.0, -4.0], rel=1e-14)
+    with pytest.raises(ValueError, match="operator 1: expected the same weight in both families"):
+        split.parametric_inverse()
+
+
+def test_wrong_weights_below_zero_are_named() -> None:
+    def make(below: object) -> mh.ModifiedPrandtlIshlinskii:
+        values: Any = {**arguments(mh.ModifiedPrandtlIshlinskii), "weights_negative": below}
+        return mh.ModifiedPrandtlIshlinskii(**values)
+
+    with pytest.raises(ValueError, match=r"^weights_negative: expected 3 elements, got 2$"):
+        make([1.0, 2.0])
+    with pytest.raises(ValueError, match=r"^weights_negative\[1\]: expected a finite number"):
+        make([1.0, math.nan, 1.0])
+    with pytest.raises(TypeError, match=r"^weights_negative: expected real numbers"):
+        make(["a", "b", "c"])
 
 
 def test_zeros_of_either_sign_are_equal_and_hash_alike() -> None:

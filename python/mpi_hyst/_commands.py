@@ -120,6 +120,20 @@ def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
     ),
     click.option("--operators", type=click.IntRange(1, 100_000), default=20, show_default=True),
     click.option(
+        "--weights",
+        type=click.Choice(["free", "quadratic", "split"]),
+        default="free",
+        show_default=True,
+        help="Any w >= 0, four numbers, or other weights below zero than above.",
+    ),
+    click.option(
+        "--thresholds",
+        type=click.Choice(["uniform", "quantiles"]),
+        default="uniform",
+        show_default=True,
+        help="Evenly spaced, or where the drive turns round.",
+    ),
+    click.option(
         "--ratios", **_numbers("RA,RB,RC"), help="Thresholds ra, rb, rc over r.  [fitted]"
     ),
     click.option("--input-offset", type=float, help="Where the model's zero lies.  [fitted]"),

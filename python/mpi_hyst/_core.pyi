@@ -1,7 +1,7 @@
 # The compiled core. Docstrings are in the module itself: help(mpi_hyst).
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -169,6 +169,7 @@ class ModifiedPrandtlIshlinskii:
         *,
         input_offset: float = 0.0,
         output_offset: float = 0.0,
+        weights_negative: ArrayLike | None = None,
     ) -> ModifiedPrandtlIshlinskii: ...
     @staticmethod
     def from_ratios(
@@ -180,9 +181,14 @@ class ModifiedPrandtlIshlinskii:
         rc: float,
         input_offset: float = 0.0,
         output_offset: float = 0.0,
+        weights_negative: ArrayLike | None = None,
     ) -> ModifiedPrandtlIshlinskii: ...
     @property
     def weights(self) -> _Vector: ...
+    @property
+    def weights_negative(self) -> _Vector: ...
+    @property
+    def split(self) -> bool: ...
     @property
     def r(self) -> _Vector: ...
     @property
@@ -295,20 +301,42 @@ class Identification:
     @property
     def records(self) -> list[Quality]: ...
     @property
+    def validation(self) -> Quality | None: ...
+    @property
+    def validation_records(self) -> list[Quality]: ...
+    @property
+    def weights_std(self) -> _Vector: ...
+    @property
+    def weights_negative_std(self) -> _Vector: ...
+    @property
+    def ratios_std(self) -> tuple[float, float, float]: ...
+    @property
+    def input_offset_std(self) -> float: ...
+    @property
+    def delay_std(self) -> float: ...
+    @property
+    def cross_validation(self) -> list[tuple[int, float]]: ...
+    @property
+    def kkt_residual(self) -> float: ...
+    @property
     def evaluations(self) -> int: ...
     def predict(self, u: ArrayLike) -> _Vector: ...
+
+_HeldOut: TypeAlias = tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, int]
 
 def identify(
     u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]],
     y: ArrayLike | None = None,
     *,
     model: Literal["modified", "conventional"] = "modified",
-    operators: int | None = None,
+    weights: Literal["free", "quadratic", "split"] = "free",
+    operators: int | Literal["auto"] | None = None,
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     delay: Literal["fit"] | float = "fit",
-    thresholds: ArrayLike | None = None,
+    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
     skip: int | Sequence[int] = 0,
+    validate: _HeldOut | Sequence[_HeldOut] | float | None = None,
     progress: Callable[[float, float], object] | None = None,
 ) -> Identification: ...
 

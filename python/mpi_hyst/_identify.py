@@ -20,6 +20,7 @@ from mpi_hyst._tables import digits, in_unit, text_pairs, text_table
 
 _Value = TypeVar("_Value", str, int)
 Kind = Literal["modified", "conventional"]
+Weights = Literal["free", "quadratic", "split"]
 _SKIP = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 
 
@@ -37,6 +38,8 @@ class Request:
     time: str | None = None
     model: Kind = "modified"
     operators: int = 20
+    weights: Weights = "free"
+    thresholds: Literal["uniform", "quantiles"] = "uniform"
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None
     delay: float | None = None
@@ -71,6 +74,8 @@ def run(request: Request) -> str:
         raise CommandError(f"--input and --output: both are column {request.input_column!r}")
     if request.model == "conventional" and request.ratios is not None:
         raise CommandError("--ratios: the conventional model has none")
+    if request.model == "conventional" and request.weights == "split":
+        raise CommandError("--weights: the conventional model has no split")
     if request.report_path is not None:
         from mpi_hyst._report import require
 
@@ -123,11 +128,16 @@ def fit(
 ) -> mh.Identification:
     """Identify the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
+    # Beside a split model stands the conventional one with free weights: it has no split.
+    unsplit = request.weights == "split" and kind == "conventional"
+    weights: Weights = "free" if unsplit else request.weights
     try:
         return mh.identify(
             [(record.input, record.output) for record in records],
             model=kind,
             operators=request.operators,
+            weights=weights,
+            thresholds=request.thresholds,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
             delay="fit" if request.delay is None else request.delay,
@@ -199,7 +209,9 @@ def parameters(
     records: Sequence[Record], found: mh.Identification, request: Request
 ) -> list[tuple[str, str]]:
     """Name the parameters of the model beside its weights, with their units."""
-    pairs = []
+    pairs: list[tuple[str, str]] = []
+    if request.weights != "free":
+        pairs.append(("weights", request.weights))
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
         ratios = "  ".join(digits(ratio) for ratio in found.ratios)
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + _given(request.ratios)))

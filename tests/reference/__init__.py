@@ -5,7 +5,11 @@ float at a time, and it imports nothing from the package under test. Clarity bef
 """
 
 from .inverses import ExactInverse, closed_form_inverse, parametric_inverse, recovered_weights
-from .models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii
+from .models import (
+    ModifiedPrandtlIshlinskii,
+    PrandtlIshlinskii,
+    SplitModifiedPrandtlIshlinskii,
+)
 from .operators import CoupledPlay, OneSidedPlay, Play, printed_coupled_play
 from .tables import TABLE_1, TABLE_2, paper_actuator
 
@@ -18,6 +22,7 @@ __all__ = [
     "OneSidedPlay",
     "Play",
     "PrandtlIshlinskii",
+    "SplitModifiedPrandtlIshlinskii",
     "closed_form_inverse",
     "paper_actuator",
     "parametric_inverse",

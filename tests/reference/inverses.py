@@ -70,7 +70,7 @@ class ExactInverse:
     x(k) solves model.peek(x) = y(k) in the state left by x(k-1), and then drives an own
     copy of the model. In any state peek is a rising polyline in x whose kinks are known
     (``Model.kinks``): bisect them for the piece that holds y, interpolate on it, and
-    beyond the outermost kinks, where every operator slides, go on with slope sum w_i.
+    beyond the outermost kinks, where every operator slides, go on with the sum of weights.
 
     Needs every w_i >= 0 and a positive weight on an operator without any threshold (the
     identity), so that no piece is flat.
@@ -82,9 +82,7 @@ class ExactInverse:
     """
 
     def __init__(self, model: Model, limits: tuple[float, float] | None = None) -> None:
-        pairs = zip(model.weights, model.operators, strict=True)
-        identity = (w for w, op in pairs if op.is_identity)
-        if min(model.weights) < 0 or sum(identity) <= 0:
+        if model.least_slope <= 0:
             raise ValueError("not invertible: expected weights >= 0 and an identity with w > 0")
         if limits is not None and not -math.inf < limits[0] < limits[1] < math.inf:
             raise ValueError(f"limits: expected finite low < high, got {limits}")
@@ -104,7 +102,7 @@ class ExactInverse:
         above = bisect_right(kinks, y, key=peek)  # first kink whose output exceeds y
         if above in (0, len(kinks)):
             end = kinks[max(above - 1, 0)]
-            x = end + (y - peek(end)) / sum(self.model.weights)
+            x = end + (y - peek(end)) / self.model.outer_slopes[above > 0]
             return (x if self.limits is None else end), False
         x0, x1 = kinks[above - 1], kinks[above]
         y0, y1 = peek(x0), peek(x1)

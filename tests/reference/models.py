@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .operators import Array, CoupledPlay, Numbers, Operator, Play
+from .operators import Array, CoupledPlay, Mirrored, Numbers, OneSidedPlay, Operator, Play
 
 
 class Model:
@@ -75,6 +75,17 @@ class Model:
         for op in self.operators:
             op.reset()
 
+    @property
+    def outer_slopes(self) -> tuple[float, float]:
+        """The slope below the lowest and above the highest kink, where every operator slides."""
+        return sum(self.weights), sum(self.weights)
+
+    @property
+    def least_slope(self) -> float:
+        """The weight of the identity if no weight is negative, else 0: no slope is below it."""
+        pairs = zip(self.weights, self.operators, strict=True)
+        return sum(w for w, op in pairs if op.is_identity) if min(self.weights) >= 0 else 0.0
+
     def kinks(self) -> list[float]:
         """All inputs, sorted, where the slope of ``peek`` can change in the present state."""
         points = {u + self.input_offset for op in self.operators for u in op.kinks()}
@@ -119,3 +130,59 @@ class ModifiedPrandtlIshlinskii(Model):
     ) -> None:
         plays = [CoupledPlay(*map(float, t)) for t in zip(r, ra, rb, rc, strict=True)]
         super().__init__(weights, plays, input_offset, output_offset)
+
+
+class SplitModifiedPrandtlIshlinskii(Model):
+    """Modified model with weights v of its own below zero.
+
+    y = output_offset + sum_i w_i p(x; r_i, rb_i) - v_i p(-x; ra_i, rc_i)
+
+    with one-sided plays p, every one an operator of this bank: first those above zero, then
+    the mirrored ones below. ``outputs`` are the n coupled plays, each the sum of its two.
+    """
+
+    def __init__(
+        self,
+        weights: Numbers,
+        r: Numbers,
+        ra: Numbers,
+        rb: Numbers,
+        rc: Numbers,
+        *,
+        weights_negative: Numbers,
+        input_offset: float = 0.0,
+        output_offset: float = 0.0,
+    ) -> None:
+        above = [OneSidedPlay(a, b) for a, b in zip(r, rb, strict=True)]
+        below = [Mirrored(OneSidedPlay(a, b)) for a, b in zip(ra, rc, strict=True)]
+        self.n = len(above)
+        both = [*map(float, weights), *map(float, weights_negative)]
+        super().__init__(both, [*above, *below], input_offset, output_offset)
+        self._identities = [z.a == 0 == n.play.a for z, n in zip(above, below, strict=True)]
+
+    @property
+    def outputs(self) -> list[float]:
+        """The coupled plays z_i, length n. Assign a list to start from any z0."""
+        z = [op.state for op in self.operators]
+        return [p + q for p, q in zip(z[: self.n], z[self.n :], strict=True)]
+
+    @outputs.setter
+    def outputs(self, z: Numbers) -> None:
+        if len(z) != self.n:
+            raise ValueError(f"outputs: expected {self.n} values, got {len(z)}")
+        halves = [*(max(v, 0.0) for v in z), *(min(v, 0.0) for v in z)]
+        for op, value in zip(self.operators, halves, strict=True):
+            op.state = float(value)
+
+    @property
+    def outer_slopes(self) -> tuple[float, float]:
+        """Below all kinks the plays of the family below zero slide, above them the others."""
+        return sum(self.weights[self.n :]), sum(self.weights[: self.n])
+
+    @property
+    def least_slope(self) -> float:
+        """The smaller weight of every identity if no weight is negative, else 0."""
+        if min(self.weights) < 0:
+            return 0.0
+        pairs = zip(self.weights[: self.n], self.weights[self.n :], self._identities, strict=True)
+        return sum(min(w, v) for w, v, identity in pairs if identity)

@@ -136,6 +136,30 @@ class OneSidedPlay(Operator):
         """max(0, x + b)"""
         return max(0.0, x + self.b)
 
+    def kinks(self) -> tuple[float, ...]:
+        """Where lo and hi leave zero, and where each of them meets the output."""
+        return (self.a, -self.b, self.state + self.a, self.state - self.b)
+
+
+class Mirrored(Operator):
+    """-p(-x) of a one-sided play p: what a coupled play is below zero, never positive."""
+
+    def __init__(self, play: OneSidedPlay) -> None:
+        self.play = play
+
+    def lo(self, x: float) -> float:
+        """-hi(-x) of the play."""
+        return -self.play.hi(-x)
+
+    def hi(self, x: float) -> float:
+        """-lo(-x) of the play."""
+        return -self.play.lo(-x)
+
+    def kinks(self) -> tuple[float, ...]:
+        """Where lo and hi leave zero, and where each of them meets the output."""
+        a, b, z = self.play.a, self.play.b, self.state
+        return (-a, b, z - a, z + b)
+
 
 def printed_coupled_play(
     xs: Iterable[float] | Array,

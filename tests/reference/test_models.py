@@ -15,6 +15,7 @@ from reference import (
     OneSidedPlay,
     Play,
     PrandtlIshlinskii,
+    SplitModifiedPrandtlIshlinskii,
     closed_form_inverse,
     paper_actuator,
     printed_coupled_play,
@@ -38,6 +39,19 @@ def test_model_interface() -> None:
         actuator.weights, *thresholds, input_offset=25.0, output_offset=-1.0
     )
     np.testing.assert_allclose(moved.run(np.add(xs, 25.0)), ys - 1.0, rtol=0, atol=1e-15)
+
+
+def test_a_split_twin_with_equal_weights_is_the_plain_twin() -> None:
+    thresholds = [TABLE_1[name] for name in ("r", "ra", "rb", "rc")]
+    plain = paper_actuator()
+    split = SplitModifiedPrandtlIshlinskii(
+        plain.weights, *thresholds, weights_negative=plain.weights
+    )
+    for x in (300.0, -200.0, 40.0, -420.0, 7.0, 12.0):
+        assert split.step(x) == pytest.approx(plain.step(x), rel=1e-14)
+        assert split.outputs == plain.outputs
+    for y in (1.0, 3.0, -2.0):
+        assert ExactInverse(split).step(y) == pytest.approx(ExactInverse(plain).step(y), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,8 @@ pub enum Error {
     },
     /// The slope of the model is not positive everywhere, so an output does not tell its input.
     NotInvertible {
-        /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal.
+        /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal. Of a split
+        /// operator the smaller weight, here and below.
         identity_weight: f64,
         /// Sum of the negative weights of all other operators.
         negative_sum: f64,

@@ -30,7 +30,7 @@ mod stream;
 pub use error::{Bound, Error, MAX_MAGNITUDE};
 pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};
 #[cfg(feature = "json")]
-pub use model::{JsonError, SCHEMA};
+pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};
 pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;

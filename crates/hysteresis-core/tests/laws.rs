@@ -9,7 +9,7 @@ use hysteresis_core::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
-    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, oscillations, output_range,
+    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, oscillations, output_range, slopes,
     unnested_model,
 };
 
@@ -55,6 +55,25 @@ proptest! {
         for x in x {
             let (one, other) = (engine.step(x), bank.step(x));
             prop_assert!((one - other).abs() <= tolerance, "{one} and {other} at {x}");
+        }
+    }
+
+    #[test]
+    fn split_is_two_weighted_families(model in any_nested_model(20), x in history(100)) {
+        // The definition, one-sided play by one-sided play: w p(x; r, rb) - v p(-x; ra, rc).
+        let offsets = model.offsets();
+        let mut stream = model.forward();
+        let tolerance = AGREE * output_range(&model);
+        let mut plays = vec![(0.0_f64, 0.0_f64); model.weights().len()];
+        for x in x {
+            let u = x - offsets.input;
+            let mut expected = offsets.output;
+            for (i, (z, (p, q))) in model.operators().iter().zip(&mut plays).enumerate() {
+                *p = f64::max(0.0, f64::max(u - z.r(), f64::min(u + z.rb(), *p)));
+                *q = f64::max(0.0, f64::max(-u - z.ra(), f64::min(-u + z.rc(), *q)));
+                expected += model.weights()[i] * *p - model.weights_negative()[i] * *q;
+            }
+            prop_assert!((stream.step(x) - expected).abs() <= tolerance);
         }
     }
 
@@ -139,10 +158,9 @@ proptest! {
         let (low, high) = (one.min(other), one.max(other));
         let rise = stream.peek(high) - stream.peek(low);
         let tolerance = AGREE * output_range(&model);
-        let identity = model.weights()[0];
-        let sum: f64 = model.weights().iter().sum();
-        prop_assert!(rise >= identity * (high - low) - tolerance);
-        prop_assert!(rise <= sum * (high - low) + tolerance);
+        let (least, most) = slopes(&model);
+        prop_assert!(rise >= least * (high - low) - tolerance);
+        prop_assert!(rise <= most * (high - low) + tolerance);
     }
 
     #[test]
@@ -330,7 +348,10 @@ proptest! {
 /// Above the virgin state at most n turning points in each family, each with fewer operators than the one below it: on
 /// a stack of n + 1 there is always room.
 fn check_stacks(model: &ModifiedPrandtlIshlinskii, state: &StreamState) -> Result<(), TestCaseError> {
-    let operators = model.operators().iter().filter(|z| !z.is_identity()).count();
+    // The part of an identity that one side has alone is a play of no width.
+    let weights = model.weights().iter().zip(model.weights_negative());
+    let counts = |(z, (w, v)): &(&CoupledPlay, (&f64, &f64))| !z.is_identity() || w != v;
+    let operators = model.operators().iter().zip(weights).filter(counts).count();
     let MemoryState::TurningPoints(memory) = &state.memory else {
         return Err(TestCaseError::fail("nested thresholds went to the bank"));
     };

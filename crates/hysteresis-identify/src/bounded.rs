@@ -16,6 +16,9 @@ pub(crate) struct Solution {
     pub(crate) x: Vec<f64>,
     /// The smallest |A x - b|^2.
     pub(crate) squares: f64,
+    /// By how much the conditions of Karush, Kuhn and Tucker are missed: the largest gradient a_j'(b - A x) that would
+    /// lower |A x - b| within the bounds, as a share of |a_j| |b|.
+    pub(crate) kkt_residual: f64,
 }
 
 /// Solves min |A x - b| over lower_j <= x_j <= upper_j by the active-set method of Lawson and Hanson (Solving Least
@@ -35,7 +38,8 @@ pub(crate) fn solve(a: MatRef<'_, f64>, b: &[f64], bounds: &[(f64, f64)], free: 
         }
     }
     let residual = problem.residual();
-    Solution { squares: residual.iter().map(|e| e * e).sum(), x: problem.x }
+    let kkt_residual = problem.kkt_residual(&residual);
+    Solution { squares: residual.iter().map(|e| e * e).sum(), kkt_residual, x: problem.x }
 }
 
 struct Problem<'a> {
@@ -161,6 +165,16 @@ impl<'a> Problem<'a> {
         Ok(x)
     }
 
+    fn kkt_residual(&self, residual: &[f64]) -> f64 {
+        let missed = |(j, (lower, upper)): (usize, &(f64, f64))| {
+            let downhill = dot(self.a, j, residual);
+            let within = if downhill > 0.0 { self.x[j] < *upper } else { self.x[j] > *lower };
+            let share = downhill.abs() / (self.norms[j] * self.b_norm);
+            if within && downhill != 0.0 { share } else { 0.0 }
+        };
+        self.bounds.iter().enumerate().map(missed).fold(0.0, f64::max)
+    }
+
     fn residual(&self) -> Vec<f64> {
         self.residual_of(&self.x)
     }
@@ -231,6 +245,12 @@ mod tests {
             prop_assert!(x == *upper || downhill <= rounding, "x[{}] wants up: {}", j, downhill);
             prop_assert!(x == *lower || downhill >= -rounding, "x[{}] wants down: {}", j, downhill);
         }
+        prop_assert!(solution.kkt_residual <= 1e-9, "{}", solution.kkt_residual);
+        // What is called a residual is one: an answer that is not the best has it.
+        let wrong = Problem { x: bounds.iter().map(|(lower, _)| *lower).collect(), ..problem };
+        let residual = wrong.residual();
+        let best = solution.squares >= residual.iter().map(|e| e * e).sum::<f64>() * (1.0 - 1e-9);
+        prop_assert!(best || wrong.kkt_residual(&residual) > 1e-9);
         Ok(())
     }
 

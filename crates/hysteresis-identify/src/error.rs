@@ -99,6 +99,8 @@ pub enum Error {
     },
     /// A model needs at least one operator.
     NoOperators,
+    /// The conventional model has no split weights.
+    SplitConventional,
     /// Fewer samples to fit than twice the unknowns.
     TooFewSamples {
         /// Twice the number of weights, output offsets and searched parameters.
@@ -129,6 +131,9 @@ impl fmt::Display for Error {
             Self::NoRecords => write!(f, "records: expected at least one, got none"),
             Self::Record { record, error } => write!(f, "record {record}: {error}"),
             Self::NoOperators => write!(f, "operators: expected at least one, got none"),
+            Self::SplitConventional => {
+                write!(f, "weights: expected free or quadratic ones for the conventional model, got split ones")
+            }
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
             }

@@ -11,11 +11,14 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod course;
 mod diagnostics;
 mod dynamics;
 mod error;
 mod factor;
+mod folds;
 mod identification;
+mod law;
 mod loop_width;
 mod options;
 mod projection;
@@ -24,15 +27,18 @@ mod record;
 mod regressor;
 mod search;
 mod space;
+mod uncertainty;
 
 pub use diagnostics::{Defect, Finding, diagnose};
 pub use dynamics::{
     CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, Warning, identify_dynamics,
 };
 pub use error::{Error, RecordError};
+pub use folds::CrossValidation;
 pub use identification::{Identification, identify};
 pub use loop_width::loop_width;
-pub use options::{Form, Options, Setting, Thresholds};
+pub use options::{Form, Options, Setting, Thresholds, Weights};
 pub use quality::Quality;
 pub use record::Record;
 pub use search::{Progress, Stage};
+pub use uncertainty::StandardErrors;

@@ -16,6 +16,20 @@ pub enum Form {
     Modified,
 }
 
+/// What the weights of the operators may be; never negative, so that the model is invertible.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Weights {
+    /// Any w_i >= 0.
+    #[default]
+    Free,
+    /// w_0 >= 0, and w_i = c_0 + c_1 i + c_2 i^2 >= 0 for i = 1..n-1: the four numbers behind the tables of the paper.
+    /// With fewer than five operators that is no condition.
+    Quadratic,
+    /// Weights of their own for the family of one-sided plays below zero; the identity has one for both. For the
+    /// modified model only.
+    Split,
+}
+
 /// A parameter that is searched, or known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Setting<T> {
@@ -35,6 +49,14 @@ pub enum Thresholds {
     /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
+    /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
+    /// the records asks for: the fewest whose mean square error is within a standard error of the least.
+    Auto,
+    /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
+    /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
+    /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
+    /// half the distances between successive reversals.
+    Quantiles(usize),
     /// These, strictly increasing from zero or above.
     Given(Vec<f64>),
 }
@@ -55,6 +77,8 @@ pub enum Thresholds {
 pub struct Options {
     /// Which model.
     pub form: Form,
+    /// What its weights may be.
+    pub weights: Weights,
     /// How many operators, and where.
     pub thresholds: Thresholds,
     /// ra/r, rb/r, rc/r: searched in 2 >= ra >= rb >= 0, 1 >= rc >= 0. Ignored by the conventional model.
@@ -71,6 +95,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             form: Form::default(),
+            weights: Weights::default(),
             thresholds: Thresholds::Uniform(20),
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
@@ -80,19 +105,23 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The number of operators.
+    /// The number of operators; 0 while it is left to cross-validation.
     #[must_use]
     pub fn operators(&self) -> usize {
         match &self.thresholds {
-            Thresholds::Uniform(operators) => *operators,
+            Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
             Thresholds::Given(thresholds) => thresholds.len(),
+            Thresholds::Auto => 0,
         }
     }
 
     /// Checks everything that was given; `samples` is the length of the shortest record.
     pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
-        if self.operators() == 0 {
+        if self.operators() == 0 && self.thresholds != Thresholds::Auto {
             return Err(Error::NoOperators);
+        }
+        if self.weights == Weights::Split && self.form == Form::Conventional {
+            return Err(Error::SplitConventional);
         }
         if let Thresholds::Given(thresholds) = &self.thresholds {
             let mut last = f64::NEG_INFINITY;

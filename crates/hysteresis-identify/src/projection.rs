@@ -3,14 +3,13 @@
 use faer::Mat;
 
 use crate::bounded;
+use crate::course::Course;
 use crate::factor::{TriangularFactor, back_substitute};
+use crate::law::Law;
 use crate::quality::as_f64;
 use crate::record::Record;
 use crate::regressor::Regressor;
 use crate::space::{Parameter, Point, Space};
-
-/// The fractional part of the golden ratio: its multiples spread evenly and follow no period of any drive.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A column that varies by less than this share of its size is constant.
 const MIN_VARYING_SHARE: f64 = 1e-11;
@@ -19,7 +18,9 @@ const MIN_VARYING_SHARE: f64 = 1e-11;
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     pub(crate) point: Point,
-    /// w_i >= 0.
+    /// The unknowns c >= 0 of the weight law.
+    pub(crate) unknowns: Vec<f64>,
+    /// The weights that belong to them.
     pub(crate) weights: Vec<f64>,
     /// One per record.
     pub(crate) output_offsets: Vec<f64>,
@@ -27,32 +28,53 @@ pub(crate) struct Fit {
     pub(crate) squares: f64,
     /// The same of the best constant output.
     pub(crate) base_squares: f64,
+    /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
+    pub(crate) kkt_residual: f64,
 }
 
-/// A fit linearised along the axes: [weights | steps] against the residual, as a triangle.
+/// A fit linearised along the axes: [output offsets | unknowns | steps | y], of which the first columns are a triangle.
 pub(crate) struct Linearised {
     factor: Mat<f64>,
     records: usize,
-    free_weights: Vec<usize>,
+    free: Vec<usize>,
 }
 
-/// Records and search space, with the share of the rows to use: one in `stride` of the fitted samples.
+/// A step that a linearised fit proposes.
+pub(crate) struct Step {
+    /// Along the axes.
+    pub(crate) along: Vec<f64>,
+    /// The weights that go with it.
+    pub(crate) weights: Vec<f64>,
+    /// The sum of squares that it promises.
+    pub(crate) squares: f64,
+}
+
+/// Records, search space and weight law, with the rows to use: one in `stride` of the fitted samples.
 pub(crate) struct Projection<'a> {
     records: &'a [Record<'a>],
     space: &'a Space,
-    operators: usize,
-    stride: usize,
+    law: &'a Law,
+    courses: Vec<Course>,
     rows: usize,
 }
 
 impl<'a> Projection<'a> {
-    pub(crate) fn new(records: &'a [Record<'a>], space: &'a Space, operators: usize, stride: usize) -> Self {
-        let rows_of = |record: &Record<'_>| (0..record.fitted_samples()).filter(|k| is_used(*k, stride)).count();
-        Self { records, space, operators, stride, rows: records.iter().map(rows_of).sum() }
+    pub(crate) fn new(records: &'a [Record<'a>], space: &'a Space, law: &'a Law, stride: usize) -> Self {
+        let courses: Vec<_> = records.iter().map(|record| Course::new(record, stride)).collect();
+        let rows = courses.iter().map(Course::len).sum();
+        Self { records, space, law, courses, rows }
     }
 
     pub(crate) fn space(&self) -> &Space {
         self.space
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(crate) fn records(&self) -> usize {
+        self.records.len()
     }
 
     /// The root mean square that belongs to a sum of squares over the rows used.
@@ -64,90 +86,149 @@ impl<'a> Projection<'a> {
     ///
     /// `like` is a fit near by, if there is one: its weights at zero are likely zero here too.
     pub(crate) fn fit(&self, point: &Point, like: Option<&Fit>) -> Fit {
-        let factor = self.factor(point, &[], &[]);
-        let (offsets, columns) = (self.records.len(), self.operators);
-        let guess = like.map_or_else(Vec::new, |fit| positive(&fit.weights));
-        let bounds = vec![(0.0, f64::INFINITY); columns];
-        let (a, b) = below_offsets(&factor, offsets);
-        let solution = bounded::solve(a.as_ref(), &b, &bounds, &guess);
-        let mut output_offsets: Vec<f64> = (0..offsets)
-            .map(|i| {
-                let modelled: f64 = solution.x.iter().enumerate().map(|(j, w)| w * factor[(i, offsets + j)]).sum();
-                factor[(i, offsets + columns)] - modelled
-            })
-            .collect();
-        back_substitute(factor.get(..offsets, ..offsets), &mut output_offsets);
+        self.solve(point, &self.factor(point, &[], &[]), 0, like)
+    }
+
+    /// The fit at a point together with its derivatives along the axes, in one pass over the records.
+    ///
+    /// The derivatives are those at the weights given: where they are the best ones but for a small difference, so are
+    /// the derivatives.
+    pub(crate) fn linearise(&self, point: &Point, weights: &[f64], like: Option<&Fit>) -> (Fit, Linearised) {
+        let neighbours = self.space.neighbours(point);
+        let factor = self.factor(point, &neighbours, weights);
+        let fit = self.solve(point, &factor, neighbours.len(), like);
+        let free = positive(&fit.unknowns);
+        (fit, Linearised { factor, records: self.records.len(), free })
+    }
+
+    fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&Fit>) -> Fit {
+        let offsets = self.records.len();
+        let unknowns = factor.ncols() - offsets - derivatives - 1;
+        let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
+        let bounds = vec![(0.0, f64::INFINITY); unknowns];
+        let (all, b) = below_offsets(factor, offsets);
+        let solution = bounded::solve(all.get(.., ..unknowns), &b, &bounds, &guess);
+        let output_offsets = output_offsets(factor, offsets, &solution.x);
         Fit {
             point: *point,
-            weights: solution.x,
+            weights: self.law.weights(&solution.x),
+            unknowns: solution.x,
             output_offsets,
             squares: solution.squares,
             base_squares: b.iter().map(|b| b * b).sum(),
+            kkt_residual: solution.kkt_residual,
         }
     }
 
-    /// The fit with its derivatives along the axes.
-    pub(crate) fn linearise(&self, fit: &Fit) -> Linearised {
-        let factor = self.factor(&fit.point, &self.space.neighbours(&fit.point), &fit.weights);
-        Linearised { factor, records: self.records.len(), free_weights: positive(&fit.weights) }
+    /// R of [output offsets | unknowns | derivatives | y], a derivative being the change of the output on the way to a
+    /// neighbour at fixed weights, over the distance.
+    fn factor(&self, point: &Point, neighbours: &[(Parameter, Point, f64)], weights: &[f64]) -> Mat<f64> {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let mut factor = TriangularFactor::new(offsets + n + neighbours.len() + 1);
+        for place in 0..offsets {
+            self.rows_of(place, point, neighbours, weights, |_, row| factor.push(row));
+        }
+        self.law.in_unknowns(factor.finish().as_ref(), offsets)
     }
 
-    /// R of [output offsets | operators | derivatives | y], a derivative being the change of the output on the way
-    /// to a neighbour at fixed weights, over the distance.
-    fn factor(&self, point: &Point, neighbours: &[(Point, f64)], weights: &[f64]) -> Mat<f64> {
-        let (offsets, n) = (self.records.len(), self.operators);
+    /// R of [output offsets | unknowns | y] for each of `count` parts: every record is cut into so many stretches, and
+    /// part i has the i-th of each; with the number of its rows.
+    pub(crate) fn parts(&self, point: &Point, count: usize) -> Vec<(Mat<f64>, usize)> {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(offsets + n + 1), 0)).collect();
+        for place in 0..offsets {
+            let rows = self.courses[place].len();
+            self.rows_of(place, point, &[], &[], |row, values| {
+                let (factor, rows) = &mut factors[row * count / rows];
+                factor.push(values);
+                *rows += 1;
+            });
+        }
+        let finished =
+            |(factor, rows): (TriangularFactor, usize)| (self.law.in_unknowns(factor.finish().as_ref(), offsets), rows);
+        factors.into_iter().map(finished).collect()
+    }
+
+    /// Hands over the rows of one record, numbered.
+    fn rows_of(
+        &self,
+        place: usize,
+        point: &Point,
+        neighbours: &[(Parameter, Point, f64)],
+        weights: &[f64],
+        mut take: impl FnMut(usize, &[f64]),
+    ) {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let (record, course) = (&self.records[place], &self.courses[place]);
         let bank = self.space.bank(point);
-        let banks: Vec<_> = neighbours.iter().map(|(neighbour, _)| self.space.bank(neighbour)).collect();
+        let banks: Vec<_> = neighbours.iter().map(|(_, neighbour, _)| self.space.bank(neighbour)).collect();
+        let start = |bank, point: &Point| {
+            Regressor::new(bank, record.input(), point.get(Parameter::InputOffset), point.get(Parameter::Delay))
+        };
+        let mut here = start(&bank, point);
+        // The derivative by the delay is at hand without a neighbour.
+        let mut there: Vec<_> = (banks.iter().zip(neighbours))
+            .map(|(bank, (axis, neighbour, _))| (*axis != Parameter::Delay).then(|| start(bank, neighbour)))
+            .collect();
         let mut row = vec![0.0; offsets + n + neighbours.len() + 1];
-        let mut factor = TriangularFactor::new(row.len());
-        for (place, record) in self.records.iter().enumerate() {
-            let start = |bank, point: &Point| {
-                Regressor::new(bank, record.input(), point.get(Parameter::InputOffset), point.get(Parameter::Delay))
-            };
-            let mut here = start(&bank, point);
-            let mut there: Vec<_> =
-                banks.iter().zip(neighbours).map(|(bank, (neighbour, _))| start(bank, neighbour)).collect();
-            row.fill(0.0);
-            row[place] = 1.0;
-            for (k, y) in record.output().iter().enumerate() {
-                here.advance();
-                there.iter_mut().for_each(Regressor::advance);
-                if k < record.skip() || !is_used(k - record.skip(), self.stride) {
-                    continue;
+        row[place] = 1.0;
+        for number in 0..course.len() {
+            let k = course.sample(number);
+            here.go_to(k, course.turns());
+            here.row(&mut row[offsets..offsets + n]);
+            if !neighbours.is_empty() {
+                let output = here.output(weights);
+                for (j, (there, (_, _, distance))) in there.iter_mut().zip(neighbours).enumerate() {
+                    row[offsets + n + j] = match there {
+                        None => here.slope_over_delay(weights),
+                        Some(there) => {
+                            there.go_to(k, course.turns());
+                            (there.output(weights) - output) / distance
+                        }
+                    };
                 }
-                here.row(&mut row[offsets..offsets + n]);
-                if !neighbours.is_empty() {
-                    let output = here.output(weights);
-                    for (j, (there, (_, distance))) in there.iter().zip(neighbours).enumerate() {
-                        row[offsets + n + j] = (there.output(weights) - output) / distance;
-                    }
-                }
-                row[offsets + n + neighbours.len()] = *y;
-                factor.push(&row);
             }
+            row[offsets + n + neighbours.len()] = record.output()[k];
+            take(number, &row);
         }
-        factor.finish()
     }
 }
 
 impl Linearised {
-    /// The best step within bounds together with the weights that go with it, and the sum of squares it promises.
-    pub(crate) fn step(&self, bounds: &[(f64, f64)]) -> (Vec<f64>, f64) {
-        let (a, b) = below_offsets(&self.factor, self.records);
-        let weights = a.ncols() - bounds.len();
-        let mut all = vec![(0.0, f64::INFINITY); weights];
+    /// The best step within bounds together with the weights that go with it.
+    pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &Law) -> Step {
+        let (a, b) = self.below_offsets();
+        let unknowns = a.ncols() - bounds.len();
+        let mut all = vec![(0.0, f64::INFINITY); unknowns];
         all.extend(bounds);
-        let guess: Vec<_> = self.free_weights.iter().copied().chain(weights..all.len()).collect();
+        let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
         let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
-        (solution.x[weights..].to_vec(), solution.squares)
+        let (c, along) = solution.x.split_at(unknowns);
+        Step { along: along.to_vec(), weights: law.weights(c), squares: solution.squares }
     }
+
+    /// The columns of unknowns and steps with the output offsets eliminated, and the right-hand side.
+    pub(crate) fn below_offsets(&self) -> (Mat<f64>, Vec<f64>) {
+        below_offsets(&self.factor, self.records)
+    }
+}
+
+/// The output offsets that go with these unknowns.
+pub(crate) fn output_offsets(factor: &Mat<f64>, offsets: usize, unknowns: &[f64]) -> Vec<f64> {
+    let left = |i: usize| {
+        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, offsets + j)]).sum();
+        factor[(i, factor.ncols() - 1)] - modelled
+    };
+    let mut values: Vec<f64> = (0..offsets).map(left).collect();
+    back_substitute(factor.get(..offsets, ..offsets), &mut values);
+    values
 }
 
 /// Eliminates the output offsets: the problem left for all other columns, the last one being the right-hand side.
 ///
 /// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
 /// enormous weight would fit noise with it. Such columns become exactly zero.
-fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
+pub(crate) fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
     let last = factor.ncols() - 1;
     let mut a = factor.get(offsets.., offsets..last).to_owned();
     for j in 0..a.ncols() {
@@ -158,15 +239,8 @@ fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
     (a, (offsets..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
-fn positive(weights: &[f64]) -> Vec<usize> {
-    (0..weights.len()).filter(|j| weights[*j] > 0.0).collect()
-}
-
-/// Whether the k-th fitted sample is a row: one in every `stride`, at places that follow no period.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the stride")]
-fn is_used(k: usize, stride: usize) -> bool {
-    let place = as_f64(stride) * (as_f64(k / stride) * GOLDEN).fract();
-    k % stride == place as usize
+fn positive(unknowns: &[f64]) -> Vec<usize> {
+    (0..unknowns.len()).filter(|j| unknowns[*j] > 0.0).collect()
 }
 
 #[cfg(test)]
@@ -174,17 +248,6 @@ mod tests {
     use super::*;
     use crate::options::{Options, Thresholds};
     use crate::regressor::Bank;
-
-    #[test]
-    fn thinning_takes_one_row_per_stride_at_no_fixed_phase() {
-        for stride in [1, 2, 7, 200] {
-            let used: Vec<_> = (0..50 * stride).filter(|k| is_used(*k, stride)).collect();
-            assert_eq!(used.len(), 50);
-            assert!(used.iter().enumerate().all(|(block, k)| k / stride == block));
-            let phases: std::collections::BTreeSet<_> = used.iter().map(|k| k % stride).collect();
-            assert!(phases.len() >= stride.min(40), "stride {stride}: {} phases", phases.len());
-        }
-    }
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
     /// what a small step does.
@@ -196,8 +259,8 @@ mod tests {
             let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
             let input: Vec<f64> = input.collect();
             let mut regressor = Regressor::new(&bank, &input, 0.2, 0.0);
-            let output = input.iter().map(|u| {
-                regressor.advance();
+            let output = input.iter().enumerate().map(|(k, u)| {
+                regressor.go_to(k, None);
                 regressor.output(&[1.0, 0.7, 0.5]) + 0.05 * u * u
             });
             let output: Vec<f64> = output.collect();
@@ -207,7 +270,8 @@ mod tests {
         let records = [record(0, 100), record(1, 0)];
         let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
         let space = Space::new(&records, &options);
-        let projection = Projection::new(&records, &space, 4, 1);
+        let law = Law::new(&options);
+        let projection = Projection::new(&records, &space, &law, 1);
         let point = space.starts()[1].with(Parameter::Delay, 1.3);
         let squares = |fit: &Fit, point: &Point| {
             let bank = space.bank(point);
@@ -216,7 +280,7 @@ mod tests {
             for (record, output_offset) in records.iter().zip(&fit.output_offsets) {
                 let mut regressor = Regressor::new(&bank, record.input(), offset, delay);
                 for (k, y) in record.output().iter().enumerate() {
-                    regressor.advance();
+                    regressor.go_to(k, None);
                     if k >= record.skip() {
                         squares += (y - output_offset - regressor.output(&fit.weights)).powi(2);
                     }
@@ -226,15 +290,16 @@ mod tests {
         };
         let fit = projection.fit(&point, None);
         assert!((fit.squares - squares(&fit, &point)).abs() < 1e-10 * fit.squares);
-        let linearised = projection.linearise(&fit);
+        let (again, linearised) = projection.linearise(&point, &fit.weights, None);
+        assert!((again.squares - fit.squares).abs() < 1e-12 * fit.squares);
         for axis in 0..space.axes().len() {
             // All other steps held at zero, this one held at a small value: the promise must come true.
             let mut bounds = vec![(0.0, 0.0); space.axes().len()];
             let small = 1e-4 * space.axes()[axis].scale;
             bounds[axis] = (small, small);
-            let (step, promised) = linearised.step(&bounds);
-            let there = projection.fit(&space.moved(&point, &step), None);
-            let (change, expected) = (there.squares - fit.squares, promised - fit.squares);
+            let step = linearised.step(&bounds, &law);
+            let there = projection.fit(&space.moved(&point, &step.along), None);
+            let (change, expected) = (there.squares - fit.squares, step.squares - fit.squares);
             assert!((change - expected).abs() < 0.05 * expected.abs(), "axis {axis}: {change} {expected}");
         }
     }

@@ -37,7 +37,8 @@ impl Quality {
     }
 
     /// The quality over all records together.
-    pub(crate) fn pooled(records: &[Self]) -> Self {
+    #[must_use]
+    pub fn pooled(records: &[Self]) -> Self {
         let range = records.iter().fold(0.0, |range: f64, record| range.max(record.range));
         let (mut max_error, mut squares, mut samples) = (0.0_f64, 0.0, 0);
         for record in records {

@@ -65,7 +65,10 @@ pub(crate) struct Regressor<'a> {
     input_offset: f64,
     whole: usize,
     fraction: f64,
-    taken: usize,
+    /// The newest sample that the operators saw.
+    seen: Option<usize>,
+    /// How many of the turns they saw.
+    turned: usize,
     /// z `whole` samples before the current one.
     now: Vec<f64>,
     /// z one sample earlier still.
@@ -79,33 +82,75 @@ impl<'a> Regressor<'a> {
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
         let fraction = delay - delay.floor();
-        Self { bank, input, input_offset, whole, fraction, taken: 0, now: rest.clone(), before: rest }
+        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now: rest.clone(), before: rest }
     }
 
-    /// Takes the next sample of the record, the first one included.
-    pub(crate) fn advance(&mut self) {
-        let sample = self.taken;
-        self.taken += 1;
-        if sample == 0 {
+    /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
+    /// round, the operators see only those on the way, and the two that the row is made of.
+    pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
+        let last = sample.saturating_sub(self.whole);
+        if self.seen.is_none() {
             self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
             self.before.copy_from_slice(&self.now);
-        } else if sample > self.whole {
+        }
+        let mut seen = self.seen.unwrap_or(0);
+        while seen < last {
+            seen = match turns {
+                None => seen + 1,
+                Some(turns) => {
+                    while turns.get(self.turned).is_some_and(|turn| *turn <= seen) {
+                        self.turned += 1;
+                    }
+                    let row = (last - 1).max(seen + 1);
+                    turns.get(self.turned).map_or(row, |turn| row.min(*turn))
+                }
+            };
             std::mem::swap(&mut self.before, &mut self.now);
-            self.bank.next(&self.before, self.input[sample - self.whole] - self.input_offset, &mut self.now);
+            self.bank.next(&self.before, self.input[seen] - self.input_offset, &mut self.now);
         }
+        self.seen = Some(seen);
     }
 
-    /// Writes the row of the current sample.
+    /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
+    /// output above zero and one for that below.
     pub(crate) fn row(&self, row: &mut [f64]) {
-        for ((z, now), before) in row.iter_mut().zip(&self.now).zip(&self.before) {
-            *z = self.between(*now, *before);
+        let n = self.now.len();
+        if row.len() == n {
+            for ((z, now), before) in row.iter_mut().zip(&self.now).zip(&self.before) {
+                *z = self.between(*now, *before);
+            }
+            return;
+        }
+        let (above, below) = row.split_at_mut(n);
+        for (i, (now, before)) in self.now.iter().zip(&self.before).enumerate() {
+            above[i] = self.between(max(*now, 0.0), max(*before, 0.0));
+            below[i] = self.between(min(*now, 0.0), min(*before, 0.0));
         }
     }
 
-    /// The row of the current sample times the weights.
+    /// The row of the current sample times the weights, of which there may be one or two for each operator.
     pub(crate) fn output(&self, weights: &[f64]) -> f64 {
-        let terms = weights.iter().zip(self.now.iter().zip(&self.before));
-        terms.map(|(w, (now, before))| w * self.between(*now, *before)).sum()
+        self.weigh(weights, |now, before| self.between(now, before))
+    }
+
+    /// The derivative of [`output`](Self::output) by the delay.
+    pub(crate) fn slope_over_delay(&self, weights: &[f64]) -> f64 {
+        self.weigh(weights, |now, before| before - now)
+    }
+
+    #[inline]
+    fn weigh(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let n = self.now.len();
+        let (above, below) = weights.split_at(n);
+        if below.is_empty() {
+            let terms = above.iter().zip(self.now.iter().zip(&self.before));
+            return terms.map(|(w, (now, before))| w * value(*now, *before)).sum();
+        }
+        let term = |i: usize| {
+            let (now, before) = (self.now[i], self.before[i]);
+            above[i] * value(max(now, 0.0), max(before, 0.0)) + below[i] * value(min(now, 0.0), min(before, 0.0))
+        };
+        (0..n).map(term).sum()
     }
 
     fn between(&self, now: f64, before: f64) -> f64 {
@@ -140,7 +185,7 @@ mod tests {
             let mut row = z.clone();
             let mut taken = 0;
             for k in 0..input.len() {
-                regressor.advance();
+                regressor.go_to(k, None);
                 while taken <= k.saturating_sub(delay) {
                     for (z, operator) in z.iter_mut().zip(&operators) {
                         *z = operator.next(*z, input[taken] - input_offset);
@@ -153,6 +198,30 @@ mod tests {
         }
     }
 
+    proptest! {
+        /// Rows of a thinned course are those of all samples, bit for bit, if no reversal is left out.
+        #[test]
+        fn turns_are_enough(
+            input in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 2..80),
+            delay in 0.0..5.0_f64,
+            rows in prop::sample::subsequence((0..80).collect::<Vec<_>>(), 1..20),
+        ) {
+            let bank = Bank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER);
+            let turns = crate::course::turns(&input, 0.0);
+            let (mut every, mut some) = (Regressor::new(&bank, &input, 0.5, delay), Regressor::new(&bank, &input, 0.5, delay));
+            let (mut one, mut other) = ([0.0; 6], [0.0; 6]);
+            for k in rows.into_iter().filter(|k| *k < input.len()) {
+                every.go_to(k, None);
+                some.go_to(k, Some(&turns));
+                every.row(&mut one);
+                some.row(&mut other);
+                prop_assert_eq!(one, other, "sample {}", k);
+                let (weights, whole) = ([1.0, 0.3, 0.2, 1.0, 0.3, 0.2], every.output(&[1.0, 0.3, 0.2]));
+                prop_assert!((every.output(&weights) - whole).abs() < 1e-12);
+            }
+        }
+    }
+
     #[test]
     fn a_fractional_delay_lies_between_its_neighbours() {
         let bank = Bank::from_ratios(&[0.0, 1.0], Ratios::PAPER);
@@ -160,8 +229,8 @@ mod tests {
         let outputs = |delay| {
             let mut regressor = Regressor::new(&bank, &input, 0.0, delay);
             let mut row = [0.0; 2];
-            input.map(|_| {
-                regressor.advance();
+            [0, 1, 2, 3].map(|k| {
+                regressor.go_to(k, None);
                 regressor.row(&mut row);
                 row
             })

@@ -4,11 +4,18 @@ use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 use crate::error::Error;
+use crate::law::Law;
 use crate::projection::{Fit, Linearised, Projection};
+use crate::quality::as_f64;
 use crate::space::{Parameter, Point};
 
-/// Successive halving: how many fits enter each round, and how many steps each of them may take in it.
-const ROUNDS: [(usize, usize); 3] = [(25, 3), (12, 5), (5, 12)];
+/// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
+const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
+
+/// How many passes over the records the steps of a descent may take, and how many over all samples of a long record after
+/// a descent on many of them: what is left then are steps along directions that the data hardly tell.
+const LONG: usize = 60;
+const SHORT: usize = 3;
 
 /// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
 const DELAY_MUST_GAIN: f64 = 0.01;
@@ -52,12 +59,21 @@ pub struct Progress {
 pub(crate) struct Monitor<'a> {
     report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     now: Progress,
+    /// The share of the whole work that the present search is.
+    span: Span,
 }
 
 impl<'a> Monitor<'a> {
     pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let now = Progress { stage: Stage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now }
+        Self { report, now, span: Span { from: 0.0, to: 1.0 } }
+    }
+
+    /// Makes the next search the part number `part` of so many.
+    pub(crate) fn within(&mut self, part: usize, of: usize) {
+        let whole = Span { from: 0.0, to: 1.0 };
+        self.span = Span { from: whole.at(part, of), to: whole.at(part + 1, of) };
+        self.enter(Stage::Scan);
     }
 
     pub(crate) fn evaluations(&self) -> usize {
@@ -74,7 +90,7 @@ impl<'a> Monitor<'a> {
     fn evaluated(&mut self, rmse: f64, fraction: f64) -> Result<(), Error> {
         self.now.evaluations += 1;
         self.now.best_rmse = self.now.best_rmse.min(rmse);
-        self.now.fraction = fraction;
+        self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted),
@@ -87,7 +103,8 @@ impl<'a> Monitor<'a> {
 struct Patience {
     /// The promised decrease, as a share of the sum of squares, that is not worth a step.
     gain: f64,
-    steps: usize,
+    /// How many passes over the records the steps may take.
+    passes: usize,
 }
 
 /// The part of the whole work that an improvement takes.
@@ -99,18 +116,42 @@ struct Span {
 
 impl Span {
     fn at(self, done: usize, of: usize) -> f64 {
-        self.from + (self.to - self.from) * crate::quality::as_f64(done) / crate::quality::as_f64(of)
+        self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
     }
 }
 
-/// The best fit on all rows; `thinned` is the same problem on a selection of rows, for finding where to start.
-pub(crate) fn search(all: &Projection<'_>, thinned: &Projection<'_>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
+/// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
+/// to start, each further one is cheap because it starts next to where it ends, and the last has all of them.
+pub(crate) fn search(
+    levels: &[Projection<'_>],
+    law: &Law,
+    monitor: &mut Monitor<'_>,
+) -> Result<(Fit, Linearised), Error> {
+    let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
     let starts = all.space().starts();
-    let searched = !all.space().axes().is_empty();
-    let best = if searched { refine(thinned, scan(thinned, &starts, monitor)?, monitor)? } else { starts[0] };
+    // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
+    let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
+    let mut best = None;
+    if !all.space().axes().is_empty() {
+        let scanned = scan(thinned, &starts, monitor)?;
+        let mut found = refine(thinned, law, scanned, monitor)?;
+        let between = Span { from: 0.6, to: 0.7 };
+        for more in &levels[1..levels.len() - 1] {
+            found = improve(more, law, &found.point, Some(&found), patience(more.rows(), LONG), between, monitor)?.0;
+        }
+        best = Some(found);
+    }
     monitor.enter(Stage::Finish);
-    let span = Span { from: 0.6, to: 1.0 };
-    improve(all, &best, Patience { gain: 1e-9, steps: 40 }, span, monitor)
+    let start = best.as_ref().map_or(starts[0], |fit| fit.point);
+    improve(
+        all,
+        law,
+        &start,
+        best.as_ref(),
+        patience(all.rows(), if levels.len() > 2 { SHORT } else { LONG }),
+        Span { from: 0.7, to: 1.0 },
+        monitor,
+    )
 }
 
 /// The fits at all starts, best first, all at the delay that suits the best of them.
@@ -141,20 +182,21 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
 }
 
 /// Where the best of these fits leads: in every round the better ones go on.
-fn refine(thinned: &Projection<'_>, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Point, Error> {
+fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
     monitor.enter(Stage::Refine);
     let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
     let whole = Span { from: 0.2, to: 0.6 };
-    for (entering, steps) in ROUNDS {
+    for (entering, passes) in ROUNDS {
         fits.truncate(entering);
         for fit in &mut fits {
             let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
-            *fit = improve(thinned, &fit.point, Patience { gain: 1e-5, steps }, span, monitor)?;
+            let patience = Patience { gain: 1e-5, passes };
+            *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
         fits.sort_by(by_squares);
     }
-    Ok(fits[0].point)
+    Ok(fits.swap_remove(0))
 }
 
 fn by_squares(p: &Fit, q: &Fit) -> Ordering {
@@ -164,48 +206,54 @@ fn by_squares(p: &Fit, q: &Fit) -> Ordering {
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
 ///
 /// The linear half is solved anew at every point (variable projection). A step comes from the residual linearised
-/// along the axes *and* the weights, min |y - offsets - Z w - D s| over w >= 0 and s in the box, which is the step of
-/// Kaufman (1975) with the bounds of both halves kept exactly. The model is piecewise linear in the ratios, so the
-/// steps converge fast once the pieces no longer change.
+/// along the axes *and* the weights, min |y - offsets - Z w - D s| over admissible w and s in the box, which is the
+/// step of Kaufman (1975) with the bounds of both halves kept exactly. The model is piecewise linear in the ratios, so
+/// the steps converge fast once the pieces no longer change. A pass over the records gives the fit at a point and the
+/// next derivatives at once, at the weights that the step foresaw.
 fn improve(
     projection: &Projection<'_>,
+    law: &Law,
     start: &Point,
-    patience: Patience,
+    like: Option<&Fit>,
+    mut patience: Patience,
     span: Span,
     monitor: &mut Monitor<'_>,
-) -> Result<Fit, Error> {
-    let mut here = projection.fit(start, None);
+) -> Result<(Fit, Linearised), Error> {
+    let first = if like.is_none() { Some(projection.fit(start, None)) } else { None };
+    if let Some(first) = &first {
+        monitor.evaluated(projection.rmse(first.squares), span.from)?;
+    }
+    let like = first.as_ref().or(like);
+    let weights = like.map_or(&[][..], |fit| &fit.weights);
+    let (mut here, mut linearised) = projection.linearise(start, weights, like);
     monitor.evaluated(projection.rmse(here.squares), span.from)?;
     let mut radius = FIRST_RADIUS;
-    for done in 0..patience.steps {
-        if projection.space().axes().is_empty() || here.squares <= ROUNDING_SQUARES * here.base_squares {
-            break;
-        }
-        let fraction = span.at(done, patience.steps);
-        let linearised = projection.linearise(&here);
-        monitor.evaluated(projection.rmse(here.squares), fraction)?;
-        let Some(there) = step_down(projection, &here, &linearised, &mut radius, patience.gain, fraction, monitor)?
-        else {
-            break;
-        };
-        here = there;
+    let passes = patience.passes;
+    while !projection.space().axes().is_empty() && here.squares > ROUNDING_SQUARES * here.base_squares {
+        let fraction = span.at(passes - patience.passes, passes);
+        let found = step_down(projection, law, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
+        let Some(there) = found else { break };
+        (here, linearised) = there;
     }
     monitor.evaluated(projection.rmse(here.squares), span.to)?;
-    Ok(here)
+    Ok((here, linearised))
 }
 
 /// The first fit below `here` that shrinking the trust region finds, or none if none is worth a step.
+#[expect(clippy::too_many_arguments, reason = "the state of one descent")]
 fn step_down(
     projection: &Projection<'_>,
+    law: &Law,
     here: &Fit,
     linearised: &Linearised,
     radius: &mut f64,
-    gain: f64,
+    patience: &mut Patience,
     fraction: f64,
     monitor: &mut Monitor<'_>,
-) -> Result<Option<Fit>, Error> {
+) -> Result<Option<(Fit, Linearised)>, Error> {
     let axes = projection.space().axes();
-    loop {
+    while patience.passes > 0 {
+        patience.passes -= 1;
         let bounds: Vec<_> = axes
             .iter()
             .map(|axis| {
@@ -213,14 +261,15 @@ fn step_down(
                 ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
             })
             .collect();
-        let (step, promised) = linearised.step(&bounds);
-        let size = axes.iter().zip(&step).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-        let promised_decrease = here.squares - promised;
-        let worth_it = promised_decrease > gain * here.squares && size >= MIN_STEP;
+        let step = linearised.step(&bounds, law);
+        let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
+        let promised_decrease = here.squares - step.squares;
+        let worth_it = promised_decrease > patience.gain * here.squares && size >= MIN_STEP;
         if !worth_it {
             return Ok(None);
         }
-        let there = projection.fit(&projection.space().moved(&here.point, &step), Some(here));
+        let point = projection.space().moved(&here.point, &step.along);
+        let (there, next) = projection.linearise(&point, &step.weights, Some(here));
         monitor.evaluated(projection.rmse(there.squares), fraction)?;
         let decrease = here.squares - there.squares;
         if decrease > 0.75 * promised_decrease {
@@ -229,7 +278,8 @@ fn step_down(
             *radius = 0.25 * size;
         }
         if decrease > 0.0 {
-            return Ok(Some(there));
+            return Ok(Some((there, next)));
         }
     }
+    Ok(None)
 }

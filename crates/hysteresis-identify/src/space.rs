@@ -2,6 +2,7 @@
 
 use hysteresis_core::Ratios;
 
+use crate::course::turns;
 use crate::options::{Form, Options, Setting, Thresholds};
 use crate::quality::as_f64;
 use crate::record::Record;
@@ -18,6 +19,9 @@ const MAX_DELAY_SHARE: f64 = 0.1;
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
+
+/// Reversals nearer to each other than this share of the range count once.
+const MERGED: f64 = 0.01;
 
 /// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +71,8 @@ pub(crate) struct Space {
     fixed_ratios: Option<Ratios>,
     input_low: f64,
     input_high: f64,
+    /// The inputs at the reversals of every record, if the thresholds are made of them.
+    reversals: Vec<Vec<f64>>,
     axes: Vec<Axis>,
     origin: Point,
 }
@@ -111,7 +117,12 @@ impl Space {
             }
         }
         let thresholds = options.thresholds.clone();
-        Self { form: options.form, thresholds, fixed_ratios, input_low: low, input_high: high, axes, origin }
+        let reversals = match thresholds {
+            Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * range)).collect(),
+            _ => Vec::new(),
+        };
+        let form = options.form;
+        Self { form, thresholds, fixed_ratios, input_low: low, input_high: high, reversals, axes, origin }
     }
 
     /// The searched parameters.
@@ -127,9 +138,34 @@ impl Space {
             Form::Conventional => 0.5 * (self.input_high - self.input_low),
         };
         match &self.thresholds {
+            // Cross-validation puts a number in place of this before a space is made.
+            Thresholds::Auto => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
+            Thresholds::Quantiles(n) => {
+                let knots = self.amplitudes(offset, reach);
+                (0..*n).map(|i| interpolated(&knots, as_f64(i) / as_f64(*n))).collect()
+            }
         }
+    }
+
+    /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
+    fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
+        let mut amplitudes: Vec<f64> = match self.form {
+            Form::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
+            Form::Conventional => {
+                self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
+            }
+        };
+        amplitudes.sort_by(f64::total_cmp);
+        let mut knots = vec![0.0];
+        for amplitude in amplitudes {
+            if amplitude - knots[knots.len() - 1] > MERGED * reach && amplitude < (1.0 - MERGED) * reach {
+                knots.push(amplitude);
+            }
+        }
+        knots.push(reach);
+        knots
     }
 
     pub(crate) fn ratios(&self, point: &Point) -> Ratios {
@@ -151,12 +187,12 @@ impl Space {
     }
 
     /// For every axis a neighbour of the point within the bounds, and how far away it is.
-    pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Point, f64)> {
+    pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
         let neighbour = |axis: &Axis| {
             let value = point.get(axis.parameter);
             let step = DIFFERENCE_STEP * axis.scale;
             let other = if value + step <= axis.upper { value + step } else { value - step };
-            (point.with(axis.parameter, other), other - value)
+            (axis.parameter, point.with(axis.parameter, other), other - value)
         };
         self.axes.iter().map(neighbour).collect()
     }
@@ -193,4 +229,16 @@ impl Space {
     fn searches(&self, parameter: Parameter) -> bool {
         self.axes.iter().any(|axis| axis.parameter == parameter)
     }
+}
+
+fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
+    turns(record.input(), dead_band).into_iter().map(|k| record.input()[k]).collect()
+}
+
+/// The value a share of the way through evenly spaced knots, straight between them.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among the knots")]
+fn interpolated(knots: &[f64], share: f64) -> f64 {
+    let place = share * as_f64(knots.len() - 1);
+    let below = (place as usize).min(knots.len() - 2);
+    knots[below] + (place - as_f64(below)) * (knots[below + 1] - knots[below])
 }

@@ -6,7 +6,8 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::arrays::vector;
-use crate::identify::{invalid, signals, skips};
+use crate::identify::invalid;
+use crate::records::{signals, skips};
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 
 /// One thing that `diagnose` found: a name, a sentence, and a number with the limit that it passed.

@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::{Model, Ratios};
-use hysteresis_identify::{self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds};
+use hysteresis_identify::{
+    self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds, Weights,
+};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -13,6 +15,7 @@ use crate::arguments::count;
 use crate::arrays::{read_only, vector};
 use crate::errors;
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::records::{HeldOut, signals, skips};
 
 /// The errors of a fit, each with its unit or base.
 ///
@@ -56,14 +59,17 @@ impl Quality {
 
 /// What `identify` found: the model, its delay, and how well it fits.
 #[pyclass(module = "mpi_hyst", frozen)]
-pub(crate) struct Identification(identification::Identification);
+pub(crate) struct Identification {
+    found: identification::Identification,
+    validations: Vec<identification::Quality>,
+}
 
 #[pymethods]
 impl Identification {
     /// The model, with the output offset of the first record.
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        match &self.0.model {
+        match &self.found.model {
             Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model.clone()))?.into_any()),
             Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model.clone()))?.into_any()),
         }
@@ -72,48 +78,107 @@ impl Identification {
     /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
     #[getter]
     fn ratios(&self) -> (f64, f64, f64) {
-        let Ratios { ra, rb, rc } = self.0.ratios;
+        let Ratios { ra, rb, rc } = self.found.ratios;
         (ra, rb, rc)
     }
 
     /// By how many samples the output lags the input, fractions included.
     #[getter]
     fn delay(&self) -> f64 {
-        self.0.delay
+        self.found.delay
     }
 
     /// The output offset of every record, in the unit of the output.
     #[getter]
     fn output_offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.output_offsets.iter().copied())
+        read_only(py, self.found.output_offsets.iter().copied())
     }
 
     /// The errors over the fitted samples of all records.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.0.fit)
+        Quality::from(&self.found.fit)
     }
 
     /// The errors over the fitted samples of each record.
     #[getter]
     fn records(&self) -> Vec<Quality> {
-        self.0.record_fits.iter().map(Quality::from).collect()
+        self.found.record_fits.iter().map(Quality::from).collect()
+    }
+
+    /// The errors over all held-out samples, or None if none were held out.
+    #[getter]
+    fn validation(&self) -> Option<Quality> {
+        let pooled = identification::Quality::pooled(&self.validations);
+        (!self.validations.is_empty()).then(|| Quality::from(&pooled))
+    }
+
+    /// The errors over the held-out samples of each record.
+    #[getter]
+    fn validation_records(&self) -> Vec<Quality> {
+        self.validations.iter().map(Quality::from).collect()
+    }
+
+    /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
+    ///
+    /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+    #[getter]
+    fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.weights.iter().copied())
+    }
+
+    /// Standard errors of the weights below zero, read-only: those of `weights_std` unless the weights are split.
+    #[getter]
+    fn weights_negative_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let errors = &self.found.standard_errors;
+        let split = !errors.weights_negative.is_empty();
+        read_only(py, if split { &errors.weights_negative } else { &errors.weights }.iter().copied())
+    }
+
+    /// Standard errors of the ratios: 0 where given, NaN where at a bound.
+    #[getter]
+    fn ratios_std(&self) -> (f64, f64, f64) {
+        self.found.standard_errors.ratios.into()
+    }
+
+    /// Standard error of the input offset: 0 if it was given.
+    #[getter]
+    fn input_offset_std(&self) -> f64 {
+        self.found.standard_errors.input_offset
+    }
+
+    /// Standard error of the delay in samples: 0 if it was given, NaN at a bound.
+    #[getter]
+    fn delay_std(&self) -> f64 {
+        self.found.standard_errors.delay
+    }
+
+    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
+    #[getter]
+    fn cross_validation(&self) -> Vec<(usize, f64)> {
+        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
+    }
+
+    /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
+    #[getter]
+    fn kkt_residual(&self) -> f64 {
+        self.found.kkt_residual
     }
 
     /// How many passes over the records the search took.
     #[getter]
     fn evaluations(&self) -> usize {
-        self.0.evaluations
+        self.found.evaluations
     }
 
     /// The output for the input `u` from the virgin state, delayed as the records were.
     fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let predicted = self.0.predict(vector("u", u)?.as_slice()?);
+        let predicted = self.found.predict(vector("u", u)?.as_slice()?);
         predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| PyValueError::new_err(named(&error.to_string())))
     }
 
     fn __repr__(&self) -> String {
-        format!("<Identification: delay {:.3} samples, fit {}>", self.0.delay, self.fit().__repr__())
+        format!("<Identification: delay {:.3} samples, fit {}>", self.found.delay, self.fit().__repr__())
     }
 }
 
@@ -130,18 +195,25 @@ impl Identification {
 ///     argument.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
-/// operators : int
+/// weights : "free", "quadratic" or "split"
+///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
+///     modified model has.
+/// operators : int or "auto"
 ///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
+///     "auto" takes the fewest that predict held-out stretches of the records about as well as any.
 /// ratios : "fit" or (ra, rb, rc)
 ///     Thresholds as fractions of r.
 /// input_offset : "fit" or float
 ///     In the unit of u. The conventional model fixes it at the middle of the input range.
 /// delay : "fit" or float
 ///     Samples by which y lags u, fractions included.
-/// thresholds : array, optional
-///     The r_i, instead of uniform ones.
+/// thresholds : "uniform", "quantiles" or array, optional
+///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted.
+/// validate : (u, y), (u, y, skip), a list of these, or float, optional
+///     Records that are held out, each judged with the output offset that suits it; or the share at the end of every
+///     record that is held out, judged with the record's own offset.
 /// progress : callable, optional
 ///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
 ///
@@ -163,24 +235,27 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, validate=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, validate=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     model: &str,
+    weights: &str,
     operators: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
     thresholds: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
+    validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Identification> {
     let options = Options {
         form: form(model)?,
+        weights: law(weights)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
@@ -192,17 +267,17 @@ pub(crate) fn identify(
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let skips = skips(skip, signals.len())?;
-    let records = signals
-        .iter()
-        .zip(skips)
-        .enumerate()
-        .map(|(i, ((u, y), skip))| {
-            let record = Record::new(u, y, skip);
-            record.map_err(|error| {
-                invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
-            })
-        })
-        .collect::<PyResult<Vec<_>>>()?;
+    let held_out = validate.map(HeldOut::from_python).transpose()?;
+    let mut records = Vec::with_capacity(signals.len());
+    for (i, ((u, y), skip)) in signals.iter().zip(skips).enumerate() {
+        // Unequal lengths are for the record to name.
+        let cut = held_out.as_ref().filter(|_| u.len() == y.len()).map(|held_out| held_out.begins(u.len()));
+        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], skip);
+        records.push(record.map_err(|error| {
+            invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
+        })?);
+    }
+    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&signals))?;
     let mut stopped_by = None;
     let found = py.detach(|| {
         identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {
@@ -215,7 +290,12 @@ pub(crate) fn identify(
     });
     match (found, stopped_by) {
         (_, Some(error)) => Err(error),
-        (Ok(found), None) => Ok(Identification(found)),
+        (Ok(found), None) => {
+            let own_offset = |i: usize| matches!(held_out, Some(HeldOut::Share(_))).then(|| found.output_offsets[i]);
+            let validate = |(i, record): (usize, &Record<'_>)| found.validate(record, own_offset(i));
+            let validations = validations.iter().enumerate().map(validate).collect();
+            Ok(Identification { found, validations })
+        }
         (Err(Error::Core(error)), None) => Err(errors::core(error)),
         (Err(error), None) => Err(invalid(&error.to_string())),
     }
@@ -246,10 +326,37 @@ fn form(model: &str) -> PyResult<Form> {
     }
 }
 
+fn law(weights: &str) -> PyResult<Weights> {
+    match weights {
+        "free" => Ok(Weights::Free),
+        "quadratic" => Ok(Weights::Quadratic),
+        "split" => Ok(Weights::Split),
+        _ => Err(PyValueError::new_err(format!(
+            "weights: expected \"free\", \"quadratic\" or \"split\", got \"{weights}\""
+        ))),
+    }
+}
+
 /// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
 fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
+    let auto = operators.is_some_and(|operators| operators.cast::<PyString>().is_ok_and(|name| *name == "auto"));
+    if auto {
+        let uniform = thresholds.is_none_or(|name| name.cast::<PyString>().is_ok_and(|name| *name == "uniform"));
+        let error = "operators: expected a number with thresholds that are not uniform, got \"auto\"";
+        return if uniform { Ok(Thresholds::Auto) } else { Err(PyValueError::new_err(error)) };
+    }
     let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(operators.unwrap_or(20))) };
+    let count = operators.unwrap_or(20);
+    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
+    if let Ok(name) = thresholds.cast::<PyString>() {
+        return match name.to_str()? {
+            "uniform" => Ok(Thresholds::Uniform(count)),
+            "quantiles" => Ok(Thresholds::Quantiles(count)),
+            other => Err(PyValueError::new_err(format!(
+                "thresholds: expected \"uniform\", \"quantiles\" or an array, got \"{other}\""
+            ))),
+        };
+    }
     let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
     match operators {
         Some(operators) if operators != thresholds.len() => Err(PyValueError::new_err(format!(
@@ -276,36 +383,5 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     match value.extract::<T>() {
         Ok(value) => Ok(Setting::Fixed(value)),
         Err(_) => Err(wrong()?),
-    }
-}
-
-pub(crate) type Signals = Vec<(Vec<f64>, Vec<f64>)>;
-
-/// One record from two arrays, or several from a list of pairs.
-pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
-    if let Some(y) = y {
-        return Ok(vec![(vector("u", u)?.as_slice()?.to_vec(), vector("y", y)?.as_slice()?.to_vec())]);
-    }
-    let pairs: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = u
-        .extract()
-        .map_err(|_| PyTypeError::new_err("u: expected an array with y beside it, or a list of (u, y) pairs alone"))?;
-    let copy = |(i, (u, y)): (usize, &(Bound<'_, PyAny>, Bound<'_, PyAny>))| {
-        let (u, y) = (vector(&format!("record {i}: u"), u)?, vector(&format!("record {i}: y"), y)?);
-        Ok((u.as_slice()?.to_vec(), y.as_slice()?.to_vec()))
-    };
-    pairs.iter().enumerate().map(copy).collect()
-}
-
-pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
-    let Some(skip) = skip else { return Ok(vec![0; records]) };
-    if let Ok(all) = skip.extract::<usize>() {
-        return Ok(vec![all; records]);
-    }
-    match skip.extract::<Vec<usize>>() {
-        Ok(each) if each.len() == records => Ok(each),
-        _ => Err(PyValueError::new_err(format!(
-            "skip: expected a number of samples, or a list of {records} of them, got {}",
-            skip.repr()?
-        ))),
     }
 }

@@ -9,7 +9,7 @@ use pyo3::types::PyTuple;
 
 use crate::arguments::count;
 use crate::arrays::{self, read_only, vector};
-use crate::models::hash;
+use crate::model_values::hash;
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 

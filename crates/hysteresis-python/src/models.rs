@@ -1,22 +1,18 @@
 //! The two models: immutable, comparable, hashable, picklable, and a file each.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use hysteresis_core::{self as core, CoupledPlay, Kernel, Model, Offsets, Ratios};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::arguments::pair;
 use crate::arrays::{read_only, vector};
+use crate::model_values::{Arguments, hash, offset_keywords};
 use crate::streams::{Forward, Inverse};
 use crate::{errors, files};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
-
-/// The arguments that make an equal model: positional and by keyword.
-type Arguments<'py> = PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)>;
 
 /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = output_offset + sum_i w_i z_i.
 ///
@@ -60,6 +56,9 @@ pub(crate) struct PrandtlIshlinskii {
 ///     Thresholds in the unit of the input (V), r_i >= rc_i >= 0 and ra_i >= rb_i >= 0.
 /// input_offset, output_offset : float
 ///     Where the model's own zero lies.
+/// weights_negative : array of n floats, optional
+///     v_i: makes a split model, where z_i counts with w_i above zero and with v_i below. By default, or equal to
+///     w_i, there is no split.
 ///
 /// Raises
 /// ------
@@ -114,20 +113,6 @@ fn save(model: &Model, path: PathBuf) -> PyResult<()> {
     let mut text = model.to_json();
     text.push('\n');
     files::write_file(path, &text)
-}
-
-/// Equal models have equal hashes: +0 and -0, which are equal, count as one.
-pub(crate) fn hash(values: impl Iterator<Item = f64>) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    values.for_each(|value| (value + 0.0).to_bits().hash(&mut hasher));
-    hasher.finish()
-}
-
-fn offset_keywords(py: Python<'_>, offsets: Offsets) -> PyResult<Bound<'_, PyDict>> {
-    let keywords = PyDict::new(py);
-    keywords.set_item("input_offset", offsets.input)?;
-    keywords.set_item("output_offset", offsets.output)?;
-    Ok(keywords)
 }
 
 /// The methods that both models have, and its own.
@@ -188,10 +173,6 @@ macro_rules! model_methods {
                 self.model == other.model
             }
 
-            fn __repr__(&self) -> String {
-                format!("<{} of {} operators>", stringify!($class), self.operators())
-            }
-
             $($own)*
         }
     };
@@ -241,6 +222,10 @@ model_methods!(PrandtlIshlinskii {
         self.model.closed_form_inverse().map(Self::from).map_err(errors::core)
     }
 
+    fn __repr__(&self) -> String {
+        format!("<PrandtlIshlinskii of {} operators>", self.operators())
+    }
+
     fn __hash__(&self) -> u64 {
         let offsets = self.model.offsets();
         let thresholds = self.model.operators().iter().map(core::Play::r);
@@ -253,6 +238,16 @@ model_methods!(PrandtlIshlinskii {
     }
 });
 
+fn split(model: core::ModifiedPrandtlIshlinskii, weights: Argument<'_, '_>) -> PyResult<ModifiedPrandtlIshlinskii> {
+    let model = match weights {
+        None => model,
+        Some(weights) => {
+            model.with_negative_weights(vector("weights_negative", weights)?.as_slice()?).map_err(errors::core)?
+        }
+    };
+    Ok(model.into())
+}
+
 impl ModifiedPrandtlIshlinskii {
     fn values(&self, threshold: impl Fn(&CoupledPlay) -> f64) -> impl Iterator<Item = f64> {
         self.model.operators().iter().map(threshold)
@@ -261,7 +256,8 @@ impl ModifiedPrandtlIshlinskii {
 
 model_methods!(ModifiedPrandtlIshlinskii {
     #[new]
-    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0))]
+    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0, weights_negative=None))]
+    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn new(
         weights: &Bound<'_, PyAny>,
         r: &Bound<'_, PyAny>,
@@ -270,19 +266,19 @@ model_methods!(ModifiedPrandtlIshlinskii {
         rc: &Bound<'_, PyAny>,
         input_offset: f64,
         output_offset: f64,
+        weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let weights = vector("weights", weights)?;
         let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
-        core::ModifiedPrandtlIshlinskii::new(
+        let model = core::ModifiedPrandtlIshlinskii::new(
             weights.as_slice()?,
             r.as_slice()?,
             ra.as_slice()?,
             rb.as_slice()?,
             rc.as_slice()?,
             Offsets { input: input_offset, output: output_offset },
-        )
-        .map(Self::from)
-        .map_err(errors::core)
+        );
+        split(model.map_err(errors::core)?, weights_negative)
     }
 
     /// A model whose operators share the proportions of their thresholds: ra_i = ra r_i, rb_i = rb r_i, rc_i = rc r_i.
@@ -295,8 +291,10 @@ model_methods!(ModifiedPrandtlIshlinskii {
     /// ra, rb, rc : float
     ///     Ratios, ra >= rb >= 0 and 1 >= rc >= 0.
     /// input_offset, output_offset : float
+    /// weights_negative : array of n floats, optional
     #[staticmethod]
-    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0))]
+    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0, weights_negative=None))]
+    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn from_ratios(
         weights: &Bound<'_, PyAny>,
         r: &Bound<'_, PyAny>,
@@ -305,18 +303,32 @@ model_methods!(ModifiedPrandtlIshlinskii {
         rc: f64,
         input_offset: f64,
         output_offset: f64,
+        weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (weights, r) = (vector("weights", weights)?, vector("r", r)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
-        core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, Ratios { ra, rb, rc }, offsets)
-            .map(Self::from)
-            .map_err(errors::core)
+        let ratios = Ratios { ra, rb, rc };
+        let model =
+            core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, ratios, offsets);
+        split(model.map_err(errors::core)?, weights_negative)
     }
 
-    /// The weights w_i, read-only.
+    /// The weights w_i, read-only; in a split model those above zero.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.model.weights().iter().copied())
+    }
+
+    /// The weights v_i below zero, read-only: equal to `weights` unless the model is split.
+    #[getter]
+    fn weights_negative<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.weights_negative().iter().copied())
+    }
+
+    /// Whether operators have other weights below zero than above.
+    #[getter]
+    fn split(&self) -> bool {
+        self.model.is_split()
     }
 
     /// The thresholds r_i (rising above zero: z = x - r), read-only.
@@ -361,15 +373,25 @@ model_methods!(ModifiedPrandtlIshlinskii {
         self.model.parametric_inverse(Ratios { ra, rb, rc }).map(Self::from).map_err(errors::core)
     }
 
+    fn __repr__(&self) -> String {
+        let split = if self.split() { ", split" } else { "" };
+        format!("<ModifiedPrandtlIshlinskii of {} operators{split}>", self.operators())
+    }
+
     fn __hash__(&self) -> u64 {
         let offsets = self.model.offsets();
         let thresholds = self.model.operators().iter().flat_map(|z| [z.r(), z.ra(), z.rb(), z.rc()]);
-        hash(self.model.weights().iter().copied().chain(thresholds).chain([offsets.input, offsets.output]))
+        let weights = self.model.weights().iter().chain(self.model.weights_negative()).copied();
+        hash(weights.chain(thresholds).chain([offsets.input, offsets.output]))
     }
 
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
         let positional =
             (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?).into_pyobject(py)?;
-        Ok((positional, offset_keywords(py, self.model.offsets())?))
+        let keywords = offset_keywords(py, self.model.offsets())?;
+        if self.split() {
+            keywords.set_item("weights_negative", self.weights_negative(py)?)?;
+        }
+        Ok((positional, keywords))
     }
 });

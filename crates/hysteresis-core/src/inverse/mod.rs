@@ -41,8 +41,8 @@ impl ModifiedPrandtlIshlinskii {
     /// displacement. The paper uses [`Ratios::PAPER_INVERSE`].
     ///
     /// # Errors
-    /// [`Error::NoClosedForm`] unless r_0 = 0, r never decreases and every partial sum of the weights is positive;
-    /// [`Error::Domain`] for ratios that break ra >= rb >= 0 or 1 >= rc >= 0.
+    /// [`Error::NoClosedForm`] unless r_0 = 0, r never decreases and every partial sum of the weights is positive, and
+    /// for a split model, whose families would need thresholds r' of their own; [`Error::Domain`] for ratios that break ra >= rb >= 0 or 1 >= rc >= 0.
     ///
     /// ```
     /// use hysteresis_core::{Ratios, paper};
@@ -51,6 +51,11 @@ impl ModifiedPrandtlIshlinskii {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn parametric_inverse(&self, ratios: Ratios) -> Result<Self, Error> {
+        let unequal = self.weights().iter().zip(self.weights_negative()).position(|(w, v)| w != v);
+        if let Some(index) = unequal {
+            let (expected, got) = ("the same weight in both families", self.weights_negative()[index]);
+            return Err(Error::NoClosedForm { index, expected, got });
+        }
         let r: Vec<f64> = self.operators().iter().map(CoupledPlay::r).collect();
         let (weights, r) = closed_form(self.weights(), &r)?;
         Self::from_ratios(&weights, &r, ratios, swapped(self.offsets()))

@@ -13,11 +13,30 @@ use crate::operator::{CoupledPlay, Operator};
 
 /// The weights and operators of a model, in the order in which they are summed.
 #[derive(Debug)]
-pub(crate) struct Members(Box<[(f64, CoupledPlay)]>);
+pub(crate) struct Members(Box<[(Weights, CoupledPlay)]>);
+
+/// The weights of an operator above and below zero.
+#[derive(Clone, Copy, Debug)]
+struct Weights {
+    above: f64,
+    below: f64,
+}
+
+impl Weights {
+    /// The weight of the output z; at zero either will do.
+    #[inline]
+    fn at(self, z: f64) -> f64 {
+        if z > 0.0 { self.above } else { self.below }
+    }
+
+    fn magnitude(self) -> f64 {
+        self.above.abs().max(self.below.abs())
+    }
+}
 
 impl Members {
     pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Self {
-        Self(model.weights().iter().copied().zip(model.operators().iter().copied()).collect())
+        Self(model.members().map(|(above, below, operator)| (Weights { above, below }, operator)).collect())
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -67,8 +86,8 @@ impl Bank {
         }
         let (mut sum, mut scale) = (0.0, 0.0);
         for ((weight, _), z) in self.members.0.iter().zip(outputs) {
-            sum += weight * z;
-            scale += weight.abs() * (z.abs() + input.abs() + f64::MIN_POSITIVE);
+            sum += weight.at(*z) * z;
+            scale += weight.magnitude() * (z.abs() + input.abs() + f64::MIN_POSITIVE);
         }
         if (sum - output).abs() > restore_tolerance(scale) {
             return Err(Error::State { expected: "operator outputs that sum to the output" });
@@ -98,7 +117,10 @@ impl Bank {
     #[inline]
     fn sum(&self, output: impl Fn(&CoupledPlay, f64) -> f64) -> f64 {
         let outputs = self.members.0.iter().zip(&self.outputs);
-        outputs.fold(0.0, |sum, ((weight, operator), z)| sum + weight * output(operator, *z))
+        outputs.fold(0.0, |sum, ((weight, operator), z)| {
+            let z = output(operator, *z);
+            sum + weight.at(z) * z
+        })
     }
 
     /// The input that brings the output to `to`, or the limit that comes closest. `from` is where the search starts.
@@ -127,12 +149,14 @@ impl Bank {
     fn line_at(&self, x: f64) -> Line {
         let mut line = Line { slope: 0.0, offset: 0.0 };
         for ((weight, operator), z) in self.members.0.iter().zip(&self.outputs) {
+            let next = operator.next(*z, x);
+            let weight = weight.at(next);
             match operator.slide(*z, x) {
                 Some(shift) => {
                     line.slope += weight;
                     line.offset += weight * shift;
                 }
-                None => line.offset += weight * operator.next(*z, x),
+                None => line.offset += weight * next,
             }
         }
         line

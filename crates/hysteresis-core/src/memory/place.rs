@@ -25,12 +25,16 @@ impl Families {
     pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Option<Self> {
         let mut identity_weight = 0.0;
         let (mut positive, mut negative) = (Vec::new(), Vec::new());
-        for (&weight, z) in model.weights().iter().zip(model.operators()) {
-            if z.is_identity() {
-                identity_weight += weight;
-            } else {
-                positive.push(Member { weight, rise: z.r(), fall: z.rb() });
-                negative.push(Member { weight, rise: z.ra(), fall: z.rc() });
+        for (above, below, z) in model.members() {
+            // What both sides of an identity have is a straight line that always slides, so the slope stays above it;
+            // the rest, if it is split, is a one-sided play of no width.
+            let straight = if z.is_identity() { above.min(below) } else { 0.0 };
+            identity_weight += straight;
+            if !z.is_identity() || above > straight {
+                positive.push(Member { weight: above - straight, rise: z.r(), fall: z.rb() });
+            }
+            if !z.is_identity() || below > straight {
+                negative.push(Member { weight: below - straight, rise: z.ra(), fall: z.rc() });
             }
         }
         Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })

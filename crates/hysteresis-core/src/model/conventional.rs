@@ -72,6 +72,6 @@ impl PrandtlIshlinskii {
     /// # Errors
     /// [`Error::NotInvertible`] unless the weight at threshold zero exceeds the sum of the negative weights.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        invertibility::check(self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, z.r() == 0.0)))
+        invertibility::check(self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, *w, z.r() == 0.0)))
     }
 }

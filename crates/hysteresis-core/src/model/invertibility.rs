@@ -13,10 +13,15 @@ const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
 ///
 /// With every w_i >= 0 this is the familiar w_0 > 0. Conditions on partial sums alone are not enough:
 /// w = \[1, 1, -1.5\] has slope -0.5 where all three slide.
-pub(super) fn check(operators: impl Iterator<Item = (f64, bool)>) -> Result<(), Error> {
+///
+/// A split operator slides with one of its two weights at a time, and operators on either side of zero slide at once:
+/// so the smaller weight of each counts, and no condition on the families one by one is enough.
+/// `operators` gives the two weights of each and whether it is an identity.
+pub(super) fn check(operators: impl Iterator<Item = (f64, f64, bool)>) -> Result<(), Error> {
     let (mut identity_weight, mut negative_sum, mut magnitude) = (0.0, 0.0, 0.0);
-    for (weight, is_identity) in operators {
-        magnitude += weight.abs();
+    for (above, below, is_identity) in operators {
+        let weight = above.min(below);
+        magnitude += above.abs().max(below.abs());
         if is_identity {
             identity_weight += weight;
         } else {

@@ -4,6 +4,9 @@
 //! {"schema": "mpi_hyst/model/1", "model": "modified", "weights": [0.0043], "r": [0.0], "ra": [0.0], "rb": [0.0],
 //!  "rc": [0.0], "input_offset": 0.0, "output_offset": 0.0}
 //! ```
+//!
+//! A split model has a field more, `weights_negative`, and schema 2, so that a reader of schema 1 refuses it by its
+//! schema. Every other model is written in schema 1.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -15,8 +18,11 @@ use super::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::error::Error;
 use crate::operator::{CoupledPlay, Play};
 
-/// The schema that this version writes, and the only one it reads.
+/// The schema of every model that is not split.
 pub const SCHEMA: &str = "mpi_hyst/model/1";
+
+/// The schema of a split model.
+pub const SCHEMA_SPLIT: &str = "mpi_hyst/model/2";
 
 /// Why a text is not a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +43,10 @@ impl fmt::Display for JsonError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Syntax(message) => write!(f, "not a model file: {message}"),
-            Self::Schema { got: Some(got) } => write!(f, "schema: expected {SCHEMA:?}, got {got:?}"),
-            Self::Schema { got: None } => write!(f, "schema: expected {SCHEMA:?}, got none"),
+            Self::Schema { got: Some(got) } => {
+                write!(f, "schema: expected {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got:?}")
+            }
+            Self::Schema { got: None } => write!(f, "schema: expected {SCHEMA:?} or {SCHEMA_SPLIT:?}, got none"),
             Self::Model(error) => error.fmt(f),
         }
     }
@@ -66,6 +74,8 @@ enum File {
     Modified {
         schema: String,
         weights: Vec<f64>,
+        #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+        weights_negative: Option<Vec<f64>>,
         r: Vec<f64>,
         ra: Vec<f64>,
         rb: Vec<f64>,
@@ -73,6 +83,11 @@ enum File {
         input_offset: f64,
         output_offset: f64,
     },
+}
+
+/// A field that is there is an array: `null` is none.
+fn present<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<f64>>, D::Error> {
+    Vec::deserialize(deserializer).map(Some)
 }
 
 impl Model {
@@ -86,7 +101,8 @@ impl Model {
     /// ```
     #[must_use]
     pub fn to_json(&self) -> String {
-        let schema = SCHEMA.to_string();
+        let split = matches!(self, Self::Modified(model) if model.is_split());
+        let schema = if split { SCHEMA_SPLIT } else { SCHEMA }.to_string();
         let file = match self {
             Self::Conventional(model) => File::Conventional {
                 schema,
@@ -98,6 +114,7 @@ impl Model {
             Self::Modified(model) => File::Modified {
                 schema,
                 weights: model.weights().to_vec(),
+                weights_negative: model.is_split().then(|| model.weights_negative().to_vec()),
                 r: model.operators().iter().map(CoupledPlay::r).collect(),
                 ra: model.operators().iter().map(CoupledPlay::ra).collect(),
                 rb: model.operators().iter().map(CoupledPlay::rb).collect(),
@@ -117,17 +134,32 @@ impl Model {
     pub fn from_json(text: &str) -> Result<Self, JsonError> {
         let syntax = |error: serde_json::Error| JsonError::Syntax(error.to_string().replace(['\n', '\r'], " "));
         let header: Header = serde_json::from_str(text).map_err(syntax)?;
-        if header.schema.as_deref() != Some(SCHEMA) {
-            return Err(JsonError::Schema { got: header.schema });
-        }
+        let split = match header.schema.as_deref() {
+            Some(SCHEMA) => false,
+            Some(SCHEMA_SPLIT) => true,
+            _ => return Err(JsonError::Schema { got: header.schema }),
+        };
+        let misplaced = |what: &str, schema| Err(JsonError::Syntax(alloc::format!("{what} for schema {schema:?}")));
         match serde_json::from_str(text).map_err(syntax)? {
+            File::Conventional { .. } if split => return misplaced("a conventional model", SCHEMA_SPLIT),
+            File::Modified { weights_negative: Some(_), .. } if !split => {
+                return misplaced("unknown field `weights_negative`", SCHEMA);
+            }
+            File::Modified { weights_negative: None, .. } if split => {
+                return misplaced("missing field `weights_negative`", SCHEMA_SPLIT);
+            }
             File::Conventional { weights, thresholds, input_offset, output_offset, .. } => {
                 let offsets = Offsets { input: input_offset, output: output_offset };
                 PrandtlIshlinskii::new(&weights, &thresholds, offsets).map(Self::from)
             }
-            File::Modified { weights, r, ra, rb, rc, input_offset, output_offset, .. } => {
+            File::Modified { weights, weights_negative, r, ra, rb, rc, input_offset, output_offset, .. } => {
                 let offsets = Offsets { input: input_offset, output: output_offset };
-                ModifiedPrandtlIshlinskii::new(&weights, &r, &ra, &rb, &rc, offsets).map(Self::from)
+                ModifiedPrandtlIshlinskii::new(&weights, &r, &ra, &rb, &rc, offsets)
+                    .and_then(|model| match weights_negative {
+                        Some(below) => model.with_negative_weights(&below),
+                        None => Ok(model),
+                    })
+                    .map(Self::from)
             }
         }
         .map_err(JsonError::Model)

@@ -8,7 +8,7 @@ mod modified;
 
 pub use conventional::PrandtlIshlinskii;
 #[cfg(feature = "json")]
-pub use json::{JsonError, SCHEMA};
+pub use json::{JsonError, SCHEMA, SCHEMA_SPLIT};
 pub use modified::{ModifiedPrandtlIshlinskii, Ratios};
 
 use crate::error::{Error, check_finite};

@@ -2,7 +2,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::{Offsets, PrandtlIshlinskii, check_length, check_weights, invertibility};
-use crate::error::{Bound, Error, check_non_negative, check_within};
+use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
 use crate::operator::CoupledPlay;
 
 /// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
@@ -48,6 +48,11 @@ impl Ratios {
 /// z_i is the [`CoupledPlay`] of thresholds r_i, ra_i, rb_i, rc_i at the input x - `input_offset`. Weights in
 /// output unit per input unit (um/V), thresholds in the unit of the input (V). Immutable; streams share it.
 ///
+/// A coupled play is the difference of two one-sided plays, z_i = p_i(x; r_i, rb_i) - p_i(-x; ra_i, rc_i), of which
+/// one is always zero. A *split* model weighs them apart: y = `output_offset` + sum_i (w_i p_i(x; r_i, rb_i) -
+/// v_i p_i(-x; ra_i, rc_i)), which is w_i z_i where z_i > 0 and v_i z_i where z_i < 0. See
+/// [`with_negative_weights`](Self::with_negative_weights).
+///
 /// ```
 /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 /// let model = ModifiedPrandtlIshlinskii::from_ratios(
@@ -65,6 +70,8 @@ impl Ratios {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModifiedPrandtlIshlinskii {
     weights: Box<[f64]>,
+    /// v_i, unless they equal w_i: then absent, so that equal models compare equal.
+    weights_negative: Option<Box<[f64]>>,
     operators: Box<[CoupledPlay]>,
     offsets: Offsets,
 }
@@ -90,7 +97,7 @@ impl ModifiedPrandtlIshlinskii {
         let operators = (0..weights.len())
             .map(|i| CoupledPlay::indexed(Some(i), r[i], ra[i], rb[i], rc[i]))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
+        Self::of_operators(weights, operators, offsets)
     }
 
     /// A model whose operators share the proportions of their thresholds, as in Tables I and II.
@@ -102,13 +109,62 @@ impl ModifiedPrandtlIshlinskii {
         check_length("r", weights.len(), r)?;
         let ratios = ratios.check()?;
         let operators = r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
+        Self::of_operators(weights, operators, offsets)
     }
 
-    /// The weights w_i.
+    fn of_operators(weights: &[f64], operators: Vec<CoupledPlay>, offsets: Offsets) -> Result<Self, Error> {
+        let (weights, offsets) = (weights.into(), offsets.check()?);
+        Ok(Self { weights, weights_negative: None, operators: operators.into(), offsets })
+    }
+
+    /// The same model with other weights v_i for the family below zero; those of the family above stay w_i.
+    ///
+    /// With v_i = w_i for every i this is the model without a split, and equal to it.
+    ///
+    /// ```
+    /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+    /// let (r, ratios) = ([0.0, 2.0], Ratios::PLAY);
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&[1.0, 0.5], &r, ratios, Offsets::default())?
+    ///     .with_negative_weights(&[1.0, 0.25])?;
+    /// let mut forward = model.forward();
+    /// assert_eq!(forward.step(4.0), 4.0 + 0.5 * 2.0);
+    /// assert_eq!(forward.step(-4.0), -4.0 - 0.25 * 2.0);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one for each operator, [`Error::Domain`] for one that is not finite.
+    pub fn with_negative_weights(mut self, weights_negative: &[f64]) -> Result<Self, Error> {
+        check_length("weights_negative", self.weights.len(), weights_negative)?;
+        for (i, v) in weights_negative.iter().enumerate() {
+            check_finite("weights_negative", Some(i), *v)?;
+        }
+        self.weights_negative = (*weights_negative != *self.weights).then(|| weights_negative.into());
+        Ok(self)
+    }
+
+    /// The weights w_i; in a split model those of the family above zero.
     #[must_use]
     pub fn weights(&self) -> &[f64] {
         &self.weights
+    }
+
+    /// The weights v_i of the family below zero: those of [`weights`](Self::weights) unless the model is split.
+    #[must_use]
+    pub fn weights_negative(&self) -> &[f64] {
+        self.weights_negative.as_deref().unwrap_or(&self.weights)
+    }
+
+    /// Whether the two families have weights of their own.
+    #[must_use]
+    pub fn is_split(&self) -> bool {
+        self.weights_negative.is_some()
+    }
+
+    /// The weights (w_i, v_i) and the operator, one by one.
+    pub(crate) fn members(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> {
+        let weights = self.weights.iter().zip(self.weights_negative());
+        weights.zip(&self.operators).map(|((w, v), operator)| (*w, *v, *operator))
     }
 
     /// The operators, each with its four thresholds.
@@ -126,9 +182,10 @@ impl ModifiedPrandtlIshlinskii {
     /// Whether the sufficient condition for an inverse holds, and if not, why not.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights.
+    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights;
+    /// of a split operator the smaller weight counts.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        invertibility::check(self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, z.is_identity())))
+        invertibility::check(self.members().map(|(w, v, z)| (w, v, z.is_identity())))
     }
 }
 
@@ -137,6 +194,7 @@ impl From<&PrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
     fn from(model: &PrandtlIshlinskii) -> Self {
         Self {
             weights: model.weights().into(),
+            weights_negative: None,
             operators: model.operators().iter().map(|play| CoupledPlay::from(*play)).collect(),
             offsets: model.offsets(),
         }

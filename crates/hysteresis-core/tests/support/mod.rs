@@ -83,32 +83,61 @@ fn offsets() -> impl Strategy<Value = Offsets> {
     ]
 }
 
+/// A model as it is, or with weights of their own for the family below zero, as `weight` draws them.
+fn split_or_not<S: Strategy<Value = f64>>(
+    model: ModifiedPrandtlIshlinskii,
+    identity: S,
+    other: S,
+) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+    let n = model.weights().len();
+    (any::<bool>(), any::<bool>(), identity, vec(other, n - 1)).prop_map(move |(split, identity_too, first, rest)| {
+        if !split {
+            return model.clone();
+        }
+        let first = if identity_too { first } else { model.weights()[0] };
+        let below: Vec<f64> = core::iter::once(first).chain(rest).collect();
+        model.clone().with_negative_weights(&below).unwrap()
+    })
+}
+
+/// The least and the most that the slope of an invertible model can be, all weights but none negative.
+pub(crate) fn slopes(model: &ModifiedPrandtlIshlinskii) -> (f64, f64) {
+    let (above, below) = (model.weights(), model.weights_negative());
+    (above[0].min(below[0]), above.iter().zip(below).map(|(w, v)| w.max(*v)).sum())
+}
+
 /// An invertible model of 1 to `operators` operators; the first is the identity.
 pub(crate) fn invertible_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
-    (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
-        let weights = (0.2..2.0, vec(prop_oneof![Just(0.0), 0.0..1.0], n - 1));
-        (weights, nested_thresholds(n - 1)).prop_map(move |((identity, rest), rows)| {
-            let weights: Vec<f64> = core::iter::once(identity).chain(rest).collect();
-            let rows: Vec<[f64; 4]> = core::iter::once([0.0; 4]).chain(rows).collect();
-            build(&weights, &rows, offsets)
+    (1..=operators, offsets())
+        .prop_flat_map(|(n, offsets)| {
+            let weights = (0.2..2.0, vec(prop_oneof![Just(0.0), 0.0..1.0], n - 1));
+            (weights, nested_thresholds(n - 1)).prop_map(move |((identity, rest), rows)| {
+                let weights: Vec<f64> = core::iter::once(identity).chain(rest).collect();
+                let rows: Vec<[f64; 4]> = core::iter::once([0.0; 4]).chain(rows).collect();
+                build(&weights, &rows, offsets)
+            })
         })
-    })
+        .prop_flat_map(|model| split_or_not(model, (0.2..2.0).boxed(), prop_oneof![Just(0.0), 0.0..1.0].boxed()))
 }
 
 /// A model with weights of either sign and no need of an identity, its operators in any order.
 pub(crate) fn any_nested_model(operators: usize) -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
-    (1..=operators, offsets()).prop_flat_map(|(n, offsets)| {
-        let rows = nested_thresholds(n).prop_shuffle();
-        (vec(-1.0..1.0, n), rows).prop_map(move |(weights, rows)| build(&weights, &rows, offsets))
-    })
+    (1..=operators, offsets())
+        .prop_flat_map(|(n, offsets)| {
+            let rows = nested_thresholds(n).prop_shuffle();
+            (vec(-1.0..1.0, n), rows).prop_map(move |(weights, rows)| build(&weights, &rows, offsets))
+        })
+        .prop_flat_map(|model| split_or_not(model, -1.0..1.0, -1.0..1.0))
 }
 
 /// An invertible model whose thresholds are not nested.
 pub(crate) fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
-    (0.2..2.0, 0.1..1.0, 0.1..1.0, 1.0..50.0_f64).prop_map(|(w0, w1, w2, r)| {
-        // The larger r has the smaller rb: no order nests both.
-        build(&[w0, w1, w2], &[[0.0; 4], [r, r, r, 0.0], [2.0 * r, r, 0.5 * r, 0.0]], Offsets::default())
-    })
+    (0.2..2.0, 0.1..1.0, 0.1..1.0, 1.0..50.0_f64)
+        .prop_map(|(w0, w1, w2, r)| {
+            // The larger r has the smaller rb: no order nests both.
+            build(&[w0, w1, w2], &[[0.0; 4], [r, r, r, 0.0], [2.0 * r, r, 0.5 * r, 0.0]], Offsets::default())
+        })
+        .prop_flat_map(|model| split_or_not(model, 0.2..2.0, 0.1..1.0))
 }
 
 /// The plain loop over all operators of the model, at rest.
@@ -118,6 +147,6 @@ pub(crate) fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
 
 /// The scale of the model's output over the histories: tolerances are relative to it.
 pub(crate) fn output_range(model: &ModifiedPrandtlIshlinskii) -> f64 {
-    let sum: f64 = model.weights().iter().map(|w| w.abs()).sum();
+    let sum: f64 = model.weights().iter().zip(model.weights_negative()).map(|(w, v)| w.abs().max(v.abs())).sum();
     sum * 4.0 * REACH + model.offsets().output.abs()
 }
