@@ -14,6 +14,7 @@ from mpi_hyst._core import (
     Play,
     PrandtlIshlinskii,
     Quality,
+    RecursiveIdentifier,
     identify,
     load,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "Play",
     "PrandtlIshlinskii",
     "Quality",
+    "RecursiveIdentifier",
     "identify",
     "load",
     "paper",

@@ -48,7 +48,7 @@ pub(crate) struct ActuatorArray {
 }
 
 /// The kernel of a model of either kind, if it is one.
-fn kernel(model: &Bound<'_, PyAny>) -> Option<Kernel> {
+pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<Kernel> {
     if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
         Some(model.get().kernel.clone())
     } else {

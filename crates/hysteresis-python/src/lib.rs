@@ -22,6 +22,7 @@ mod models;
 mod operators;
 mod paper;
 mod process;
+mod recursive;
 mod rows;
 mod signals;
 mod single_argument;
@@ -51,6 +52,8 @@ mod _core {
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
     use crate::paper::{table_1, table_1_recovered, table_2};
+    #[pymodule_export]
+    use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]
     use crate::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]

@@ -44,7 +44,7 @@ type Arguments<'py> = PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)>;
 /// array([ 5.,  4., -5.])
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct PrandtlIshlinskii {
-    model: core::PrandtlIshlinskii,
+    pub(crate) model: core::PrandtlIshlinskii,
     pub(crate) kernel: Kernel,
 }
 
@@ -75,7 +75,7 @@ pub(crate) struct PrandtlIshlinskii {
 /// 0.4225
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ModifiedPrandtlIshlinskii {
-    model: core::ModifiedPrandtlIshlinskii,
+    pub(crate) model: core::ModifiedPrandtlIshlinskii,
     pub(crate) kernel: Kernel,
 }
 

@@ -267,6 +267,12 @@ impl RecursiveIdentifier {
         self.rejected
     }
 
+    /// The model that it started from.
+    #[must_use]
+    pub fn given(&self) -> &Model {
+        &self.given
+    }
+
     /// What it was told.
     #[must_use]
     pub fn options(&self) -> &RecursiveOptions {
@@ -298,9 +304,6 @@ impl RecursiveIdentifier {
         (self.turn, self.last_error, self.frozen, self.rejected) = (0, 0.0, None, 0);
     }
 
-    pub fn state_bounds(&self) -> usize {
-        self.bounds.members().len()
-    }
     /// Everything that is remembered. Allocates.
     #[must_use]
     pub fn state(&self) -> RecursiveState {
