@@ -97,7 +97,10 @@ fn batch(model: &ModifiedPrandtlIshlinskii, record: &[(f64, f64)], counts: &[f64
 /// The estimate before the projection.
 fn estimate(identifier: &RecursiveIdentifier) -> Vec<f64> {
     let n = identifier.weights().len();
-    identifier.state().estimate.iter().enumerate().map(|(i, x)| if i < n { x / SCALE } else { *x }).collect()
+    let state = identifier.state();
+    let place = |i: usize| state.order.iter().position(|unknown| *unknown == i).unwrap();
+    let unit = |i: usize| if i < n { SCALE } else { 1.0 };
+    (0..state.estimate.len()).map(|i| state.estimate[place(i)] / unit(i)).collect()
 }
 
 /// The largest difference, an output offset counted at the scale of the input.
@@ -387,7 +390,7 @@ fn a_state_of_another_identifier_is_refused_and_changes_nothing() {
     bad[2].diagonal[4] = -1.0;
     bad[3].published[5] = -1e-9;
     bad[4].turn = 21;
-    bad[5].at_bound = vec![21];
+    bad[5].order[3] = 4;
     bad[6].upper.push(0.0);
     bad[7].published[0] = 0.0;
     for state in bad {

@@ -51,10 +51,9 @@ impl Covariance {
         self.fold(0, noise);
     }
 
-    /// A measurement of unknown `i` alone with this `noise`: the others are at hand as zeros.
+    /// A measurement of unknown `i` alone with this `noise`.
     pub(super) fn measure_one(&mut self, i: usize, noise: f64) {
         let m = self.size();
-        self.seen[..i].fill(0.0);
         self.seen[i] = 1.0;
         for j in i + 1..m {
             self.seen[j] = self.upper[j * m + i];
@@ -108,26 +107,31 @@ impl Covariance {
         at_high * self.diagonal[high] + beyond
     }
 
-    /// Row i of U, and the same times D.
-    pub(super) fn row(&self, i: usize, u: &mut [f64], ud: &mut [f64]) {
-        let m = self.size();
-        u[..i].fill(0.0);
-        u[i] = 1.0;
-        for k in i + 1..m {
-            u[k] = self.upper[k * m + i];
-        }
-        for ((ud, u), d) in ud.iter_mut().zip(u).zip(&self.diagonal) {
-            *ud = *u * d;
-        }
+    /// Column j of U above the diagonal, and D there.
+    pub(super) fn column(&self, j: usize) -> (&[f64], f64) {
+        let start = j * self.size();
+        (&self.upper[start..start + j], self.diagonal[j])
     }
 
-    /// Adds U v to `sum`.
-    pub(super) fn add_upper_times(&self, v: &[f64], sum: &mut [f64]) {
-        for (k, column) in self.upper.chunks_exact(self.size()).enumerate() {
-            for (sum, u) in sum[..k].iter_mut().zip(column) {
-                *sum += u * v[k];
-            }
-            sum[k] += v[k];
+    /// Exchanges the unknowns j and j + 1.
+    ///
+    /// With the two rows of U exchanged, the two columns of U are combined anew, so that U is triangular again and
+    /// their share of U D U' stays: the new D are sums and products of positive numbers.
+    pub(super) fn exchange(&mut self, j: usize) {
+        let m = self.size();
+        let (left, right) = self.upper.split_at_mut((j + 1) * m);
+        let (one, other) = (&mut left[j * m..], right);
+        let (u, d, e) = (other[j], self.diagonal[j], self.diagonal[j + 1]);
+        let sum = d + e * u * u;
+        let (share, rest) = if sum > 0.0 { (d / sum, e * u / sum) } else { (1.0, 0.0) };
+        for (one, other) in one[..j].iter_mut().zip(&mut other[..j]) {
+            (*one, *other) = (*other - u * *one, share * *one + rest * *other);
+        }
+        other[j] = rest;
+        self.diagonal[j] = share * e;
+        self.diagonal[j + 1] = sum;
+        for column in self.upper.chunks_exact_mut(m).skip(j + 2) {
+            column.swap(j, j + 1);
         }
     }
 

@@ -78,7 +78,8 @@ pub struct RecursiveIdentifier {
     /// The scale of the inputs: a power of two, so that scaling rounds nothing.
     scale: f64,
     outputs: Box<[f64]>,
-    /// z_i over the scale; then 1 for an offset that is fitted.
+    /// z_i over the scale, and 1 for an offset that is fitted: in the order of the bounds, as all of the following but
+    /// for the prior.
     regressor: Box<[f64]>,
     /// The weights of the given model and its offset, as they are fitted: w_i times the scale.
     prior: Box<[f64]>,
@@ -181,7 +182,7 @@ impl RecursiveIdentifier {
         }
         if forgotten > 0.0 {
             self.covariance.forget(self.options.forgetting);
-            self.covariance.measure_one(self.turn, self.bounding_noise);
+            self.covariance.measure_one(self.bounds.place(self.turn), self.bounding_noise);
             self.turn = if self.turn + 1 == self.regressor.len() { 0 } else { self.turn + 1 };
         }
         self.publish();
@@ -191,21 +192,18 @@ impl RecursiveIdentifier {
     /// Moves the operators to the input `x` and writes the regressor.
     fn move_operators(&mut self, x: f64) {
         let per_scale = self.scale.recip();
-        for ((operator, z), regressor) in self.operators.iter().zip(&mut self.outputs).zip(&mut self.regressor) {
+        for (i, (operator, z)) in self.operators.iter().zip(&mut self.outputs).enumerate() {
             *z = operator.next(*z, x);
-            *regressor = *z * per_scale;
+            self.regressor[self.bounds.place(i)] = *z * per_scale;
         }
     }
 
-    /// The weights of the model: the nearest to the estimate that have an inverse. If they are out of all proportion, the
-    /// last ones that were not stay.
+    /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of all
+    /// proportion, the last ones stay.
     fn publish(&mut self) {
-        if self.bounds.idle() && self.bounds.allow(&self.estimate) {
-            self.candidate.copy_from_slice(&self.estimate);
-        } else {
-            self.bounds.project(&self.covariance, &self.estimate, &mut self.candidate);
-        }
-        if self.has_inverse(&self.candidate) {
+        let others = [&mut *self.regressor, &mut *self.published];
+        let nearest = self.bounds.project(&mut self.covariance, &mut self.estimate, others, &mut self.candidate);
+        if nearest && self.has_inverse(&self.candidate) {
             self.published.copy_from_slice(&self.candidate);
         }
     }
@@ -213,9 +211,10 @@ impl RecursiveIdentifier {
     /// Whether numbers within the bounds make a model, and one that has an inverse.
     fn has_inverse(&self, unknowns: &[f64]) -> bool {
         let (mut identity, mut sum) = (0.0, 0.0);
-        for (w, operator) in unknowns.iter().zip(&self.operators) {
+        for (i, operator) in self.operators.iter().enumerate() {
+            let w = unknowns[self.bounds.place(i)];
             sum += w;
-            identity += if operator.is_identity() { *w } else { 0.0 };
+            identity += if operator.is_identity() { w } else { 0.0 };
         }
         let most = MAX_MAGNITUDE * self.scale.min(1.0);
         unknowns.iter().all(|x| x.abs() <= most) && identity > MIN_RELATIVE_SLOPE * sum
@@ -223,13 +222,14 @@ impl RecursiveIdentifier {
 
     /// The weights w_i of the model, in output unit per input unit.
     pub fn weights(&self) -> impl ExactSizeIterator<Item = f64> {
-        self.published[..self.outputs.len()].iter().map(|w| w / self.scale)
+        (0..self.outputs.len()).map(|i| self.published[self.bounds.place(i)] / self.scale)
     }
 
     /// The output offset of the model.
     #[must_use]
     pub fn output_offset(&self) -> f64 {
-        self.published.get(self.outputs.len()).copied().unwrap_or(self.held_offset)
+        let n = self.outputs.len();
+        if n < self.unknowns() { self.published[self.bounds.place(n)] } else { self.held_offset }
     }
 
     /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists. Allocates.
@@ -291,16 +291,21 @@ impl RecursiveIdentifier {
     pub fn covariance(&self) -> Vec<f64> {
         let m = self.unknowns();
         let unit = |i: usize| if i < self.outputs.len() { self.scale } else { 1.0 };
-        (0..m * m).map(|k| self.covariance.entry(k / m, k % m) / unit(k / m) / unit(k % m)).collect()
+        let place = |i: usize| self.bounds.place(i);
+        let entry = |i: usize, j: usize| self.covariance.entry(place(i), place(j)) / unit(i) / unit(j);
+        (0..m * m).map(|k| entry(k / m, k % m)).collect()
     }
 
     /// Back to the given model, the operators at rest.
     pub fn reset(&mut self) {
+        let n = self.outputs.len();
         self.outputs.fill(0.0);
-        self.estimate.copy_from_slice(&self.prior);
         self.covariance.reset(self.options.covariance);
-        self.bounds.restore(&[]);
-        self.publish();
+        self.bounds.reset();
+        self.regressor[n..].fill(1.0);
+        self.estimate.copy_from_slice(&self.prior);
+        // P being diagonal, the nearest point is at the bounds that are passed.
+        self.bounds.clamp(&self.prior, &mut self.published);
         (self.turn, self.last_error, self.frozen, self.rejected) = (0, 0.0, None, 0);
     }
 
@@ -312,7 +317,8 @@ impl RecursiveIdentifier {
             outputs: self.outputs.to_vec(),
             estimate: self.estimate.to_vec(),
             published: self.published.to_vec(),
-            at_bound: self.bounds.members().to_vec(),
+            order: self.bounds.order().to_vec(),
+            free: self.bounds.free(),
             upper,
             diagonal,
             turn: self.turn,
@@ -337,16 +343,26 @@ impl RecursiveIdentifier {
         if !numbers.into_iter().flatten().chain([&state.last_error]).all(|x| x.is_finite()) {
             return wrong("finite numbers");
         }
-        if state.diagonal.iter().any(|d| *d < 0.0) || state.turn >= m || state.at_bound.iter().any(|i| *i >= m) {
-            return wrong("variances that are not negative, and indices of unknowns");
+        let permuted = (0..m).all(|i| state.order.contains(&i)) && state.order.len() == m;
+        if state.diagonal.iter().any(|d| *d < 0.0) || state.turn >= m || !permuted || state.free > m {
+            return wrong("variances that are not negative, and every unknown once in the order");
         }
-        if !(self.bounds.allow(&state.published) && self.has_inverse(&state.published)) {
+        let mut bounds = self.bounds.clone();
+        bounds.restore(&state.order, state.free);
+        let last = core::mem::replace(&mut self.bounds, bounds);
+        if !(self.bounds.holds_only_bounded()
+            && self.bounds.allow(&state.published)
+            && self.has_inverse(&state.published))
+        {
+            self.bounds = last;
             return wrong("published weights of a model that has an inverse, none of them negative");
+        }
+        if n < m {
+            self.regressor[self.bounds.place(n)] = 1.0;
         }
         self.outputs.copy_from_slice(&state.outputs);
         self.estimate.copy_from_slice(&state.estimate);
         self.published.copy_from_slice(&state.published);
-        self.bounds.restore(&state.at_bound);
         self.covariance.restore(&state.upper, &state.diagonal);
         self.turn = state.turn;
         (self.last_error, self.frozen, self.rejected) = (state.last_error, state.frozen, state.rejected);

@@ -31,7 +31,8 @@ impl Frozen {
 
 /// Everything that a [`RecursiveIdentifier`](super::RecursiveIdentifier) remembers: restored, it continues bit for bit.
 ///
-/// Weights are times the scale X of the input, the output offset, if it is fitted, comes last.
+/// The unknowns are the weights times the scale X of the input and then the output offset, if it is fitted; estimate,
+/// published and covariance have them in an order of their own.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct RecursiveState {
@@ -41,8 +42,10 @@ pub struct RecursiveState {
     pub estimate: Vec<f64>,
     /// The estimate within its bounds: that of the model.
     pub published: Vec<f64>,
-    /// Which of the published are at their bounds.
-    pub at_bound: Vec<usize>,
+    /// Which unknown stands at each place of what is above and below: a permutation.
+    pub order: Vec<usize>,
+    /// How many of the first are not at their bounds.
+    pub free: usize,
     /// U above the diagonal, column by column, of the covariance P = U D U'.
     pub upper: Vec<f64>,
     /// D of the covariance.
