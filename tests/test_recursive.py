@@ -1,4 +1,4 @@
-"""Recursive identification, and models that are swapped into running streams."""
+"""Recursive identification: least squares that follow, bounded, always with an inverse."""
 
 from __future__ import annotations
 
@@ -14,18 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import (
     BAD,
-    AnyModel,
     Array,
-    Drawn,
-    any_invertible_models,
-    banks,
     bits,
-    invertible_models,
-    model,
-    steps,
-    turning_points,
-    used,
-    with_history,
 )
 
 ACTUATOR = mh.paper.table_1_recovered()
@@ -52,9 +42,6 @@ def regressor(made: mh.ModifiedPrandtlIshlinskii, u: Array) -> Array:
     """One column for each operator, by the operators themselves."""
     rows = zip(made.r, made.ra, made.rb, made.rc, strict=True)
     return np.column_stack([mh.CoupledPlay(*row).run(u) for row in rows])
-
-
-# ---- recursive least squares
 
 
 @pytest.mark.parametrize("held", [None, 0.7])
@@ -86,17 +73,26 @@ def test_the_covariance_is_the_inverse_of_the_information() -> None:
     z = np.column_stack([regressor(GIVEN, u), np.ones(u.size)])
     expected = np.linalg.inv(z.T @ z)
     # the inverse loses the condition of z'z, 1e9 or so
-    np.testing.assert_allclose(identifier.covariance, expected, rtol=1e-5, atol=1e-6 * abs(expected[0, 0]))
+    np.testing.assert_allclose(
+        identifier.covariance, expected, rtol=1e-5, atol=1e-6 * abs(expected[0, 0])
+    )
 
 
 def test_it_follows_a_change_with_forgetting_only() -> None:
     u = swings(20_000)
-    changed = mh.ModifiedPrandtlIshlinskii(1.2 * ACTUATOR.weights, *thresholds(ACTUATOR), output_offset=0.1)
+    changed = mh.ModifiedPrandtlIshlinskii(
+        1.2 * ACTUATOR.weights, *thresholds(ACTUATOR), output_offset=0.1
+    )
     y = np.where(np.arange(u.size) < 5000, ACTUATOR.forward().run(u), changed.forward().run(u))
-    follows, averages = mh.RecursiveIdentifier(GIVEN, forgetting=0.999), mh.RecursiveIdentifier(GIVEN)
+    follows, averages = (
+        mh.RecursiveIdentifier(GIVEN, forgetting=0.999),
+        mh.RecursiveIdentifier(GIVEN),
+    )
     updated(follows, u, y)
     updated(averages, u, y)
-    assert abs(follows.model.weights - changed.weights).max() < 1e-8  # 15 memory lengths: e^-15 is left
+    assert (
+        abs(follows.model.weights - changed.weights).max() < 1e-8
+    )  # 15 memory lengths: e^-15 is left
     assert abs(averages.model.weights - changed.weights).max() > 1e-5
 
 
@@ -106,7 +102,9 @@ def thresholds(made: mh.ModifiedPrandtlIshlinskii) -> list[Array]:
 
 def test_a_conventional_model_stays_one() -> None:
     actuator = mh.PrandtlIshlinskii([2.0, 0.5, 0.25], [0.0, 1.0, 2.0], input_offset=0.5)
-    identifier = mh.RecursiveIdentifier(mh.PrandtlIshlinskii([1.0] * 3, [0.0, 1.0, 2.0], input_offset=0.5))
+    identifier = mh.RecursiveIdentifier(
+        mh.PrandtlIshlinskii([1.0] * 3, [0.0, 1.0, 2.0], input_offset=0.5)
+    )
     u = 5.0 * np.sin(0.1 * np.arange(1000.0))
     updated(identifier, u, actuator.forward().run(u))
     assert isinstance(identifier.model, mh.PrandtlIshlinskii)
@@ -125,8 +123,13 @@ def test_the_error_is_that_of_the_model_before() -> None:
         assert identifier.update(a, b) == pytest.approx(expected, abs=1e-13)
 
 
-@given(st.lists(st.tuples(st.floats(-600, 600), st.floats(-5, 5)), max_size=60), st.sampled_from([1.0, 0.99, 0.6]))
-def test_the_model_is_invertible_at_every_sample(samples: list[tuple[float, float]], forgetting: float) -> None:
+@given(
+    st.lists(st.tuples(st.floats(-600, 600), st.floats(-5, 5)), max_size=60),
+    st.sampled_from([1.0, 0.99, 0.6]),
+)
+def test_the_model_is_invertible_at_every_sample(
+    samples: list[tuple[float, float]], forgetting: float
+) -> None:
     identifier = mh.RecursiveIdentifier(ACTUATOR, forgetting=forgetting)
     for u, y in samples:
         identifier.update(u, y)
@@ -138,7 +141,8 @@ def test_the_model_is_invertible_at_every_sample(samples: list[tuple[float, floa
 def test_weights_that_would_be_negative_are_the_nearest_that_are_not() -> None:
     u = swings(3000)
     actuator = mh.ModifiedPrandtlIshlinskii(
-        [4e-3, 3e-4, -2e-4, 3e-4, -1e-4], *(100.0 * f * np.arange(5.0) for f in (1.0, 0.95, 0.30, 0.35))
+        [4e-3, 3e-4, -2e-4, 3e-4, -1e-4],
+        *(100.0 * f * np.arange(5.0) for f in (1.0, 0.95, 0.30, 0.35)),
     )
     start = mh.ModifiedPrandtlIshlinskii(abs(actuator.weights), *thresholds(actuator))
     identifier = mh.RecursiveIdentifier(start, output_offset=0.0)
@@ -166,8 +170,14 @@ def test_it_freezes_at_standstill_and_wakes() -> None:
 
 
 def test_forgetting_brings_back_a_bounded_covariance() -> None:
-    identifier = mh.RecursiveIdentifier(GIVEN, forgetting=0.99, covariance=100.0, covariance_limit=100.0)
-    u = 200.0 + 8.0 * np.sin(0.3 * np.arange(50_000.0)) + np.random.default_rng(2).standard_normal(50_000)
+    identifier = mh.RecursiveIdentifier(
+        GIVEN, forgetting=0.99, covariance=100.0, covariance_limit=100.0
+    )
+    u = (
+        200.0
+        + 8.0 * np.sin(0.3 * np.arange(50_000.0))
+        + np.random.default_rng(2).standard_normal(50_000)
+    )
     updated(identifier, u, 0.01 * u)
     unit = np.append(np.full(20, 512.0), 1.0)
     eigenvalues = np.linalg.eigvalsh(identifier.covariance * np.outer(unit, unit))
@@ -182,7 +192,9 @@ def test_bad_samples_hold_the_model_and_are_counted(bad: float) -> None:
     last = updated(identifier, u, measured(u))[-1]
     held = identifier.model
     assert identifier.update(bad, 1.0) == identifier.update(10.0, bad) == last
-    assert identifier.model == held and identifier.rejected == 2 and identifier.frozen == "not_finite"
+    assert (
+        identifier.model == held and identifier.rejected == 2 and identifier.frozen == "not_finite"
+    )
     identifier.reset()
     assert identifier.rejected == 0 and identifier.frozen is None and identifier.model == GIVEN
 
@@ -190,11 +202,16 @@ def test_bad_samples_hold_the_model_and_are_counted(bad: float) -> None:
 def test_a_state_survives_pickle_and_json_bit_for_bit() -> None:
     u = swings(2000)
     y = measured(u, noise=0.5)
-    identifier = mh.RecursiveIdentifier(GIVEN, forgetting=0.99, output_offset=0.25, covariance=1e6, covariance_limit=50.0)
+    identifier = mh.RecursiveIdentifier(
+        GIVEN, forgetting=0.99, output_offset=0.25, covariance=1e6, covariance_limit=50.0
+    )
     updated(identifier, u[:1000], y[:1000])
     identifier.update(math.nan, 0.0)
     others = [pickle.loads(pickle.dumps(identifier))]
-    for kept in (pickle.loads(pickle.dumps(identifier.state)), json.loads(json.dumps(identifier.state))):
+    for kept in (
+        pickle.loads(pickle.dumps(identifier.state)),
+        json.loads(json.dumps(identifier.state)),
+    ):
         other = mh.RecursiveIdentifier(
             GIVEN, forgetting=0.99, output_offset=0.25, covariance=1e6, covariance_limit=50.0
         )
@@ -224,115 +241,49 @@ def test_a_wrong_state_is_refused_and_changes_nothing() -> None:
     ("options", "kind", "message"),
     [
         ({"forgetting": 1.1}, ValueError, r"forgetting: expected a number from 0.5 to 1, got 1.1"),
-        ({"forgetting": math.nan}, ValueError, r"forgetting: expected a number from 0.5 to 1, got NaN"),
-        ({"covariance": -1.0}, ValueError, r"covariance: expected a number from 1e-30 to 1e30, got -1.0"),
+        (
+            {"forgetting": math.nan},
+            ValueError,
+            r"forgetting: expected a number from 0.5 to 1, got NaN",
+        ),
+        (
+            {"covariance": -1.0},
+            ValueError,
+            r"covariance: expected a number from 1e-30 to 1e30, got -1.0",
+        ),
         ({"covariance_limit": 0.0}, ValueError, r"covariance_limit: expected .*, got 0.0"),
-        ({"output_offset": math.inf}, ValueError, r"output_offset: expected a finite number .*, got inf"),
-        ({"output_offset": "fix"}, TypeError, r"output_offset: expected \"fit\" or a number, got 'fix'"),
+        (
+            {"output_offset": math.inf},
+            ValueError,
+            r"output_offset: expected a finite number .*, got inf",
+        ),
+        (
+            {"output_offset": "fix"},
+            TypeError,
+            r"output_offset: expected \"fit\" or a number, got 'fix'",
+        ),
         ({"model": 3.0}, TypeError, r"model: expected a PrandtlIshlinskii or .*, got 3.0"),
-        ({"model": mh.PrandtlIshlinskii([1.0], [2.0])}, mh.NotInvertibleError, r"the model is not invertible: .*"),
+        (
+            {"model": mh.PrandtlIshlinskii([1.0], [2.0])},
+            mh.NotInvertibleError,
+            r"the model is not invertible: .*",
+        ),
     ],
 )
-def test_wrong_arguments_are_named(options: dict[str, Any], kind: type[Exception], message: str) -> None:
+def test_wrong_arguments_are_named(
+    options: dict[str, Any], kind: type[Exception], message: str
+) -> None:
     with pytest.raises(kind, match=f"^{message}$"):
         mh.RecursiveIdentifier(**{"model": GIVEN, **options})
     with pytest.raises(TypeError):
         mh.RecursiveIdentifier(GIVEN).update("a", 1.0)  # type: ignore[arg-type]
 
 
-# ---- a model swapped into a running stream
-
-
-def reweighed(drawn: Drawn, weights: list[float], offset: float) -> AnyModel:
-    weights = [weights[0] + 0.1, *weights[1 : len(drawn.weights)]]
-    return Drawn({**drawn.keywords, "weights": weights, "output_offset": offset}).model()
-
-
-WEIGHTS = st.lists(st.floats(0.0, 10.0), min_size=40, max_size=40)
-OFFSETS = st.just(0.0) | st.floats(-50.0, 50.0)
-
-
-@given(with_history(any_invertible_models(), histories=2), st.booleans())
-def test_swapping_in_the_same_model_changes_no_bit(
-    case: tuple[Drawn, list[float], list[float]], bank: bool
-) -> None:
-    drawn, xs, ys = case
-    initial = drawn.zeros() if bank else None
-    made = drawn.model()
-    for stream, other in (
-        (made.forward(initial), made.forward(initial)),
-        (made.inverse((-30.0, 70.0), initial), made.inverse((-30.0, 70.0), initial)),
-    ):
-        stream.run(xs)
-        other.run(xs)
-        other.set_model(drawn.model())
-        assert other.state == stream.state
-        assert bits(other.run(ys)) == bits(stream.run(ys))
-
-
-@given(with_history(any_invertible_models(), histories=2), WEIGHTS, OFFSETS, st.booleans())
-def test_a_stream_goes_on_as_the_new_model(
-    case: tuple[Drawn, list[float], list[float]], weights: list[float], offset: float, bank: bool
-) -> None:
-    drawn, xs, ys = case
-    new = reweighed(drawn, weights, offset)
-    initial = drawn.zeros() if bank else None
-    stream, fresh = drawn.model().forward(initial), new.forward(initial)
-    stream.run(xs)
-    fresh.run(xs)
-    stream.set_model(new)
-    assert bits(stream.memory) == bits(fresh.memory)
-    # n roundings of the largest sum
-    scale = (sum(new.weights) + sum(drawn.weights)) * drawn.input_scale([*xs, *ys]) + 100.0
-    np.testing.assert_allclose(steps(stream, ys), steps(fresh, ys), rtol=0, atol=1e-13 * scale)
-
-
-@given(with_history(invertible_models(), histories=2), WEIGHTS, OFFSETS, st.booleans())
-def test_an_inverse_goes_on_as_the_new_model_without_a_jump(
-    case: tuple[Drawn, list[float], list[float]], weights: list[float], offset: float, bank: bool
-) -> None:
-    drawn, xs, ys = case
-    old, new = drawn.model(), reweighed(drawn, weights, offset)
-    initial = drawn.zeros() if bank else None
-    inverse, actuator = old.inverse((-600.0, 600.0), initial), new.forward()
-    drives = inverse.run(old.forward().run(xs))
-    reached = actuator.run(drives)[-1]
-    inverse.set_model(new)
-    assert inverse.peek(math.nan) == drives[-1]  # held
-    scale = (sum(new.weights) + sum(drawn.weights)) * max(600.0, drawn.input_scale([*xs, *ys])) + 100.0
-    assert inverse.step(reached) == pytest.approx(drives[-1], abs=1e-12 * scale / new.weights[0])
-    for target in ys:
-        drive = inverse.step(target)
-        assert -600.0 <= drive <= 600.0
-        y = actuator.step(drive)
-        assert inverse.saturated or y == pytest.approx(target, abs=1e-12 * scale)
-
-
-def test_other_operators_are_refused_and_change_nothing() -> None:
-    others: list[tuple[Any, type[Exception], str]] = [
-        (model(7), ValueError, "model: expected the number of operators of the running stream, .*"),
-        (mh.PrandtlIshlinskii(np.ones(8), np.arange(8.0) * 1.5), ValueError, "model: expected the r of .*, 1, got 1.5"),
-        (
-            mh.PrandtlIshlinskii(np.ones(8), np.arange(8.0), input_offset=2.0),
-            ValueError,
-            "model: expected the input_offset of the running stream, 0, got 2",
-        ),
-        ("model", TypeError, "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 'model'"),
-    ]
-    for stream in used([*turning_points(), *banks()]):
-        before = stream.state
-        for other, kind, message in others:
-            with pytest.raises(kind, match=f"^{message}$"):
-                stream.set_model(other)
-        if isinstance(stream, mh.Inverse):
-            with pytest.raises(mh.NotInvertibleError):
-                stream.set_model(mh.PrandtlIshlinskii([1.0, *[-1.0] * 7], np.arange(8.0)))
-        assert stream.state == before
-
-
 def test_a_controller_gets_better_models_while_it_runs() -> None:
     weights = ACTUATOR.weights * np.where(np.arange(20) % 2 == 0, 1.25, 0.7)
-    plant = mh.ModifiedPrandtlIshlinskii(weights, *thresholds(ACTUATOR), output_offset=0.2).forward()
+    plant = mh.ModifiedPrandtlIshlinskii(
+        weights, *thresholds(ACTUATOR), output_offset=0.2
+    ).forward()
     inverse = ACTUATOR.inverse(limits=(-500.0, 500.0))
     identifier = mh.RecursiveIdentifier(ACTUATOR, forgetting=0.999)
     k = np.arange(15_000)

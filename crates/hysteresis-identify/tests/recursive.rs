@@ -1,8 +1,5 @@
 //! Recursive identification: equal to least squares, bounded, non-negative, never stopped by a bad sample.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 use hysteresis_core::{
@@ -10,34 +7,6 @@ use hysteresis_core::{
 };
 use hysteresis_identify::{Error, Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, Setting};
 use proptest::prelude::*;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: every request goes to the system allocator as it came; counting touches a thread-local number only.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
 
 /// The actuator of the paper, and the scale of its thresholds (475 V) as the identifier has it.
 fn actuator() -> ModifiedPrandtlIshlinskii {
@@ -49,7 +18,7 @@ const SCALE: f64 = 512.0;
 fn scaled(factor: impl Fn(usize) -> f64, output: f64) -> ModifiedPrandtlIshlinskii {
     let model = actuator();
     let weights: Vec<f64> = model.weights().iter().enumerate().map(|(i, w)| w * factor(i)).collect();
-    let r: Vec<f64> = model.operators().iter().map(|z| z.r()).collect();
+    let r: Vec<f64> = model.operators().iter().map(hysteresis_core::CoupledPlay::r).collect();
     let offsets = Offsets { input: 0.0, output };
     ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, hysteresis_core::Ratios::PAPER, offsets).unwrap()
 }
@@ -298,40 +267,6 @@ fn the_largest_and_smallest_numbers_leave_finite_weights() {
             assert!(identifier.weights().all(|w| w.is_finite() && w >= 0.0));
             let _ = identifier.model();
         }
-    }
-}
-
-#[test]
-fn update_never_allocates() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
-    for forgotten in [1.0, 0.999] {
-        let mut identifier = identifier(paper::table_1(), forgetting(forgotten));
-        let mut random = noise();
-        let mut held = 0;
-        let count = allocations(|| {
-            for (k, u) in swings(5000).enumerate() {
-                // An output that no weights give, so that some are held at zero.
-                let y = if k % 100 == 0 { f64::NAN } else { 0.003 * u.abs() + 0.3 * random() };
-                std::hint::black_box(identifier.update(u, y));
-                held += u32::from(identifier.weights().any(|w| w == 0.0));
-            }
-            identifier.reset();
-        });
-        assert_eq!(count, 0);
-        assert!(held > 4000, "{held}");
-    }
-}
-
-#[test]
-fn a_swap_into_a_running_inverse_allocates_nothing() {
-    let (old, new) = (Kernel::new(&actuator()), Kernel::new(&scaled(|_| 1.2, 0.1)));
-    let zeros = [0.0; 20];
-    let mut inverses = [Inverse::new(&old, None).unwrap(), Inverse::with_initial(&old, None, &zeros).unwrap()];
-    for inverse in &mut inverses {
-        for k in 0..200 {
-            inverse.step(3.0 * (0.1 * f64::from(k)).sin() * (1.0 - 0.005 * f64::from(k)));
-        }
-        assert_eq!(allocations(|| inverse.set_model(&new).unwrap()), 0);
     }
 }
 

@@ -71,13 +71,11 @@ fn offset(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>> {
     if value.cast::<PyString>().is_ok_and(|text| *text == "fit") {
         return Ok(Setting::Fit);
     }
-    match value.extract() {
-        Ok(value) => Ok(Setting::Fixed(value)),
-        Err(_) => {
-            let got = value.repr()?;
-            Err(PyTypeError::new_err(format!("output_offset: expected \"fit\" or a number, got {got}")))
-        }
+    if let Ok(value) = value.extract() {
+        return Ok(Setting::Fixed(value));
     }
+    let got = value.repr()?;
+    Err(PyTypeError::new_err(format!("output_offset: expected \"fit\" or a number, got {got}")))
 }
 
 fn refused(error: Error) -> PyErr {

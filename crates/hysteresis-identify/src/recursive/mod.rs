@@ -221,6 +221,7 @@ impl RecursiveIdentifier {
     }
 
     /// The weights w_i of the model, in output unit per input unit.
+    #[must_use]
     pub fn weights(&self) -> impl ExactSizeIterator<Item = f64> {
         (0..self.outputs.len()).map(|i| self.published[self.bounds.place(i)] / self.scale)
     }
