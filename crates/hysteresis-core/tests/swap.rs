@@ -3,8 +3,8 @@
 mod support;
 
 use hysteresis_core::{
-    Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
-    StreamState, paper,
+    CoupledPlay, Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
+    Process, StreamState, paper,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -16,14 +16,14 @@ const AGREE: f64 = 1e-13;
 /// The same operators with other weights, and another output offset.
 fn reweighed(model: &ModifiedPrandtlIshlinskii, weights: &[f64], output: f64) -> ModifiedPrandtlIshlinskii {
     let z = model.operators();
-    let column = |threshold: fn(&hysteresis_core::CoupledPlay) -> f64| z.iter().map(threshold).collect::<Vec<_>>();
+    let column = |threshold: fn(&CoupledPlay) -> f64| z.iter().map(threshold).collect::<Vec<_>>();
     let offsets = Offsets { output, ..model.offsets() };
     ModifiedPrandtlIshlinskii::new(
         &weights[..z.len()],
-        &column(|z| z.r()),
-        &column(|z| z.ra()),
-        &column(|z| z.rb()),
-        &column(|z| z.rc()),
+        &column(CoupledPlay::r),
+        &column(CoupledPlay::ra),
+        &column(CoupledPlay::rb),
+        &column(CoupledPlay::rc),
         offsets,
     )
     .unwrap()
