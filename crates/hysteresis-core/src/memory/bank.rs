@@ -55,6 +55,11 @@ impl Bank {
         self.outputs.copy_from_slice(&self.initial);
     }
 
+    /// Whether a move of the input to `input` changes no operator.
+    pub(crate) fn is_at(&self, input: f64) -> bool {
+        self.members.0.iter().zip(&self.outputs).all(|((_, operator), z)| operator.next(*z, input) == *z)
+    }
+
     /// The operator outputs z_i.
     pub(crate) fn outputs(&self) -> &[f64] {
         &self.outputs

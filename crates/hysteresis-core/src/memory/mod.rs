@@ -254,6 +254,15 @@ impl Memory {
         }
     }
 
+    /// Whether a move to the present input `input` changes nothing: not so before the first sample of a bank that starts
+    /// from arbitrary outputs.
+    pub(crate) fn is_at(&self, input: f64) -> bool {
+        match self {
+            Self::TurningPoints(_) => true,
+            Self::Bank(bank) => bank.is_at(input),
+        }
+    }
+
     /// The output at the present place, the input being `input`.
     pub(crate) fn output(&self, input: f64) -> f64 {
         self.forward_piece(input).line.at(input)

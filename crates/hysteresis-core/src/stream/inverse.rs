@@ -67,7 +67,7 @@ impl Inverse {
     #[cold]
     #[inline(never)]
     fn leave_segment(&mut self, y: f64) -> f64 {
-        if y == self.segment.input() {
+        if self.is_at(y) {
             // Where it is already, and to be found there exactly: a search would come back to within a rounding.
             self.saturated = false;
         } else if is_admissible(y) {
@@ -94,6 +94,11 @@ impl Inverse {
     #[inline]
     fn known(&self) -> Known {
         Known { input: self.segment.output(), output: self.segment.input() }
+    }
+
+    /// Whether the output `y` is the present one, and the memory has come to the drive.
+    fn is_at(&self, y: f64) -> bool {
+        y == self.segment.input() && self.memory.is_at(self.segment.output())
     }
 
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
@@ -234,7 +239,7 @@ impl Process for Inverse {
         let y = target - self.offsets.output;
         let x = match self.segment.peek(y) {
             Some(x) => x,
-            None if y == self.segment.input() => self.segment.output(),
+            None if self.is_at(y) => self.segment.output(),
             None if is_admissible(y) => {
                 self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach).input
             }
