@@ -59,7 +59,7 @@ const MIN_RELATIVE_SLOPE: f64 = 1e-11;
 /// let given = paper::table_1(); // the printed weights are up to 31 % off
 /// let mut identifier = RecursiveIdentifier::new(&given.into(), &RecursiveOptions::default())?;
 /// for k in 0..20_000 {
-///     let u = 500.0 * (1e-3 * f64::from(k)).sin() * (1.0 - 4e-5 * f64::from(k));
+///     let u = 600.0 * (1e-3 * f64::from(k)).sin() * (1.0 - 4e-5 * f64::from(k));
 ///     identifier.update(u, plant.step(u));
 /// }
 /// for (w, true_w) in identifier.weights().zip(actuator.weights()) {
