@@ -77,6 +77,15 @@ pub enum Error {
         /// The number that came.
         got: f64,
     },
+    /// A model whose weights a running stream cannot take over: its memory belongs to other operators.
+    OtherOperators {
+        /// What differs.
+        what: &'static str,
+        /// What the running stream has.
+        expected: f64,
+        /// What the model has.
+        got: f64,
+    },
     /// A saved state does not belong to this stream.
     State {
         /// What the state must satisfy.
@@ -153,6 +162,9 @@ impl fmt::Display for Error {
             ),
             Self::NoClosedForm { index, expected, got } => {
                 write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got:?}")
+            }
+            Self::OtherOperators { what, expected, got } => {
+                write!(f, "model: expected the {what} of the running stream, {expected}, got {got}")
             }
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }

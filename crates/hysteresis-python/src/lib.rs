@@ -28,6 +28,7 @@ mod operators;
 mod paper;
 mod process;
 mod records;
+mod recursive;
 mod rows;
 mod signals;
 mod single_argument;
@@ -65,6 +66,8 @@ mod _core {
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
     use crate::paper::{table_1, table_1_recovered, table_2};
+    #[pymodule_export]
+    use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]
     use crate::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]

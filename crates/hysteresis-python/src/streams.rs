@@ -1,12 +1,13 @@
 //! Streams of models: forward and exact inverse.
 
-use hysteresis_core::{self as core, Method, Process, StreamState};
+use hysteresis_core::{self as core, Kernel, Method, Process, StreamState};
 use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
+use crate::actuators::kernel;
 use crate::errors;
 use crate::process::process_methods;
 
@@ -64,6 +65,16 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     Ok(plain)
 }
 
+fn kernel_of(model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+    match kernel(model) {
+        Some(kernel) => Ok(kernel),
+        None => Err(PyTypeError::new_err(format!(
+            "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got {}",
+            model.repr()?
+        ))),
+    }
+}
+
 /// The methods of a stream of a model: those of a process, those that both streams have, and its own.
 macro_rules! stream_methods {
     ($class:ident { $($own:tt)* }) => {
@@ -98,12 +109,41 @@ macro_rules! stream_methods {
 }
 
 stream_methods!(Forward {
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset: input and
+    /// memory stay, the output is that of the new model.
+    ///
+    /// Raises ValueError that names what differs; the stream is as before then.
+    fn set_model(&mut self, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.0.set_model(&kernel_of(model)?).map_err(errors::core)
+    }
+
     fn __repr__(&self) -> String {
         format!("<Forward by {}>", self.method())
     }
 });
 
 stream_methods!(Inverse {
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset, without a
+    /// jump of the drive: the drive and the memory stay, the next target is met by the new model.
+    ///
+    /// The output of the new model at the present drive, as a target, gives the present drive.
+    ///
+    /// Raises ValueError that names what differs, NotInvertibleError if the new model may not be invertible; the stream
+    /// is as before then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> inverse = mh.PrandtlIshlinskii([1.0, 1.0], [0.0, 2.0]).inverse()
+    /// >>> inverse.step(6.0)
+    /// 4.0
+    /// >>> inverse.set_model(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]))
+    /// >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
+    /// (4.0, 3.0)
+    fn set_model(&mut self, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.0.set_model(&kernel_of(model)?).map_err(errors::core)
+    }
+
     /// Whether the last target was out of reach and the drive is at a limit.
     #[getter]
     fn saturated(&self) -> bool {

@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use super::family::Line;
 use super::solve::{Known, Traveller, solve};
 use super::turning_points::Direction;
-use super::{Piece, Reach, restore_tolerance};
+use super::{Piece, Reach, check_same, check_same_count, restore_tolerance};
 use crate::error::{Error, check_finite};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
@@ -74,6 +74,11 @@ impl Bank {
         self.outputs.copy_from_slice(&self.initial);
     }
 
+    /// Whether a move of the input to `input` changes no operator.
+    pub(crate) fn is_at(&self, input: f64) -> bool {
+        self.members.0.iter().zip(&self.outputs).all(|((_, operator), z)| operator.next(*z, input) == *z)
+    }
+
     /// The operator outputs z_i.
     pub(crate) fn outputs(&self) -> &[f64] {
         &self.outputs
@@ -94,6 +99,21 @@ impl Bank {
         }
         self.outputs.copy_from_slice(outputs);
         Ok(())
+    }
+
+    /// Takes over other weights of the same operators in the same order: whether they differ.
+    pub(crate) fn reweigh(&mut self, members: &Arc<Members>) -> Result<bool, Error> {
+        check_same_count(self.members.len(), members.len())?;
+        let mut differ = false;
+        for ((weight, z), (other_weight, other)) in self.members.0.iter().zip(&members.0) {
+            check_same("r", z.r(), other.r())?;
+            check_same("ra", z.ra(), other.ra())?;
+            check_same("rb", z.rb(), other.rb())?;
+            check_same("rc", z.rc(), other.rc())?;
+            differ |= weight != other_weight;
+        }
+        self.members = members.clone();
+        Ok(differ)
     }
 
     /// Moves the input to `to`.

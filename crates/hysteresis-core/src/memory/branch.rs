@@ -66,6 +66,30 @@ impl Branch {
         (branch, stack)
     }
 
+    /// The same place with other weights: what is remembered of the operators at older turning points is summed anew.
+    pub(crate) fn reweigh(&mut self, family: &Family, stack: &mut Stack, direction: Direction) {
+        let (moved, height) = (self.moved, self.height);
+        self.top = Remembered::virgin(family.len());
+        for place in 1..=height {
+            let older = *stack.get(place);
+            self.moved = older.point.moved;
+            self.top = Remembered { beyond: self.frozen(family), ..older };
+            stack.put(place, self.top);
+        }
+        self.moved = moved;
+        self.draw(family, direction);
+    }
+
+    /// Takes the newest turning point from the stack, where it was changed.
+    pub(crate) fn renew_top(&mut self, stack: &Stack) {
+        self.top = *stack.get(self.height);
+    }
+
+    /// How many turning points the stack holds.
+    pub(crate) fn height(&self) -> usize {
+        self.height
+    }
+
     /// Whether `x` lies on the branch but for rounding: past the reversal it began with, or before the one where its
     /// loop closes.
     pub(crate) fn holds(&self, direction: Direction, x: f64) -> bool {

@@ -102,6 +102,55 @@ impl Engine {
         Piece { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end) }
     }
 
+    /// Takes over other weights of the same operators, the input being at `input`: whether they differ.
+    pub(crate) fn reweigh(&mut self, families: &Arc<Families>, input: f64) -> Result<bool, Error> {
+        let differ = self.families.check_same_operators(families)?;
+        if differ {
+            self.families = families.clone();
+            let Self { families, place, stacks, .. } = self;
+            let direction = place.direction;
+            place.positive.reweigh(&families.positive, &mut stacks.positive, direction);
+            place.negative.reweigh(&families.negative, &mut stacks.negative, direction.reversed());
+            for direction in [Direction::Rising, Direction::Falling] {
+                self.renew_outputs(direction, input);
+            }
+            self.place.positive.renew_top(&self.stacks.positive);
+            self.place.negative.renew_top(&self.stacks.negative);
+        }
+        Ok(differ)
+    }
+
+    /// The number of operators with memory.
+    pub(crate) fn operators(&self) -> usize {
+        self.families.positive.len()
+    }
+
+    /// Computes the output at every turning point that lies in `direction` of `input`: the model is back at it when the
+    /// input is back there, so a copy of the place goes and looks.
+    fn renew_outputs(&mut self, direction: Direction, input: f64) {
+        let Self { families, place, stacks, reversals } = self;
+        let mut start = *place;
+        if direction != start.direction {
+            start.reverse(families, input, *reversals + 1);
+        }
+        let mut look = start;
+        for height in (1..=place.positive.height()).rev() {
+            let point = stacks.positive.get(height).point;
+            if point.ended == direction {
+                look.advance(families, stacks, point.input);
+                stacks.positive.set_output(height, look.line(families).at(point.input));
+            }
+        }
+        let mut look = start;
+        for height in (1..=place.negative.height()).rev() {
+            let point = stacks.negative.get(height).point;
+            if point.ended.reversed() == direction {
+                look.advance(families, stacks, -point.input);
+                stacks.negative.set_output(height, look.line(families).at(-point.input));
+            }
+        }
+    }
+
     /// The turning points of both families, those of the negative one mirrored back to the input of the model.
     fn remembered(&self) -> impl Iterator<Item = TurningPoint> {
         let mirrored = |point: TurningPoint| TurningPoint { input: -point.input, ..point };

@@ -99,6 +99,11 @@ impl Family {
         self.rungs.len()
     }
 
+    /// The thresholds a and b of every operator, and the sum of the weights before it; then the sum of all.
+    pub(crate) fn rungs(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.rungs.iter().chain([&self.beyond]).map(|rung| (rung.rise, rung.fall, rung.weight))
+    }
+
     #[inline]
     fn rung(&self, i: usize) -> &Rung {
         self.rungs.get(i).unwrap_or(&self.beyond)

@@ -36,6 +36,20 @@ fn restore_tolerance(scale: f64) -> f64 {
     1e-9 * scale + f64::MIN_POSITIVE
 }
 
+/// Checks a number of a new model against that of the running stream, or names it.
+pub(crate) fn check_same(what: &'static str, expected: f64, got: f64) -> Result<(), Error> {
+    if expected == got { Ok(()) } else { Err(Error::OtherOperators { what, expected, got }) }
+}
+
+fn check_same_count(expected: usize, got: usize) -> Result<(), Error> {
+    check_same("number of operators", count_as_f64(expected), count_as_f64(got))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a number of operators, for a message")]
+fn count_as_f64(count: usize) -> f64 {
+    count as f64
+}
+
 /// A straight line and how far, in the direction of travel, it holds: from `begin` up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
@@ -221,6 +235,32 @@ impl Memory {
             (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
             (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, input, output),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
+        }
+    }
+
+    /// Takes over the weights of another model of the same operators, the input being `input`: whether they differ.
+    ///
+    /// The place, the turning points and the operator outputs stay; what they sum to is computed anew.
+    pub(crate) fn reweigh(&mut self, kernel: &Kernel, input: f64) -> Result<bool, Error> {
+        match self {
+            Self::TurningPoints(engine) => match &kernel.families {
+                Some(families) => engine.reweigh(families, input),
+                None => Err(Error::OtherOperators {
+                    what: "number of operators with nested thresholds",
+                    expected: count_as_f64(engine.operators()),
+                    got: 0.0,
+                }),
+            },
+            Self::Bank(bank) => bank.reweigh(&kernel.members),
+        }
+    }
+
+    /// Whether a move to the present input `input` changes nothing: not so before the first sample of a bank that starts
+    /// from arbitrary outputs.
+    pub(crate) fn is_at(&self, input: f64) -> bool {
+        match self {
+            Self::TurningPoints(_) => true,
+            Self::Bank(bank) => bank.is_at(input),
         }
     }
 

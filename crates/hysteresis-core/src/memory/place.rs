@@ -7,7 +7,8 @@ use super::family::{Family, Line, Member};
 use super::scout::Scout;
 use super::solve::Known;
 use super::turning_points::{Direction, Stack};
-use super::{Piece, Reach};
+use super::{Piece, Reach, check_same, check_same_count};
+use crate::error::Error;
 use crate::model::ModifiedPrandtlIshlinskii;
 
 /// A model as w_0 x plus two families of one-sided plays, the second one mirrored.
@@ -40,10 +41,32 @@ impl Families {
         Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })
     }
 
+    /// Whether the weights differ too.
+    ///
+    /// # Errors
+    /// [`Error::OtherOperators`] if the thresholds differ.
+    pub(crate) fn check_same_operators(&self, other: &Self) -> Result<bool, Error> {
+        let positive = compare(["r", "rb"], &self.positive, &other.positive)?;
+        let negative = compare(["ra", "rc"], &self.negative, &other.negative)?;
+        Ok(self.identity_weight != other.identity_weight || positive || negative)
+    }
+
     /// An upper bound of what is summed for an output at inputs of that magnitude: what rounding is relative to.
     pub(crate) fn output_scale(&self, input: f64) -> f64 {
         self.identity_weight.abs() * input + self.positive.output_scale(input) + self.negative.output_scale(input)
     }
+}
+
+/// Whether the weights of two families differ; their thresholds may not.
+fn compare([rise, fall]: [&'static str; 2], running: &Family, new: &Family) -> Result<bool, Error> {
+    check_same_count(running.len(), new.len())?;
+    let mut differ = false;
+    for ((a, b, w), (other_a, other_b, other_w)) in running.rungs().zip(new.rungs()) {
+        check_same(rise, a, other_a)?;
+        check_same(fall, b, other_b)?;
+        differ |= w != other_w;
+    }
+    Ok(differ)
 }
 
 /// Room for the turning points of both families.

@@ -167,6 +167,13 @@ impl Stack {
         self.room.get(height.wrapping_sub(1)).unwrap_or(&self.virgin)
     }
 
+    /// Changes the output that is remembered at a turning point.
+    pub(crate) fn set_output(&mut self, height: usize, output: f64) {
+        if let Some(place) = self.room.get_mut(height.wrapping_sub(1)) {
+            place.point.output = output;
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn put(&mut self, height: usize, top: Remembered) {
         debug_assert!(height <= self.room.len());

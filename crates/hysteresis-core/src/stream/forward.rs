@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
 use crate::error::{Error, check_finite, is_admissible};
-use crate::memory::{Kernel, Memory, Method};
+use crate::memory::{Kernel, Memory, Method, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -78,6 +78,34 @@ impl Forward {
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+    }
+
+    /// Goes on with the weights and the output offset of another model of the same operators: the input and what the
+    /// operators remember of it stay, the output is that of the new model.
+    ///
+    /// From then on the stream is the one that the new model would be in after the same inputs, to rounding; a model
+    /// that is equal changes no bit. Nothing is allocated. What the old kernel holds is freed if no other clone of it is
+    /// left: keep one where freeing must wait.
+    ///
+    /// # Errors
+    /// [`Error::OtherOperators`] if thresholds, their number or the input offset differ; the stream is as before then.
+    ///
+    /// ```
+    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
+    /// let mut forward = model(0.5)?.forward();
+    /// assert_eq!(forward.step(4.0), 4.0 + 0.5 * 2.0);
+    /// forward.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// assert_eq!(forward.step(3.0), 3.0 + 0.75 * 2.0); // the play remembers the 2
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+        let x = self.segment.input();
+        self.memory.reweigh(kernel, x)?;
+        self.offsets = kernel.offsets;
+        self.segment = Segment::new(self.memory.forward_piece(x), x);
+        Ok(())
     }
 
     /// Everything that the stream remembers. Allocates.

@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
-use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece};
+use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -67,7 +67,10 @@ impl Inverse {
     #[cold]
     #[inline(never)]
     fn leave_segment(&mut self, y: f64) -> f64 {
-        if is_admissible(y) {
+        if self.is_at(y) {
+            // Where it is already, and to be found there exactly: a search would come back to within a rounding.
+            self.saturated = false;
+        } else if is_admissible(y) {
             let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
             self.saturated = reached.saturated;
             self.enter_segment(reached.input, reached.output);
@@ -98,6 +101,11 @@ impl Inverse {
     #[inline]
     fn known(&self) -> Known {
         Known { input: self.segment.output(), output: self.segment.input() }
+    }
+
+    /// Whether the output `y` is the present one, and the memory has come to the drive.
+    fn is_at(&self, y: f64) -> bool {
+        y == self.segment.input() && self.memory.is_at(self.segment.output())
     }
 
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
@@ -142,6 +150,40 @@ impl Inverse {
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+    }
+
+    /// Goes on with the weights and the output offset of another model of the same operators, without a jump of the
+    /// drive: the drive and what the operators remember of it stay, and the next target is met by the new model.
+    ///
+    /// The output that the new model has at the present drive, as a target, gives the present drive; any other moves it
+    /// by what it differs, over a slope of the new model. From then on the stream is the one that the new model would be
+    /// in after the same drives, to rounding; a model that is equal changes no bit. [`saturated`](Self::saturated) stays
+    /// until the next target. Nothing is allocated. What the old kernel holds is freed if no other clone of it is left:
+    /// keep one where freeing must wait.
+    ///
+    /// # Errors
+    /// [`Error::NotInvertible`] if the new model may not be, [`Error::OtherOperators`] if thresholds, their number or the
+    /// input offset differ; the stream is as before then.
+    ///
+    /// ```
+    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
+    /// let mut inverse = model(0.5)?.inverse(None)?;
+    /// assert!((inverse.step(5.0) - 4.0).abs() < 1e-15);
+    /// inverse.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// assert!((inverse.step(4.0 + 0.75 * 2.0) - 4.0).abs() < 1e-15); // where it was
+    /// assert!((inverse.step(3.0 + 0.75 * 2.0) - 3.0).abs() < 1e-15); // the play remembers the 2
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+        kernel.invertible?;
+        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+        let input = self.known().input;
+        if self.memory.reweigh(kernel, input)? {
+            self.enter_segment(input, self.memory.output(input));
+        }
+        self.offsets = kernel.offsets;
+        Ok(())
     }
 
     /// Everything that the stream remembers. Allocates.
@@ -205,6 +247,7 @@ impl Process for Inverse {
         let y = target - self.offsets.output;
         let x = match self.segment.peek(y) {
             Some(x) => x,
+            None if self.is_at(y) => self.segment.output(),
             None if is_admissible(y) => {
                 self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach).input
             }

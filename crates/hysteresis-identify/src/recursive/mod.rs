@@ -1,0 +1,394 @@
+//! Identification while the actuator runs: recursive least squares with forgetting, sample by sample.
+
+mod bounds;
+mod covariance;
+mod options;
+mod state;
+
+pub use options::RecursiveOptions;
+pub use state::{Frozen, RecursiveState};
+
+use hysteresis_core::{
+    CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
+};
+
+use crate::error::Error;
+use crate::options::Setting;
+use crate::record::is_admissible;
+use bounds::Bounds;
+use covariance::{Covariance, dot};
+
+/// The identity weight never falls below this share of that of the given model, so that an inverse exists.
+pub const MIN_IDENTITY_SHARE: f64 = 1e-6;
+
+/// A sample is worth forgetting for if its leverage is this much above that of one regressor repeated for ever.
+const MIN_NEWS: f64 = 1.25;
+
+/// Weights are published if their identity is more than this share of their sum: the core asks for 1e-12.
+const MIN_RELATIVE_SLOPE: f64 = 1e-11;
+
+/// The weights of a model that follow the measurements of a running actuator: recursive least squares with forgetting.
+///
+/// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`: their
+/// thresholds stay, weights and output offset are estimated. At every sample
+///
+/// ```text
+/// s = z' P z,   g = P z / (forgetting + s),   w <- w + g (y - z' w),   P <- (P - g z' P) / forgetting
+/// ```
+///
+/// with P = U D U' kept in factors (Bierman 1977), which rounding cannot make indefinite. At forgetting = 1 the result is
+/// that of least squares over all samples, the given model counting as 1 / `covariance`.
+///
+/// **Covariance.** What is not excited would be forgotten without bound. So at every sample that forgets, one unknown in
+/// turn is measured at its own estimate, which changes no weight, with the noise that keeps its information at
+/// 1 / `covariance_limit` (the cyclic regularisation of Gunnarsson, CDC 1996): no eigenvalue of P exceeds the larger of
+/// `covariance` and `covariance_limit`, over forgetting^m for m unknowns, and in the long run `covariance_limit`
+/// decides alone. At standstill the identifier freezes as a whole: [`Frozen::PoorExcitation`].
+///
+/// **Model.** The published weights are the nearest to the estimate, in the metric of P^-1, of those that are not
+/// negative, the identity weight at least [`MIN_IDENTITY_SHARE`] of the given one: its inverse exists at every sample.
+/// The estimate itself stays free, so a weight that is zero for a while costs no accuracy later.
+///
+/// [`update`](Self::update) does not allocate, lock, panic, log or read a clock.
+///
+/// ```
+/// use hysteresis_core::{Process, paper};
+/// use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
+/// let actuator = paper::table_1_recovered();
+/// let mut plant = actuator.forward();
+/// let given = paper::table_1(); // the printed weights are up to 31 % off
+/// let mut identifier = RecursiveIdentifier::new(&given.into(), &RecursiveOptions::default())?;
+/// for k in 0..20_000 {
+///     let u = 600.0 * (1e-3 * f64::from(k)).sin() * (1.0 - 4e-5 * f64::from(k));
+///     identifier.update(u, plant.step(u));
+/// }
+/// for (w, true_w) in identifier.weights().zip(actuator.weights()) {
+///     assert!((w - true_w).abs() < 1e-9);
+/// }
+/// # Ok::<(), hysteresis_identify::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RecursiveIdentifier {
+    given: Model,
+    options: RecursiveOptions,
+    operators: Box<[CoupledPlay]>,
+    input_offset: f64,
+    /// The output offset, if it is held; else zero, and it is the last unknown.
+    held_offset: f64,
+    /// The scale of the inputs: a power of two, so that scaling rounds nothing.
+    scale: f64,
+    outputs: Box<[f64]>,
+    /// z_i over the scale, and 1 for an offset that is fitted: in the order of the bounds, as all of the following but
+    /// for the prior.
+    regressor: Box<[f64]>,
+    /// The weights of the given model and its offset, as they are fitted: w_i times the scale.
+    prior: Box<[f64]>,
+    estimate: Box<[f64]>,
+    published: Box<[f64]>,
+    candidate: Box<[f64]>,
+    bounds: Bounds,
+    covariance: Covariance,
+    /// The noise of the measurement that bounds the covariance of one unknown.
+    bounding_noise: f64,
+    turn: usize,
+    last_error: f64,
+    frozen: Option<Frozen>,
+    rejected: u64,
+}
+
+impl RecursiveIdentifier {
+    /// An identifier of the weights of `model`, which must be invertible, at rest.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible.
+    pub fn new(model: &Model, options: &RecursiveOptions) -> Result<Self, Error> {
+        options.check()?;
+        let (weights, operators, offsets) = match model {
+            Model::Conventional(model) => {
+                model.check_invertible()?;
+                let operators = model.operators().iter().map(|play| CoupledPlay::from(*play)).collect();
+                (model.weights(), operators, model.offsets())
+            }
+            Model::Modified(model) => {
+                model.check_invertible()?;
+                (model.weights(), Box::from(model.operators()), model.offsets())
+            }
+        };
+        let scale = scale(&operators);
+        let (held_offset, fitted) = match options.output_offset {
+            Setting::Fixed(offset) => (offset, None),
+            Setting::Fit => (0.0, Some(offsets.output)),
+        };
+        let prior: Box<[f64]> = weights.iter().map(|w| w * scale).chain(fitted).collect();
+        let m = prior.len();
+        let zeros: Box<[f64]> = vec![0.0; m].into();
+        let mut regressor = zeros.clone();
+        regressor[weights.len()..].fill(1.0);
+        let mut identifier = Self {
+            given: model.clone(),
+            options: *options,
+            input_offset: offsets.input,
+            held_offset,
+            scale,
+            outputs: weights.iter().map(|_| 0.0).collect(),
+            regressor,
+            bounds: Bounds::new(lower_bounds(&operators, weights, scale, fitted.is_some())),
+            operators,
+            estimate: zeros.clone(),
+            published: zeros.clone(),
+            candidate: zeros,
+            covariance: Covariance::new(m, options.covariance),
+            bounding_noise: options.covariance_limit / (1.0 - power(options.forgetting, m)),
+            prior,
+            turn: 0,
+            last_error: 0.0,
+            frozen: None,
+            rejected: 0,
+        };
+        identifier.reset();
+        Ok(identifier)
+    }
+
+    /// Takes the input `u` and the output `y` measured at it. Returns the prediction error: y minus what the model of
+    /// before predicts, in the unit of the output; the last one again if the sample is not finite.
+    pub fn update(&mut self, u: f64, y: f64) -> f64 {
+        self.frozen = self.learn(u, y);
+        if self.frozen == Some(Frozen::NotFinite) {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.last_error
+    }
+
+    fn learn(&mut self, u: f64, y: f64) -> Option<Frozen> {
+        if !is_admissible(u) {
+            return Some(Frozen::NotFinite);
+        }
+        self.move_operators(u - self.input_offset);
+        let leverage = self.covariance.look(&self.regressor);
+        let y = y - self.held_offset;
+        let error = y - dot(&self.published, &self.regressor);
+        if !(is_admissible(y) && leverage.is_finite() && error.is_finite()) {
+            return Some(Frozen::NotFinite);
+        }
+        self.last_error = error;
+        let forgotten = 1.0 - self.options.forgetting;
+        if self.regressor.len() > 1 && leverage < MIN_NEWS * forgotten {
+            return Some(Frozen::PoorExcitation);
+        }
+        let innovation = y - dot(&self.estimate, &self.regressor);
+        self.covariance.measure(self.options.forgetting);
+        for (estimate, gain) in self.estimate.iter_mut().zip(self.covariance.gain()) {
+            *estimate += gain * innovation;
+        }
+        if forgotten > 0.0 {
+            self.covariance.forget(self.options.forgetting);
+            self.covariance.measure_one(self.bounds.place(self.turn), self.bounding_noise);
+            self.turn = if self.turn + 1 == self.regressor.len() { 0 } else { self.turn + 1 };
+        }
+        self.publish();
+        None
+    }
+
+    /// Moves the operators to the input `x` and writes the regressor.
+    fn move_operators(&mut self, x: f64) {
+        let per_scale = self.scale.recip();
+        for (i, (operator, z)) in self.operators.iter().zip(&mut self.outputs).enumerate() {
+            *z = operator.next(*z, x);
+            self.regressor[self.bounds.place(i)] = *z * per_scale;
+        }
+    }
+
+    /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of all
+    /// proportion, the last ones stay.
+    fn publish(&mut self) {
+        let others = [&mut *self.regressor, &mut *self.published];
+        let nearest = self.bounds.project(&mut self.covariance, &mut self.estimate, others, &mut self.candidate);
+        if nearest && self.has_inverse(&self.candidate) {
+            self.published.copy_from_slice(&self.candidate);
+        }
+    }
+
+    /// Whether numbers within the bounds make a model, and one that has an inverse.
+    fn has_inverse(&self, unknowns: &[f64]) -> bool {
+        let (mut identity, mut sum) = (0.0, 0.0);
+        for (i, operator) in self.operators.iter().enumerate() {
+            let w = unknowns[self.bounds.place(i)];
+            sum += w;
+            identity += if operator.is_identity() { w } else { 0.0 };
+        }
+        let most = MAX_MAGNITUDE * self.scale.min(1.0);
+        unknowns.iter().all(|x| x.abs() <= most) && identity > MIN_RELATIVE_SLOPE * sum
+    }
+
+    /// The weights w_i of the model, in output unit per input unit.
+    #[must_use]
+    pub fn weights(&self) -> impl ExactSizeIterator<Item = f64> {
+        (0..self.outputs.len()).map(|i| self.published[self.bounds.place(i)] / self.scale)
+    }
+
+    /// The output offset of the model.
+    #[must_use]
+    pub fn output_offset(&self) -> f64 {
+        let n = self.outputs.len();
+        if n < self.unknowns() { self.published[self.bounds.place(n)] } else { self.held_offset }
+    }
+
+    /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists. Allocates.
+    #[must_use]
+    #[expect(clippy::missing_panics_doc, reason = "only an admissible candidate is ever published")]
+    pub fn model(&self) -> Model {
+        let weights: Vec<f64> = self.weights().collect();
+        let offsets = Offsets { input: self.input_offset, output: self.output_offset() };
+        let model = match &self.given {
+            Model::Conventional(given) => {
+                let thresholds: Vec<f64> = given.operators().iter().map(Play::r).collect();
+                PrandtlIshlinskii::new(&weights, &thresholds, offsets).map(Model::from)
+            }
+            Model::Modified(given) => {
+                let column = |threshold: fn(&CoupledPlay) -> f64| -> Vec<f64> {
+                    given.operators().iter().map(threshold).collect()
+                };
+                let (r, ra) = (column(CoupledPlay::r), column(CoupledPlay::ra));
+                let (rb, rc) = (column(CoupledPlay::rb), column(CoupledPlay::rc));
+                ModifiedPrandtlIshlinskii::new(&weights, &r, &ra, &rb, &rc, offsets).map(Model::from)
+            }
+        };
+        model.expect("admissible weights and the thresholds of a model")
+    }
+
+    /// Why the last sample changed no weight, or nothing if it did what it could.
+    #[must_use]
+    pub fn frozen(&self) -> Option<Frozen> {
+        self.frozen
+    }
+
+    /// How many samples were not finite (or beyond 1e100).
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// The model that it started from.
+    #[must_use]
+    pub fn given(&self) -> &Model {
+        &self.given
+    }
+
+    /// What it was told.
+    #[must_use]
+    pub fn options(&self) -> &RecursiveOptions {
+        &self.options
+    }
+
+    /// The number of unknowns m: the weights, and the output offset if it is fitted.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.regressor.len()
+    }
+
+    /// The covariance of the estimate, m rows of m numbers, in units of the variance of the measurement noise: the weights
+    /// in the order of the model, then the output offset if it is fitted. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        let m = self.unknowns();
+        let unit = |i: usize| if i < self.outputs.len() { self.scale } else { 1.0 };
+        let place = |i: usize| self.bounds.place(i);
+        let entry = |i: usize, j: usize| self.covariance.entry(place(i), place(j)) / unit(i) / unit(j);
+        (0..m * m).map(|k| entry(k / m, k % m)).collect()
+    }
+
+    /// Back to the given model, the operators at rest.
+    pub fn reset(&mut self) {
+        let n = self.outputs.len();
+        self.outputs.fill(0.0);
+        self.covariance.reset(self.options.covariance);
+        self.bounds.reset();
+        self.regressor[n..].fill(1.0);
+        self.estimate.copy_from_slice(&self.prior);
+        // P being diagonal, the nearest point is at the bounds that are passed.
+        self.bounds.clamp(&self.prior, &mut self.published);
+        (self.turn, self.last_error, self.frozen, self.rejected) = (0, 0.0, None, 0);
+    }
+
+    /// Everything that is remembered. Allocates.
+    #[must_use]
+    pub fn state(&self) -> RecursiveState {
+        let (upper, diagonal) = self.covariance.factors();
+        RecursiveState {
+            outputs: self.outputs.to_vec(),
+            estimate: self.estimate.to_vec(),
+            published: self.published.to_vec(),
+            order: self.bounds.order().to_vec(),
+            free: self.bounds.free(),
+            upper,
+            diagonal,
+            turn: self.turn,
+            last_error: self.last_error,
+            frozen: self.frozen,
+            rejected: self.rejected,
+        }
+    }
+
+    /// Continues from `state`, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::Core`] with what a state of this identifier must satisfy; it is as before then.
+    pub fn set_state(&mut self, state: &RecursiveState) -> Result<(), Error> {
+        let wrong = |expected| Err(Error::Core(hysteresis_core::Error::State { expected }));
+        let (n, m) = (self.outputs.len(), self.unknowns());
+        let lengths = [state.outputs.len(), state.estimate.len(), state.published.len(), state.diagonal.len()];
+        if lengths != [n, m, m, m] || state.upper.len() != m * (m - 1) / 2 {
+            return wrong("one number for each operator, each unknown and each pair of unknowns");
+        }
+        let numbers = [&state.outputs, &state.estimate, &state.published, &state.upper, &state.diagonal];
+        if !numbers.into_iter().flatten().chain([&state.last_error]).all(|x| x.is_finite()) {
+            return wrong("finite numbers");
+        }
+        let permuted = (0..m).all(|i| state.order.contains(&i)) && state.order.len() == m;
+        if state.diagonal.iter().any(|d| *d < 0.0) || state.turn >= m || !permuted || state.free > m {
+            return wrong("variances that are not negative, and every unknown once in the order");
+        }
+        let mut bounds = self.bounds.clone();
+        bounds.restore(&state.order, state.free);
+        let last = core::mem::replace(&mut self.bounds, bounds);
+        if !(self.bounds.holds_only_bounded()
+            && self.bounds.allow(&state.published)
+            && self.has_inverse(&state.published))
+        {
+            self.bounds = last;
+            return wrong("published weights of a model that has an inverse, none of them negative");
+        }
+        if n < m {
+            self.regressor[self.bounds.place(n)] = 1.0;
+        }
+        self.outputs.copy_from_slice(&state.outputs);
+        self.estimate.copy_from_slice(&state.estimate);
+        self.published.copy_from_slice(&state.published);
+        self.covariance.restore(&state.upper, &state.diagonal);
+        self.turn = state.turn;
+        (self.last_error, self.frozen, self.rejected) = (state.last_error, state.frozen, state.rejected);
+        Ok(())
+    }
+}
+
+/// The largest threshold, rounded up to a power of two; 1 without any.
+fn scale(operators: &[CoupledPlay]) -> f64 {
+    let largest = operators.iter().fold(0.0_f64, |largest, z| largest.max(z.r()).max(z.ra()));
+    if largest > 0.0 { largest.max(MAX_MAGNITUDE.recip()).log2().ceil().exp2() } else { 1.0 }
+}
+
+/// Zero for weights; above zero for the first identity; nothing for an offset.
+fn lower_bounds(operators: &[CoupledPlay], weights: &[f64], scale: f64, offset: bool) -> Box<[f64]> {
+    let identities = || operators.iter().zip(weights).enumerate().filter(|(_, (z, _))| z.is_identity());
+    let identity: f64 = identities().map(|(_, (_, w))| w * scale).sum();
+    let mut lower: Vec<f64> = operators.iter().map(|_| 0.0).collect();
+    if let Some((first, _)) = identities().next() {
+        lower[first] = MIN_IDENTITY_SHARE * identity;
+    }
+    lower.extend(offset.then_some(f64::NEG_INFINITY));
+    lower.into()
+}
+
+fn power(base: f64, exponent: usize) -> f64 {
+    (0..exponent).fold(1.0, |power, _| power * base)
+}
