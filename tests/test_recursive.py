@@ -138,6 +138,14 @@ def test_the_model_is_invertible_at_every_sample(
         identifier.model.inverse()
 
 
+def test_split_models_are_refused() -> None:
+    split = mh.ModifiedPrandtlIshlinskii.from_ratios(
+        [1.0, 0.5], [0.0, 2.0], ra=1, rb=1, rc=1, weights_negative=[1.0, 0.25]
+    )
+    with pytest.raises(ValueError, match="model: expected one weight for each operator, got a"):
+        mh.RecursiveIdentifier(split)
+
+
 def test_weights_that_would_be_negative_are_the_nearest_that_are_not() -> None:
     u = swings(3000)
     actuator = mh.ModifiedPrandtlIshlinskii(

@@ -16,7 +16,7 @@ use crate::operator::{CoupledPlay, Operator};
 pub(crate) struct Members(Box<[(Weights, CoupledPlay)]>);
 
 /// The weights of an operator above and below zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Weights {
     above: f64,
     below: f64,
@@ -154,9 +154,7 @@ impl Bank {
         }
         let near = from.input.max(low).min(high);
         let near = Known { input: near, output: self.peek_input(near) };
-        // Initial outputs move with the first sample, even if the input does not.
-        let settled = near.output == self.output();
-        if near.output == to || settled && from.output == to {
+        if near.output == to {
             return Reach { input: near.input, output: to, saturated: false };
         }
         let direction = if near.output <= to { Direction::Rising } else { Direction::Falling };

@@ -37,7 +37,7 @@ impl Survey {
             row[place] = 1.0;
             let mut residual = Vec::with_capacity(record.fitted_samples());
             for (k, measured) in record.output().iter().enumerate() {
-                regressor.advance();
+                regressor.go_to(k, None);
                 if k < record.skip() {
                     continue;
                 }
@@ -46,7 +46,7 @@ impl Survey {
                 for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {
                     (*low, *high) = (low.min(*z), high.max(*z));
                 }
-                residual.push(measured - regressor.output(weights));
+                residual.push(measured - regressor.output(&weights));
             }
             residuals.push(centred(&residual));
             let output = centred(&record.output()[record.skip()..]);
@@ -115,13 +115,16 @@ impl Survey {
     }
 }
 
-fn parts(model: &Model) -> (Bank, Vec<f64>, &[f64], Offsets) {
+fn parts(model: &Model) -> (Bank, Vec<f64>, Vec<f64>, Offsets) {
     let (operators, weights, offsets): (Vec<CoupledPlay>, _, _) = match model {
         Model::Conventional(model) => {
             let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
-            (plays.collect(), model.weights(), model.offsets())
+            (plays.collect(), model.weights().to_vec(), model.offsets())
         }
-        Model::Modified(model) => (model.operators().to_vec(), model.weights(), model.offsets()),
+        Model::Modified(model) => {
+            let below = if model.is_split() { model.weights_negative() } else { &[] };
+            (model.operators().to_vec(), [model.weights(), below].concat(), model.offsets())
+        }
     };
     let thresholds = operators.iter().map(CoupledPlay::r).collect();
     (Bank::from_operators(operators.into_iter()), thresholds, weights, offsets)

@@ -100,7 +100,8 @@ impl RecursiveIdentifier {
     /// An identifier of the weights of `model`, which must be invertible, at rest.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible.
+    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible,
+    /// [`Error::SplitRecursive`] for a split model.
     pub fn new(model: &Model, options: &RecursiveOptions) -> Result<Self, Error> {
         options.check()?;
         let (weights, operators, offsets) = match model {
@@ -110,6 +111,9 @@ impl RecursiveIdentifier {
                 (model.weights(), operators, model.offsets())
             }
             Model::Modified(model) => {
+                if model.is_split() {
+                    return Err(Error::SplitRecursive);
+                }
                 model.check_invertible()?;
                 (model.weights(), Box::from(model.operators()), model.offsets())
             }
