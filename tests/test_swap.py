@@ -8,7 +8,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from support import (
     AnyModel,
@@ -27,7 +27,22 @@ from support import (
 
 def reweighed(drawn: Drawn, weights: list[float], offset: float) -> AnyModel:
     weights = [weights[0] + 0.1, *weights[1 : len(drawn.weights)]]
-    return Drawn({**drawn.keywords, "weights": weights, "output_offset": offset}).model()
+    keywords = {**drawn.keywords, "weights": weights, "output_offset": offset}
+    if "weights_negative" in keywords:
+        # An identity that is split otherwise counts as another operator: not to be swapped in.
+        below = keywords["weights_negative"]
+        assume(all(drawn.weights[i] == below[i] for i in identities(drawn)))
+        below = [
+            w if i in identities(drawn) else v
+            for i, (w, v) in enumerate(zip(weights, below, strict=True))
+        ]
+        keywords["weights_negative"] = below
+    return Drawn(keywords).model()
+
+
+def identities(drawn: Drawn) -> list[int]:
+    thresholds = [drawn.keywords[name] for name in ("r", "ra", "rb", "rc")]
+    return [i for i, row in enumerate(zip(*thresholds, strict=True)) if not any(row)]
 
 
 WEIGHTS = st.lists(st.floats(0.0, 10.0), min_size=40, max_size=40)

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 
 use crate::arrays::vector;
 use crate::identify::invalid;
-use crate::records::{signals, skips};
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::records::{signals, skips};
 
 /// One thing that `diagnose` found: a name, a sentence, and a number with the limit that it passed.
 #[pyclass(module = "mpi_hyst", frozen, get_all)]

@@ -88,7 +88,8 @@ impl Forward {
     /// left: keep one where freeing must wait.
     ///
     /// # Errors
-    /// [`Error::OtherOperators`] if thresholds, their number or the input offset differ; the stream is as before then.
+    /// [`Error::OtherOperators`] if thresholds, their number or the input offset differ (an identity of a split model
+    /// that weighs differently above and below zero counts as one operator more); the stream is as before then.
     ///
     /// ```
     /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
@@ -127,7 +128,7 @@ impl Forward {
     /// the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_finite("state.last_input", None, state.last_input)?;
-        check_output(state.last_output)?;
+        check_output("state.last_output", state.last_output)?;
         self.memory.restore(&state.memory, state.last_input, state.last_output)?;
         self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
         self.rejected = state.rejected;

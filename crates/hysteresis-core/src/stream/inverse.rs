@@ -204,7 +204,7 @@ impl Inverse {
     /// [`Error::State`] for a state that this stream cannot be in, also one whose drive lies outside the limits,
     /// [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
-        check_output(state.last_input)?;
+        check_output("state.last_input", state.last_input)?;
         let (low, high) = self.reach;
         if !(low <= state.last_output && state.last_output <= high) {
             return Err(Error::State { expected: "a drive within the limits of the stream" });

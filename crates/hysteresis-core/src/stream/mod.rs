@@ -9,7 +9,7 @@ pub use array::{ActuatorError, StreamArray};
 pub use forward::Forward;
 pub use inverse::Inverse;
 
-use crate::error::Error;
+use crate::error::{Bound, Error};
 use crate::memory::MemoryState;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
@@ -43,6 +43,6 @@ pub struct StreamState {
 }
 
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
-fn check_output(output: f64) -> Result<(), Error> {
-    if output.is_finite() { Ok(()) } else { Err(Error::State { expected: "finite outputs" }) }
+fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got.is_finite() { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
 }
