@@ -13,7 +13,11 @@ use crate::operator::{CoupledPlay, Operator};
 
 /// The weights and operators of a model, in the order in which they are summed.
 #[derive(Debug)]
-pub(crate) struct Members(Box<[(Weights, CoupledPlay)]>);
+pub(crate) struct Members {
+    all: Box<[(Weights, CoupledPlay)]>,
+    /// Whether any operator weighs differently above and below zero: the sum of all others needs no choice.
+    split: bool,
+}
 
 /// The weights of an operator above and below zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,11 +40,12 @@ impl Weights {
 
 impl Members {
     pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Self {
-        Self(model.members().map(|(above, below, operator)| (Weights { above, below }, operator)).collect())
+        let all = model.members().map(|(above, below, operator)| (Weights { above, below }, operator)).collect();
+        Self { all, split: model.is_split() }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.all.len()
     }
 }
 
@@ -55,7 +60,7 @@ pub(crate) struct Bank {
 impl Bank {
     /// A bank whose operators all start from zero.
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
-        let zeros: Box<[f64]> = members.0.iter().map(|_| 0.0).collect();
+        let zeros: Box<[f64]> = members.all.iter().map(|_| 0.0).collect();
         Self { members, initial: zeros.clone(), outputs: zeros }
     }
 
@@ -76,7 +81,7 @@ impl Bank {
 
     /// Whether a move of the input to `input` changes no operator.
     pub(crate) fn is_at(&self, input: f64) -> bool {
-        self.members.0.iter().zip(&self.outputs).all(|((_, operator), z)| operator.next(*z, input) == *z)
+        self.members.all.iter().zip(&self.outputs).all(|((_, operator), z)| operator.next(*z, input) == *z)
     }
 
     /// The operator outputs z_i.
@@ -90,7 +95,7 @@ impl Bank {
             return Err(Error::State { expected: "one finite output for each operator" });
         }
         let (mut sum, mut scale) = (0.0, 0.0);
-        for ((weight, _), z) in self.members.0.iter().zip(outputs) {
+        for ((weight, _), z) in self.members.all.iter().zip(outputs) {
             sum += weight.at(*z) * z;
             scale += weight.magnitude() * (z.abs() + input.abs() + f64::MIN_POSITIVE);
         }
@@ -105,7 +110,7 @@ impl Bank {
     pub(crate) fn reweigh(&mut self, members: &Arc<Members>) -> Result<bool, Error> {
         check_same_count(self.members.len(), members.len())?;
         let mut differ = false;
-        for ((weight, z), (other_weight, other)) in self.members.0.iter().zip(&members.0) {
+        for ((weight, z), (other_weight, other)) in self.members.all.iter().zip(&members.all) {
             check_same("r", z.r(), other.r())?;
             check_same("ra", z.ra(), other.ra())?;
             check_same("rb", z.rb(), other.rb())?;
@@ -118,7 +123,7 @@ impl Bank {
 
     /// Moves the input to `to`.
     pub(crate) fn move_input(&mut self, to: f64) {
-        for ((_, operator), z) in self.members.0.iter().zip(&mut self.outputs) {
+        for ((_, operator), z) in self.members.all.iter().zip(&mut self.outputs) {
             *z = operator.next(*z, to);
         }
     }
@@ -136,11 +141,13 @@ impl Bank {
     /// Sum of w times what `output` makes of each operator, always in the order of the model.
     #[inline]
     fn sum(&self, output: impl Fn(&CoupledPlay, f64) -> f64) -> f64 {
-        let outputs = self.members.0.iter().zip(&self.outputs);
-        outputs.fold(0.0, |sum, ((weight, operator), z)| {
-            let z = output(operator, *z);
-            sum + weight.at(z) * z
-        })
+        let outputs = self.members.all.iter().zip(&self.outputs);
+        let outputs = outputs.map(|((weight, operator), z)| (weight, output(operator, *z)));
+        if self.members.split {
+            outputs.fold(0.0, |sum, (weight, z)| sum + weight.at(z) * z)
+        } else {
+            outputs.fold(0.0, |sum, (weight, z)| sum + weight.above * z)
+        }
     }
 
     /// The input that brings the output to `to`, or the limit that comes closest. `from` is where the search starts.
@@ -166,7 +173,7 @@ impl Bank {
     /// The line of the outputs over the input around `x`, every operator starting from its present output.
     fn line_at(&self, x: f64) -> Line {
         let mut line = Line { slope: 0.0, offset: 0.0 };
-        for ((weight, operator), z) in self.members.0.iter().zip(&self.outputs) {
+        for ((weight, operator), z) in self.members.all.iter().zip(&self.outputs) {
             let next = operator.next(*z, x);
             let weight = weight.at(next);
             match operator.slide(*z, x) {
