@@ -74,7 +74,7 @@ pub(crate) fn solve(
         } else {
             (far, far_begin) = (Some(here), begin);
         }
-        if far.is_some() && direction.has_passed(far_begin, near_end) {
+        if far.is_some() && far_begin == near_end {
             // The pieces meet, and rounding leaves the target to neither.
             return Reach { input: far_begin, output: target, saturated: false };
         }
