@@ -8,9 +8,16 @@ use core::fmt;
 /// NaN and infinities fail the same single comparison.
 pub const MAX_MAGNITUDE: f64 = 1e100;
 
-/// True for a finite number of magnitude at most [`MAX_MAGNITUDE`].
+/// True for a finite number of magnitude at most [`MAX_MAGNITUDE`]: what streams take, and nothing else.
+///
+/// ```
+/// use hysteresis_core::is_admissible;
+/// assert!(is_admissible(-500.0));
+/// assert!(![f64::NAN, f64::INFINITY, 1e101].into_iter().any(is_admissible));
+/// ```
 #[inline]
-pub(crate) fn is_admissible(value: f64) -> bool {
+#[must_use]
+pub fn is_admissible(value: f64) -> bool {
     value.abs() <= MAX_MAGNITUDE
 }
 

@@ -27,7 +27,7 @@ pub mod paper;
 mod process;
 mod stream;
 
-pub use error::{Bound, Error, MAX_MAGNITUDE};
+pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
 pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};

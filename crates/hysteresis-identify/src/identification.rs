@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::error::{Error, RecordError};
 use crate::folds::{CrossValidation, cross_validate};
@@ -232,17 +232,7 @@ fn assemble(
 }
 
 fn predict(model: &Model, delay: f64, output_offset: f64, input: &[f64]) -> Vec<f64> {
-    let (bank, weights, offsets) = match model {
-        Model::Conventional(model) => {
-            let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
-            (Bank::from_operators(plays), model.weights().to_vec(), model.offsets())
-        }
-        Model::Modified(model) => {
-            let below = if model.is_split() { model.weights_negative() } else { &[] };
-            let operators = model.operators().iter().copied();
-            (Bank::from_operators(operators), [model.weights(), below].concat(), model.offsets())
-        }
-    };
+    let (bank, weights, offsets) = Bank::of_model(model);
     let mut regressor = Regressor::new(&bank, input, offsets.input, delay);
     let next = |k| {
         regressor.go_to(k, None);

@@ -1,9 +1,8 @@
 //! What to identify, and what is known already.
 
-use hysteresis_core::Ratios;
+use hysteresis_core::{Ratios, is_admissible};
 
 use crate::error::Error;
-use crate::record::is_admissible;
 
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! One measured record, checked once.
 
+use hysteresis_core::is_admissible;
+
 use crate::error::RecordError;
 
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
@@ -90,11 +92,6 @@ pub(crate) fn check_finite(argument: &'static str, values: &[f64]) -> Result<(),
         Some(index) => Err(RecordError::NotFinite { argument, index, got: values[index] }),
         None => Ok(()),
     }
-}
-
-/// The core's own domain of inputs and outputs.
-pub(crate) fn is_admissible(value: f64) -> bool {
-    value.abs() <= hysteresis_core::MAX_MAGNITUDE
 }
 
 fn bounds(values: &[f64]) -> (f64, f64) {

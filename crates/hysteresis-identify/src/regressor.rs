@@ -1,6 +1,6 @@
 //! The regressor: one row of operator outputs per sample, made on the fly.
 
-use hysteresis_core::{CoupledPlay, Ratios};
+use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
 /// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
 #[derive(Clone, Debug)]
@@ -27,8 +27,28 @@ impl Bank {
         }
     }
 
+    /// The operators of a model, its weights as [`Regressor::output`] takes them, and its offsets.
+    pub(crate) fn of_model(model: &Model) -> (Self, Vec<f64>, Offsets) {
+        match model {
+            Model::Conventional(model) => {
+                let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
+                (Self::from_operators(plays), model.weights().to_vec(), model.offsets())
+            }
+            Model::Modified(model) => {
+                let below = if model.is_split() { model.weights_negative() } else { &[] };
+                let operators = model.operators().iter().copied();
+                (Self::from_operators(operators), [model.weights(), below].concat(), model.offsets())
+            }
+        }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.r.len()
+    }
+
+    /// The threshold r of every operator.
+    pub(crate) fn thresholds(&self) -> &[f64] {
+        &self.r
     }
 
     /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.

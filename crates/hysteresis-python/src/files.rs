@@ -7,7 +7,7 @@ use hysteresis_core::{JsonError, Model};
 use pyo3::prelude::*;
 
 use crate::errors;
-use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::models;
 
 /// Writes text to a file that appears only when it is complete: to a temporary neighbour first, then renamed.
 #[pyfunction]
@@ -54,10 +54,7 @@ pub(crate) fn write_file(path: PathBuf, text: &str) -> PyResult<()> {
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
     let text = read(&path)?;
-    match Model::from_json(&text).map_err(|error| errors::json(&path.display().to_string(), &error))? {
-        Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model))?.into_any()),
-        Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model))?.into_any()),
-    }
+    models::object(py, Model::from_json(&text).map_err(|error| errors::json(&path.display().to_string(), &error))?)
 }
 
 fn read(path: &Path) -> PyResult<String> {

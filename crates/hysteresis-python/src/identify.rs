@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{Model, Ratios};
+use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds, Weights,
 };
@@ -14,7 +14,7 @@ use pyo3::types::PyString;
 use crate::arguments::count;
 use crate::arrays::{read_only, vector};
 use crate::errors;
-use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::models;
 use crate::records::{HeldOut, signals, skips};
 
 /// The errors of a fit, each with its unit or base.
@@ -69,10 +69,7 @@ impl Identification {
     /// The model, with the output offset of the first record.
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        match &self.found.model {
-            Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model.clone()))?.into_any()),
-            Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model.clone()))?.into_any()),
-        }
+        models::object(py, self.found.model.clone())
     }
 
     /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.

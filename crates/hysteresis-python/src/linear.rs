@@ -1,6 +1,6 @@
 //! The parameters of linear dynamics: immutable, comparable, hashable, picklable.
 
-use hysteresis_core::MAX_MAGNITUDE;
+use hysteresis_core::is_admissible;
 use hysteresis_simulate::linear::{self, Block, Dynamics, Error, Stream};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
@@ -27,10 +27,6 @@ fn response<'py>(block: Result<impl Block, Error>, u: &Bound<'py, PyAny>) -> Vec
         return Err(PyValueError::new_err(format!("u[{index}]: expected {expected}, got {got:?}")));
     }
     arrays::run(&mut stream, &input, None)
-}
-
-fn is_admissible(sample: f64) -> bool {
-    sample.abs() <= MAX_MAGNITUDE
 }
 
 /// Dynamics of either kind as a Python object.

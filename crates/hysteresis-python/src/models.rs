@@ -115,6 +115,14 @@ fn save(model: &Model, path: PathBuf) -> PyResult<()> {
     files::write_file(path, &text)
 }
 
+/// A model of either kind as an object of its class.
+pub(crate) fn object(py: Python<'_>, model: Model) -> PyResult<Py<PyAny>> {
+    match model {
+        Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model))?.into_any()),
+        Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model))?.into_any()),
+    }
+}
+
 /// The methods that both models have, and its own.
 macro_rules! model_methods {
     ($class:ident { $($own:tt)* }) => {

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyString};
 use pythonize::{depythonize, pythonize};
 
 use crate::errors;
-use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::models::{self, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
 ///
@@ -113,10 +113,7 @@ impl RecursiveIdentifier {
     /// The model as of the last sample: the given one with other weights and output offset.
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        match self.0.model() {
-            Model::Conventional(model) => Ok(Py::new(py, PrandtlIshlinskii::from(model))?.into_any()),
-            Model::Modified(model) => Ok(Py::new(py, ModifiedPrandtlIshlinskii::from(model))?.into_any()),
-        }
+        models::object(py, self.0.model())
     }
 
     /// Why the last sample changed no weight: None if it did, else one word.
@@ -176,11 +173,7 @@ impl RecursiveIdentifier {
         }
         keywords.set_item("covariance", covariance)?;
         keywords.set_item("covariance_limit", covariance_limit)?;
-        let given: Py<PyAny> = match self.0.given().clone() {
-            Model::Conventional(model) => Py::new(py, PrandtlIshlinskii::from(model))?.into_any(),
-            Model::Modified(model) => Py::new(py, ModifiedPrandtlIshlinskii::from(model))?.into_any(),
-        };
-        Ok(((given,), keywords))
+        Ok(((models::object(py, self.0.given().clone())?,), keywords))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

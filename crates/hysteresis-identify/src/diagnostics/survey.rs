@@ -1,7 +1,7 @@
 //! One pass over the records with all operators of a model.
 
 use faer::Mat;
-use hysteresis_core::{CoupledPlay, Model, Offsets};
+use hysteresis_core::Model;
 
 use super::{Defect, Finding, Measured, signal};
 use crate::factor::TriangularFactor;
@@ -25,7 +25,8 @@ pub(super) struct Survey {
 
 impl Survey {
     pub(super) fn of(records: &[Record<'_>], model: &Model, delay: f64) -> Self {
-        let (bank, thresholds, weights, offsets) = parts(model);
+        let (bank, weights, offsets) = Bank::of_model(model);
+        let thresholds = bank.thresholds().to_vec();
         let (means, n) = (records.len(), thresholds.len());
         let mut factor = TriangularFactor::new(means + n);
         let mut row = vec![0.0; means + n];
@@ -113,21 +114,6 @@ impl Survey {
         };
         (self.residuals.iter().map(variance).sum::<f64>() / as_f64(samples)).sqrt()
     }
-}
-
-fn parts(model: &Model) -> (Bank, Vec<f64>, Vec<f64>, Offsets) {
-    let (operators, weights, offsets): (Vec<CoupledPlay>, _, _) = match model {
-        Model::Conventional(model) => {
-            let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
-            (plays.collect(), model.weights().to_vec(), model.offsets())
-        }
-        Model::Modified(model) => {
-            let below = if model.is_split() { model.weights_negative() } else { &[] };
-            (model.operators().to_vec(), [model.weights(), below].concat(), model.offsets())
-        }
-    };
-    let thresholds = operators.iter().map(CoupledPlay::r).collect();
-    (Bank::from_operators(operators.into_iter()), thresholds, weights, offsets)
 }
 
 fn centred(values: &[f64]) -> Vec<f64> {

@@ -10,11 +10,11 @@ pub use state::{Frozen, RecursiveState};
 
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
+    is_admissible,
 };
 
 use crate::error::Error;
 use crate::options::Setting;
-use crate::record::is_admissible;
 use bounds::Bounds;
 use covariance::{Covariance, dot};
 

@@ -1,8 +1,9 @@
 //! How a recursive identification forgets, and what it starts from.
 
+use hysteresis_core::is_admissible;
+
 use crate::error::Error;
 use crate::options::Setting;
-use crate::record::is_admissible;
 
 /// What a [`RecursiveIdentifier`](super::RecursiveIdentifier) may be told.
 ///

@@ -1,6 +1,6 @@
 //! A block as a process.
 
-use hysteresis_core::{MAX_MAGNITUDE, Process};
+use hysteresis_core::{Process, is_admissible};
 
 use super::Block;
 
@@ -41,10 +41,6 @@ impl<B: Block> Stream<B> {
     pub fn output(&self) -> f64 {
         self.output
     }
-}
-
-fn is_admissible(input: f64) -> bool {
-    input.abs() <= MAX_MAGNITUDE
 }
 
 impl<B: Block> Process for Stream<B> {
