@@ -3,5 +3,9 @@
 #![forbid(unsafe_code)]
 
 pub mod excitation;
+pub mod learning;
 pub mod linear;
+mod observer;
 pub mod signals;
+
+pub use observer::{Observer, ObserverOptions};

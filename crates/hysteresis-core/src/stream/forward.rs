@@ -61,6 +61,12 @@ impl Forward {
         self.segment.output()
     }
 
+    /// The last output; at rest, the output at rest.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        self.segment.output() + self.offsets.output
+    }
+
     /// Which algorithm evaluates the stream.
     #[must_use]
     pub fn method(&self) -> Method {

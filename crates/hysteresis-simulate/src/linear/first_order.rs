@@ -60,8 +60,12 @@ impl FirstOrder {
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn block(&self, dt: f64) -> Result<FirstOrderBlock, Error> {
-        let dt = check_positive("dt", None, dt)?;
-        Ok(FirstOrderBlock { decay: (-TAU * self.frequency * dt).exp(), output: 0.0 })
+        Ok(FirstOrderBlock { decay: self.decay(dt)?, output: 0.0 })
+    }
+
+    /// exp(-T / tau).
+    pub(super) fn decay(self, dt: f64) -> Result<f64, Error> {
+        Ok((-TAU * self.frequency * check_positive("dt", None, dt)?).exp())
     }
 }
 

@@ -25,9 +25,12 @@ pub use cascade::Cascade;
 pub use creep::{Creep, CreepBlock};
 pub use delay::{Delay, DelayBlock};
 pub use error::Error;
+pub(crate) use error::check_positive;
 pub use first_order::{FirstOrder, FirstOrderBlock};
 pub use second_order::{SecondOrder, SecondOrderBlock};
 pub use stream::Stream;
+
+use nalgebra::Matrix2;
 
 /// A discrete-time linear system with its state, for admissible samples.
 ///
@@ -61,6 +64,14 @@ pub enum Dynamics {
 }
 
 impl Dynamics {
+    /// exp(T M) for the distance from rest, (y - u, y' / w) while u is held; of a lag only the first entry.
+    pub(crate) fn transition(&self, dt: f64) -> Result<Matrix2<f64>, Error> {
+        Ok(match self {
+            Self::FirstOrder(lag) => Matrix2::new(lag.decay(dt)?, 0.0, 0.0, 0.0),
+            Self::SecondOrder(resonance) => resonance.transition(dt)?,
+        })
+    }
+
     /// The block for a sampling interval in seconds, at rest at zero.
     ///
     /// # Errors

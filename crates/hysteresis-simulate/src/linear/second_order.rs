@@ -66,12 +66,16 @@ impl SecondOrder {
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn block(&self, dt: f64) -> Result<SecondOrderBlock, Error> {
-        let angle = TAU * self.frequency * check_positive("dt", None, dt)?;
-        Ok(SecondOrderBlock { transition: self.transition(angle), position: 0.0, velocity: 0.0 })
+        Ok(SecondOrderBlock { transition: self.transition(dt)?, position: 0.0, velocity: 0.0 })
+    }
+
+    /// exp(w T M).
+    pub(super) fn transition(&self, dt: f64) -> Result<Matrix2<f64>, Error> {
+        Ok(self.exponential(TAU * self.frequency * check_positive("dt", None, dt)?))
     }
 
     /// exp(angle M).
-    fn transition(&self, angle: f64) -> Matrix2<f64> {
+    fn exponential(&self, angle: f64) -> Matrix2<f64> {
         let zeta = self.damping;
         // (1 - zeta)(1 + zeta) keeps its digits next to critical damping, where 1 - zeta^2 loses them.
         let distance = ((1.0 - zeta).abs() * (1.0 + zeta)).sqrt();
@@ -138,7 +142,7 @@ mod tests {
     fn the_closed_form_is_the_matrix_exponential() {
         for zeta in [1e-4, 0.02, 0.5, 0.99, 1.0 - 1e-9, 1.0 - 1e-15, 1.0, 1.0 + 1e-15, 1.0 + 1e-9, 1.01, 2.0, 30.0] {
             for angle in [1e-3, 0.25, 1.0, 3.0] {
-                let closed = SecondOrder::new(1.0, zeta).unwrap().transition(angle);
+                let closed = SecondOrder::new(1.0, zeta).unwrap().exponential(angle);
                 let series = (Matrix2::new(0.0, 1.0, -1.0, -2.0 * zeta) * angle).exp();
                 // The general algorithm squares a Padé approximant: it loses a few digits for large norms.
                 let tolerance = 1e-14 * (1.0 + zeta * angle);
@@ -149,7 +153,7 @@ mod tests {
 
     #[test]
     fn heavy_damping_does_not_overflow() {
-        let transition = SecondOrder::new(1.0, 1e8).unwrap().transition(100.0);
+        let transition = SecondOrder::new(1.0, 1e8).unwrap().exponential(100.0);
         // Two lags: the slow one of rate w / (2 zeta), the fast one gone.
         assert!((transition.m11 - (-100.0 / 2e8_f64).exp()).abs() < 1e-12 && transition.m12.is_finite());
     }

@@ -1,0 +1,96 @@
+//! What the observer knows, and what it buys.
+
+mod support;
+
+use hysteresis_core::{Kernel, Process, paper};
+use hysteresis_simulate::linear::{Block, Cascade, Delay, Dynamics, FirstOrder};
+use hysteresis_simulate::{Observer, ObserverOptions};
+use support::{DT, Loop, Noise, a1, reference_and_target};
+
+fn observer(dynamics: &Dynamics, options: ObserverOptions) -> Observer {
+    Observer::new(&Kernel::new(&paper::table_1_recovered()), dynamics, DT, &options).unwrap()
+}
+
+/// Without noise and with the right model, the estimate is the position, with a delay and behind a lag too.
+#[test]
+fn what_the_model_knows_needs_no_measurement() {
+    for dynamics in [a1(), FirstOrder::new(279.0).unwrap().into()] {
+        let mut observer = observer(&dynamics, ObserverOptions { delay: 2.5, ..ObserverOptions::new(0.016, 0.5) });
+        let mut actuator = paper::table_1_recovered().forward();
+        let mut path = Cascade(Delay::new(2.5).unwrap().block(), dynamics.block(DT).unwrap());
+        for k in 0..5000 {
+            let drive = 400.0 * (2e-3 * f64::from(k)).sin() * (1.0 - 1e-4 * f64::from(k));
+            let position = path.advance(actuator.step(drive));
+            let measurement = if k % 3 == 0 { position } else { f64::NAN };
+            // Rounding only: both are the same recursion.
+            assert!((observer.step(drive, measurement) - position).abs() < 1e-12, "{k}");
+        }
+        assert_eq!(observer.rejected(), 3333);
+    }
+}
+
+/// The variance of the estimate in a long run is the one for which the gain is the best: P(1,1) of the Riccati equation
+/// is g1 / (1 - g1) before the measurement and g1 after it, in units of the noise variance.
+#[test]
+fn the_estimate_is_as_good_as_the_gain_says() {
+    let (noise, drift) = (0.016, 2.0);
+    let mut observer = observer(&a1(), ObserverOptions::new(noise, drift));
+    let (mut unknown, mut dynamics, mut random) = (0.0, a1().block(DT).unwrap(), Noise::new(3));
+    let (mut sum, mut count) = (0.0, 0.0);
+    for k in 0..400_000 {
+        // What the model does not know wanders during the interval before it acts, as in the filter.
+        let position = dynamics.advance(unknown);
+        unknown += drift * DT.sqrt() * random.next();
+        let estimate = observer.step(0.0, position + noise * random.next());
+        if k > 1000 {
+            sum += (estimate - position).powi(2);
+            count += 1.0;
+        }
+    }
+    let variance = sum / count / (noise * noise);
+    // 400 000 samples correlated over some tens: 1 % of statistical error.
+    assert!((variance / observer.gain()[0] - 1.0).abs() < 0.05, "{variance} {:?}", observer.gain());
+}
+
+/// A constant that the model does not know is found entirely.
+#[test]
+fn a_disturbance_leaves_no_static_error() {
+    let mut observer = observer(&a1(), ObserverOptions::new(0.016, 0.5));
+    let mut estimate = 0.0;
+    for _ in 0..200_000 {
+        estimate = observer.step(0.0, 0.25);
+    }
+    assert!((estimate - 0.25).abs() < 1e-9 && (observer.disturbance() - 0.25).abs() < 1e-9);
+    observer.reset();
+    assert!(observer.step(0.0, 0.0) == 0.0 && observer.disturbance() == 0.0);
+}
+
+/// What it buys: feedback of the estimate puts less noise on the true position than feedback of the measurement.
+#[test]
+fn feedback_of_the_estimate_is_quieter() {
+    let (reference, target) = reference_and_target(400.0, 0.95);
+    let model = paper::table_1_recovered().into();
+    let rms = |observed: bool| {
+        let mut plant = Loop::new(&model, 0.016, 11);
+        let mut observer = observer(&a1(), ObserverOptions::new(0.016, 0.5));
+        let mut sum = 0.0;
+        for (r, target) in reference.iter().zip(&target).cycle().take(50_000) {
+            sum += (r - plant.position).powi(2);
+            let measured = plant.measure();
+            let estimate = observer.step(plant.drive, measured);
+            plant.advance(*target, r - if observed { estimate } else { measured });
+        }
+        (sum / 50_000.0).sqrt()
+    };
+    let (with, without) = (rms(true), rms(false));
+    assert!(with < 0.8 * without, "{with} {without}");
+}
+
+#[test]
+fn what_cannot_settle_is_refused() {
+    let kernel = Kernel::new(&paper::table_1_recovered());
+    let refused = |options| Observer::new(&kernel, &a1(), DT, &options).unwrap_err().parameter;
+    assert_eq!(refused(ObserverOptions::new(0.0, 1.0)), "noise");
+    assert_eq!(refused(ObserverOptions::new(1.0, f64::NAN)), "drift");
+    assert_eq!(refused(ObserverOptions { delay: -1.0, ..ObserverOptions::new(1.0, 1.0) }), "delay");
+}
