@@ -22,12 +22,15 @@ __all__ = [
     "Identification",
     "Inverse",
     "InverseArray",
+    "IterativeLearning",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
+    "Observer",
     "Play",
     "PrandtlIshlinskii",
     "Quality",
     "RecursiveIdentifier",
+    "RepetitiveControl",
     "SecondOrder",
     "decaying_triangle",
     "demagnetize",
@@ -324,6 +327,89 @@ class Identification:
     @property
     def evaluations(self) -> int: ...
     def predict(self, u: ArrayLike) -> _Vector: ...
+
+@final
+class IterativeLearning:
+    def __new__(
+        cls,
+        target: ArrayLike,
+        *,
+        kp: float,
+        ki: float,
+        slope: float,
+        dynamics: SecondOrder | FirstOrder,
+        bandwidth: float,
+        delay: float = 0.0,
+        dt: float = 1e-4,
+        least_gain: float = 0.15,
+        reach: tuple[float, float] | None = None,
+    ) -> IterativeLearning: ...
+    @property
+    def target(self) -> _Vector: ...
+    def update(self, error: ArrayLike) -> bool: ...
+    @property
+    def max_errors(self) -> _Vector: ...
+    @property
+    def rmses(self) -> _Vector: ...
+    def rate(
+        self,
+        *,
+        dynamics: SecondOrder | FirstOrder | None = None,
+        slope: float | None = None,
+        delay: float | None = None,
+    ) -> float: ...
+
+@final
+class RepetitiveControl:
+    def __new__(
+        cls,
+        period: int,
+        *,
+        kp: float,
+        ki: float,
+        slope: float,
+        dynamics: SecondOrder | FirstOrder,
+        bandwidth: float,
+        delay: float = 0.0,
+        dt: float = 1e-4,
+        gain: float = 0.3,
+        settle: int = 1,
+        limit: float = ...,
+    ) -> RepetitiveControl: ...
+    def step(self, error: float) -> float: ...
+    def reset(self) -> None: ...
+    @property
+    def period(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    def rate(
+        self,
+        *,
+        dynamics: SecondOrder | FirstOrder | None = None,
+        slope: float | None = None,
+        delay: float | None = None,
+    ) -> float: ...
+
+@final
+class Observer:
+    def __new__(
+        cls,
+        model: _Model,
+        *,
+        dynamics: SecondOrder | FirstOrder,
+        noise: float,
+        drift: float,
+        delay: float = 0.0,
+        dt: float = 1e-4,
+    ) -> Observer: ...
+    def step(self, drive: float, measurement: float) -> float: ...
+    @property
+    def disturbance(self) -> float: ...
+    @property
+    def gain(self) -> tuple[float, float, float]: ...
+    @property
+    def rejected(self) -> int: ...
+    def reset(self) -> None: ...
 
 @final
 class RecursiveIdentifier:

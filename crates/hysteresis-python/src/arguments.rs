@@ -14,13 +14,13 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     }
 }
 
-/// Limits from any two numbers.
-pub(crate) fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+/// A low and a high limit from any two numbers.
+pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     match limits.extract::<Vec<f64>>() {
         Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),
         _ => {
             let got = limits.repr()?;
-            Err(PyTypeError::new_err(format!("limits: expected two numbers (low, high), got {got}")))
+            Err(PyTypeError::new_err(format!("{name}: expected two numbers (low, high), got {got}")))
         }
     }
 }

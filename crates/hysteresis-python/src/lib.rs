@@ -21,9 +21,11 @@ mod errors;
 mod excitation;
 mod files;
 mod identify;
+mod learning;
 mod linear;
 mod model_values;
 mod models;
+mod observer;
 mod operators;
 mod paper;
 mod process;
@@ -59,9 +61,13 @@ mod _core {
     #[pymodule_export]
     use crate::identify::{Identification, Quality, identify};
     #[pymodule_export]
+    use crate::learning::{IterativeLearning, RepetitiveControl};
+    #[pymodule_export]
     use crate::linear::{Creep, FirstOrder, SecondOrder};
     #[pymodule_export]
     use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+    #[pymodule_export]
+    use crate::observer::Observer;
     #[pymodule_export]
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use hysteresis_core::is_admissible;
 use hysteresis_simulate::linear::{self, Block, Dynamics, Error, Stream};
 use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -14,7 +14,7 @@ use crate::model_values::hash;
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// An error about a parameter of a linear block.
-fn invalid(error: Error) -> PyErr {
+pub(crate) fn invalid(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
@@ -27,6 +27,20 @@ fn response<'py>(block: Result<impl Block, Error>, u: &Bound<'py, PyAny>) -> Vec
         return Err(PyValueError::new_err(format!("u[{index}]: expected {expected}, got {got:?}")));
     }
     arrays::run(&mut stream, &input, None)
+}
+
+/// Dynamics of either kind, given as an argument.
+pub(crate) fn given_dynamics(value: &Bound<'_, PyAny>) -> PyResult<Dynamics> {
+    if let Ok(resonance) = value.cast::<SecondOrder>() {
+        return Ok(resonance.get().0.into());
+    }
+    match value.cast::<FirstOrder>() {
+        Ok(lag) => Ok(lag.get().0.into()),
+        Err(_) => {
+            let got = value.repr()?;
+            Err(PyTypeError::new_err(format!("dynamics: expected a SecondOrder or a FirstOrder, got {got}")))
+        }
+    }
 }
 
 /// Dynamics of either kind as a Python object.

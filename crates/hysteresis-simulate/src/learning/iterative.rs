@@ -70,7 +70,7 @@ pub struct Trial {
 ///     }
 ///     learning.update(&error)?;
 /// }
-/// assert!(learning.trials()[0].rmse > 0.1 && learning.trials()[3].rmse < 1e-3);
+/// assert!(learning.trials()[0].rmse > 0.1 && learning.trials()[3].rmse < 1e-2);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone)]

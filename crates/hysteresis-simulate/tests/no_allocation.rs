@@ -1,10 +1,12 @@
-//! `step`, `peek`, `reset` and `run` of linear streams never allocate.
+//! What runs sample by sample never allocates: linear streams, learning in the loop, the observer.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use hysteresis_core::Process;
+use hysteresis_core::{Kernel, Process, paper};
+use hysteresis_simulate::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_simulate::linear::{Cascade, Creep, Delay, FirstOrder, SecondOrder, Stream};
+use hysteresis_simulate::{Observer, ObserverOptions};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -52,4 +54,22 @@ fn linear_streams_never_allocate() {
     });
     assert_eq!(count, 0);
     assert_eq!(stream.rejected(), 11);
+}
+
+#[test]
+fn learning_in_the_loop_and_observation_never_allocate() {
+    let dynamics = SecondOrder::new(400.0, 0.95).unwrap().into();
+    let feedback = FeedbackLoop { kp: 60.0, ki: 0.6, slope: 5e-3, dynamics, delay: 0.5, dt: 1e-4 };
+    let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
+    let options = ObserverOptions { delay: 1.5, ..ObserverOptions::new(0.016, 0.5) };
+    let mut observer = Observer::new(&Kernel::new(&paper::table_1_recovered()), &dynamics, 1e-4, &options).unwrap();
+    let count = allocations(|| {
+        for k in 0..1000 {
+            let x = if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) };
+            std::hint::black_box((repetitive.step(1e-3 * x), observer.step(40.0 * x, 0.1 * x)));
+        }
+    });
+    assert_eq!((count, repetitive.rejected(), observer.rejected()), (0, 11, 11));
+    repetitive.reset();
+    observer.reset();
 }

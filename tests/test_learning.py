@@ -1,0 +1,123 @@
+"""Learning and observation from Python: the faces of what the Rust tests judge."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+
+STAGE = mh.SecondOrder(400.0, 0.95)
+LOOP: dict[str, Any] = {"kp": 60.0, "ki": 0.6, "slope": 5e-3, "dynamics": STAGE}
+WAVE = np.sin(2 * np.pi * np.arange(500) / 500)
+
+
+def test_learning_shrinks_the_error_of_a_lag_that_it_believes_wrong() -> None:
+    believed = mh.SecondOrder(420.0, 0.76)
+    open_loop = {"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": believed}
+    learning = mh.IterativeLearning(WAVE, bandwidth=400.0, **open_loop)
+    assert learning.rate() < learning.rate(dynamics=STAGE) < 0.5
+    for _ in range(5):
+        position = STAGE.response(np.tile(learning.target, 2), dt=1e-4)[499:-1]
+        assert learning.update(WAVE - position)
+    assert learning.rmses[0] > 0.1
+    assert learning.rmses[-1] < 1e-3
+    assert np.all(learning.max_errors >= learning.rmses)
+
+
+def test_a_target_is_not_to_be_written_to() -> None:
+    learning = mh.IterativeLearning(WAVE, bandwidth=150.0, **LOOP)
+    with pytest.raises(ValueError, match="read-only"):
+        learning.target[0] = 1.0
+
+
+def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
+    actuator = mh.paper.table_1_recovered()
+    observer = mh.Observer(actuator, dynamics=STAGE, noise=0.016, drift=0.5, delay=1.0)
+    drive = mh.signals.sine(400.0, 20.0, cycles=3, rate=10_000)
+    held = np.concatenate([[0.0], drive])[:-1]
+    position = STAGE.response(actuator.forward().run(held), dt=1e-4)
+    estimates = [observer.step(u, math.nan) for u in drive]
+    np.testing.assert_allclose(estimates, position, atol=1e-12)  # rounding only
+    assert observer.rejected == len(drive)
+    observer.reset()
+    for _ in range(100_000):
+        estimate = observer.step(0.0, 0.1)
+    assert abs(estimate - 0.1) < 1e-9
+    assert abs(observer.disturbance - 0.1) < 1e-9
+    assert 0.0 < observer.gain[0] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"kp": 1e5}, "kp: expected gains at which the loop is stable, got 100000.0"),
+        ({"ki": math.nan}, "ki: expected a finite number >= 0"),
+        ({"slope": -1.0}, "slope: expected a finite number >= 0"),
+        ({"delay": -1.0}, "delay: expected 0 to 2"),
+        ({"dt": 0.0}, "dt: expected a finite number above 0"),
+        ({"bandwidth": 0.0}, "bandwidth: expected a finite number above 0"),
+    ],
+)
+def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: str) -> None:
+    options = {**LOOP, "bandwidth": 150.0, **change}
+    for build in (
+        lambda: mh.IterativeLearning(WAVE, **options),
+        lambda: mh.RepetitiveControl(500, **options),
+    ):
+        with pytest.raises(ValueError) as caught:
+            build()
+        assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("build", "kind", "message"),
+    [
+        (
+            lambda: mh.IterativeLearning(WAVE, **{**LOOP, "dynamics": 400.0}, bandwidth=150.0),
+            TypeError,
+            "dynamics: expected a SecondOrder or a FirstOrder, got 400.0",
+        ),
+        (
+            lambda: mh.IterativeLearning([0.0, math.inf], bandwidth=150.0, **LOOP),
+            ValueError,
+            "target[1]: expected a finite number",
+        ),
+        (
+            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, reach=(1.0, 0.0), **LOOP),
+            ValueError,
+            "reach[1]: expected finite limits, the high one above the low one, got 0.0",
+        ),
+        (
+            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, **LOOP).update(WAVE[1:]),
+            ValueError,
+            "error: expected 500",
+        ),
+        (
+            lambda: mh.RepetitiveControl(7, bandwidth=150.0, **LOOP),
+            ValueError,
+            "period: expected at least 8 samples, got 7",
+        ),
+        (
+            lambda: mh.RepetitiveControl(500, bandwidth=150.0, settle=-1, **LOOP),
+            ValueError,
+            "settle: expected a whole number of periods >= 0, got -1",
+        ),
+        (
+            lambda: mh.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),
+            ValueError,
+            "noise: expected a finite number above 0",
+        ),
+        (
+            lambda: mh.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0),  # type: ignore[arg-type]
+            TypeError,
+            "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
+        ),
+    ],
+)
+def test_wrong_input_is_named(build: Any, kind: type[Exception], message: str) -> None:
+    with pytest.raises(kind) as caught:
+        build()
+    assert str(caught.value).startswith(message)
