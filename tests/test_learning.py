@@ -16,13 +16,13 @@ WAVE = np.sin(2 * np.pi * np.arange(500) / 500)
 
 def test_learning_shrinks_the_error_of_a_lag_that_it_believes_wrong() -> None:
     believed = mh.SecondOrder(420.0, 0.76)
-    open_loop = {"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": believed}
+    open_loop: dict[str, Any] = {"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": believed}
     learning = mh.IterativeLearning(WAVE, bandwidth=400.0, **open_loop)
     assert learning.rate() < learning.rate(dynamics=STAGE) < 0.5
     for _ in range(5):
         position = STAGE.response(np.tile(learning.target, 2), dt=1e-4)[499:-1]
         assert learning.update(WAVE - position)
-    assert learning.rmses[0] > 0.1
+    assert learning.rmses[0] > 0.05
     assert learning.rmses[-1] < 1e-3
     assert np.all(learning.max_errors >= learning.rmses)
 
@@ -36,7 +36,7 @@ def test_a_target_is_not_to_be_written_to() -> None:
 def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
     actuator = mh.paper.table_1_recovered()
     observer = mh.Observer(actuator, dynamics=STAGE, noise=0.016, drift=0.5, delay=1.0)
-    drive = mh.signals.sine(400.0, 20.0, cycles=3, rate=10_000)
+    drive = 400.0 * np.sin(2 * np.pi * 20.0 * 1e-4 * np.arange(1500))
     held = np.concatenate([[0.0], drive])[:-1]
     position = STAGE.response(actuator.forward().run(held), dt=1e-4)
     estimates = [observer.step(u, math.nan) for u in drive]
