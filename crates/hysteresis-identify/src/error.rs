@@ -101,8 +101,6 @@ pub enum Error {
     NoOperators,
     /// The conventional model has no split weights.
     SplitConventional,
-    /// Recursive identification has one weight for each operator.
-    SplitRecursive,
     /// Fewer samples to fit than twice the unknowns.
     TooFewSamples {
         /// Twice the number of weights, output offsets and searched parameters.
@@ -136,7 +134,6 @@ impl fmt::Display for Error {
             Self::SplitConventional => {
                 write!(f, "weights: expected free or quadratic ones for the conventional model, got split ones")
             }
-            Self::SplitRecursive => write!(f, "model: expected one weight for each operator, got a split model"),
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
             }

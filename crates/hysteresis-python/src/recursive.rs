@@ -9,6 +9,7 @@ use pyo3::types::{PyDict, PyString};
 use pythonize::{depythonize, pythonize};
 
 use crate::errors;
+use crate::linear::{self, given_dynamics};
 use crate::models::{self, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
@@ -33,6 +34,11 @@ use crate::models::{self, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 ///     with 1 the model counts as one sample of full range.
 /// covariance_limit : float
 ///     The variance that forgetting may bring back where nothing is excited, in the same units.
+/// dynamics : SecondOrder or FirstOrder, optional
+///     What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
+///     Without any, y follows u at once.
+/// dt : float
+///     Sampling interval in seconds; of no effect without dynamics.
 ///
 /// Raises
 /// ------
@@ -88,17 +94,22 @@ fn refused(error: Error) -> PyErr {
 #[pymethods]
 impl RecursiveIdentifier {
     #[new]
-    #[pyo3(signature = (model, *, forgetting=1.0, output_offset=None, covariance=1e12, covariance_limit=1e4),
-        text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, covariance_limit=1e4)")]
+    #[pyo3(signature = (model, *, forgetting=1.0, output_offset=None, covariance=1e12, covariance_limit=1e4,
+        dynamics=None, dt=1e-4), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
+        covariance_limit=1e4, dynamics=None, dt=0.0001)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         model: &Bound<'_, PyAny>,
         forgetting: f64,
         output_offset: Option<&Bound<'_, PyAny>>,
         covariance: f64,
         covariance_limit: f64,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        dt: f64,
     ) -> PyResult<Self> {
         let output_offset = offset(output_offset)?;
-        let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit };
+        let dynamics = dynamics.map(given_dynamics).transpose()?.map(|dynamics| (dynamics, dt));
+        let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
         identification::RecursiveIdentifier::new(&given(model)?, &options).map(Self).map_err(refused)
     }
 
@@ -140,6 +151,8 @@ impl RecursiveIdentifier {
 
     /// The covariance of the estimate: a matrix over the weights, then the output offset if it is fitted.
     ///
+    /// Of a split model the w_i come first, then the v_i, but for an identity that weighs the same on both sides.
+    ///
     /// In units of the variance of the measurement noise: times that, the diagonal is the variance of each.
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -165,7 +178,7 @@ impl RecursiveIdentifier {
     }
 
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Py<PyAny>,), Bound<'py, PyDict>)> {
-        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit } = *self.0.options();
+        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = *self.0.options();
         let keywords = PyDict::new(py);
         keywords.set_item("forgetting", forgetting)?;
         if let Setting::Fixed(offset) = output_offset {
@@ -173,6 +186,10 @@ impl RecursiveIdentifier {
         }
         keywords.set_item("covariance", covariance)?;
         keywords.set_item("covariance_limit", covariance_limit)?;
+        if let Some((dynamics, dt)) = dynamics {
+            keywords.set_item("dynamics", linear::dynamics(py, dynamics)?)?;
+            keywords.set_item("dt", dt)?;
+        }
         Ok(((models::object(py, self.0.given().clone())?,), keywords))
     }
 

@@ -3,20 +3,19 @@
 mod bounds;
 mod covariance;
 mod options;
+mod regressors;
 mod state;
 
 pub use options::RecursiveOptions;
 pub use state::{Frozen, RecursiveState};
 
-use hysteresis_core::{
-    CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
-    is_admissible,
-};
+use hysteresis_core::{MAX_MAGNITUDE, Model, Offsets, is_admissible};
 
 use crate::error::Error;
 use crate::options::Setting;
 use bounds::Bounds;
 use covariance::{Covariance, dot};
+use regressors::Regressors;
 
 /// The identity weight never falls below this share of that of the given model, so that an inverse exists.
 pub const MIN_IDENTITY_SHARE: f64 = 1e-6;
@@ -29,8 +28,9 @@ const MIN_RELATIVE_SLOPE: f64 = 1e-11;
 
 /// The weights of a model that follow the measurements of a running actuator: recursive least squares with forgetting.
 ///
-/// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`: their
-/// thresholds stay, weights and output offset are estimated. At every sample
+/// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`, through the
+/// dynamics behind the hysteresis if there are any: thresholds stay, weights and output offset are estimated. Of a split
+/// model max(0, z_i) and min(0, z_i) count with weights of their own. At every sample
 ///
 /// ```text
 /// s = z' P z,   g = P z / (forgetting + s),   w <- w + g (y - z' w),   P <- (P - g z' P) / forgetting
@@ -71,15 +71,12 @@ const MIN_RELATIVE_SLOPE: f64 = 1e-11;
 pub struct RecursiveIdentifier {
     given: Model,
     options: RecursiveOptions,
-    operators: Box<[CoupledPlay]>,
+    regressors: Regressors,
     input_offset: f64,
     /// The output offset, if it is held; else zero, and it is the last unknown.
     held_offset: f64,
-    /// The scale of the inputs: a power of two, so that scaling rounds nothing.
-    scale: f64,
-    outputs: Box<[f64]>,
-    /// z_i over the scale, and 1 for an offset that is fitted: in the order of the bounds, as all of the following but
-    /// for the prior.
+    /// The columns of the weights, and 1 for an offset that is fitted: in the order of the bounds, as all of the following
+    /// but for the prior.
     regressor: Box<[f64]>,
     /// The weights of the given model and its offset, as they are fitted: w_i times the scale.
     prior: Box<[f64]>,
@@ -100,44 +97,31 @@ impl RecursiveIdentifier {
     /// An identifier of the weights of `model`, which must be invertible, at rest.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible,
-    /// [`Error::SplitRecursive`] for a split model.
+    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible.
     pub fn new(model: &Model, options: &RecursiveOptions) -> Result<Self, Error> {
         options.check()?;
-        let (weights, operators, offsets) = match model {
-            Model::Conventional(model) => {
-                model.check_invertible()?;
-                let operators = model.operators().iter().map(|play| CoupledPlay::from(*play)).collect();
-                (model.weights(), operators, model.offsets())
-            }
-            Model::Modified(model) => {
-                if model.is_split() {
-                    return Err(Error::SplitRecursive);
-                }
-                model.check_invertible()?;
-                (model.weights(), Box::from(model.operators()), model.offsets())
-            }
-        };
-        let scale = scale(&operators);
+        let offsets = match model {
+            Model::Conventional(model) => model.check_invertible().map(|()| model.offsets()),
+            Model::Modified(model) => model.check_invertible().map(|()| model.offsets()),
+        }?;
+        let (regressors, weights) = Regressors::of_model(model, options.dynamics)?;
         let (held_offset, fitted) = match options.output_offset {
             Setting::Fixed(offset) => (offset, None),
             Setting::Fit => (0.0, Some(offsets.output)),
         };
-        let prior: Box<[f64]> = weights.iter().map(|w| w * scale).chain(fitted).collect();
+        let mut lower = regressors.lower_bounds(&weights);
+        lower.extend(fitted.map(|_| f64::NEG_INFINITY));
+        let prior: Box<[f64]> = weights.iter().map(|w| w * regressors.scale()).chain(fitted).collect();
         let m = prior.len();
         let zeros: Box<[f64]> = vec![0.0; m].into();
-        let mut regressor = zeros.clone();
-        regressor[weights.len()..].fill(1.0);
         let mut identifier = Self {
             given: model.clone(),
             options: *options,
             input_offset: offsets.input,
             held_offset,
-            scale,
-            outputs: weights.iter().map(|_| 0.0).collect(),
-            regressor,
-            bounds: Bounds::new(lower_bounds(&operators, weights, scale, fitted.is_some())),
-            operators,
+            regressors,
+            regressor: zeros.clone(),
+            bounds: Bounds::new(lower.into()),
             estimate: zeros.clone(),
             published: zeros.clone(),
             candidate: zeros,
@@ -167,7 +151,8 @@ impl RecursiveIdentifier {
         if !is_admissible(u) {
             return Some(Frozen::NotFinite);
         }
-        self.move_operators(u - self.input_offset);
+        let (regressor, bounds) = (&mut self.regressor, &self.bounds);
+        self.regressors.advance(u - self.input_offset, |i, z| regressor[bounds.place(i)] = z);
         let leverage = self.covariance.look(&self.regressor);
         let y = y - self.held_offset;
         let error = y - dot(&self.published, &self.regressor);
@@ -193,15 +178,6 @@ impl RecursiveIdentifier {
         None
     }
 
-    /// Moves the operators to the input `x` and writes the regressor.
-    fn move_operators(&mut self, x: f64) {
-        let per_scale = self.scale.recip();
-        for (i, (operator, z)) in self.operators.iter().zip(&mut self.outputs).enumerate() {
-            *z = operator.next(*z, x);
-            self.regressor[self.bounds.place(i)] = *z * per_scale;
-        }
-    }
-
     /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of all
     /// proportion, the last ones stay.
     fn publish(&mut self) {
@@ -214,50 +190,36 @@ impl RecursiveIdentifier {
 
     /// Whether numbers within the bounds make a model, and one that has an inverse.
     fn has_inverse(&self, unknowns: &[f64]) -> bool {
-        let (mut identity, mut sum) = (0.0, 0.0);
-        for (i, operator) in self.operators.iter().enumerate() {
-            let w = unknowns[self.bounds.place(i)];
-            sum += w;
-            identity += if operator.is_identity() { w } else { 0.0 };
-        }
-        let most = MAX_MAGNITUDE * self.scale.min(1.0);
-        unknowns.iter().all(|x| x.abs() <= most) && identity > MIN_RELATIVE_SLOPE * sum
+        let sides = self.regressors.identity_and_sum(|i| unknowns[self.bounds.place(i)]);
+        let most = MAX_MAGNITUDE * self.regressors.scale().min(1.0);
+        unknowns.iter().all(|x| x.abs() <= most)
+            && sides.iter().all(|(identity, sum)| *identity > MIN_RELATIVE_SLOPE * sum)
     }
 
-    /// The weights w_i of the model, in output unit per input unit.
+    /// The weight of a column, in output unit per input unit.
+    fn weight(&self, column: usize) -> f64 {
+        self.published[self.bounds.place(column)] / self.regressors.scale()
+    }
+
+    /// The unknown weights, in output unit per input unit: the w_i of the model; of a split model then its v_i, without
+    /// that of an identity that weighs the same above and below zero.
     #[must_use]
     pub fn weights(&self) -> impl ExactSizeIterator<Item = f64> {
-        (0..self.outputs.len()).map(|i| self.published[self.bounds.place(i)] / self.scale)
+        (0..self.regressors.len()).map(|i| self.weight(i))
     }
 
     /// The output offset of the model.
     #[must_use]
     pub fn output_offset(&self) -> f64 {
-        let n = self.outputs.len();
+        let n = self.regressors.len();
         if n < self.unknowns() { self.published[self.bounds.place(n)] } else { self.held_offset }
     }
 
     /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists. Allocates.
     #[must_use]
-    #[expect(clippy::missing_panics_doc, reason = "only an admissible candidate is ever published")]
     pub fn model(&self) -> Model {
-        let weights: Vec<f64> = self.weights().collect();
         let offsets = Offsets { input: self.input_offset, output: self.output_offset() };
-        let model = match &self.given {
-            Model::Conventional(given) => {
-                let thresholds: Vec<f64> = given.operators().iter().map(Play::r).collect();
-                PrandtlIshlinskii::new(&weights, &thresholds, offsets).map(Model::from)
-            }
-            Model::Modified(given) => {
-                let column = |threshold: fn(&CoupledPlay) -> f64| -> Vec<f64> {
-                    given.operators().iter().map(threshold).collect()
-                };
-                let (r, ra) = (column(CoupledPlay::r), column(CoupledPlay::ra));
-                let (rb, rc) = (column(CoupledPlay::rb), column(CoupledPlay::rc));
-                ModifiedPrandtlIshlinskii::new(&weights, &r, &ra, &rb, &rc, offsets).map(Model::from)
-            }
-        };
-        model.expect("admissible weights and the thresholds of a model")
+        self.regressors.model(&self.given, |i| self.weight(i), offsets)
     }
 
     /// Why the last sample changed no weight, or nothing if it did what it could.
@@ -291,11 +253,11 @@ impl RecursiveIdentifier {
     }
 
     /// The covariance of the estimate, m rows of m numbers, in units of the variance of the measurement noise: the weights
-    /// in the order of the model, then the output offset if it is fitted. Allocates.
+    /// in the order of [`weights`](Self::weights), then the output offset if it is fitted. Allocates.
     #[must_use]
     pub fn covariance(&self) -> Vec<f64> {
         let m = self.unknowns();
-        let unit = |i: usize| if i < self.outputs.len() { self.scale } else { 1.0 };
+        let unit = |i: usize| if i < self.regressors.len() { self.regressors.scale() } else { 1.0 };
         let place = |i: usize| self.bounds.place(i);
         let entry = |i: usize, j: usize| self.covariance.entry(place(i), place(j)) / unit(i) / unit(j);
         (0..m * m).map(|k| entry(k / m, k % m)).collect()
@@ -303,94 +265,15 @@ impl RecursiveIdentifier {
 
     /// Back to the given model, the operators at rest.
     pub fn reset(&mut self) {
-        let n = self.outputs.len();
-        self.outputs.fill(0.0);
+        self.regressors.reset();
         self.covariance.reset(self.options.covariance);
         self.bounds.reset();
-        self.regressor[n..].fill(1.0);
+        self.regressor.fill(1.0);
         self.estimate.copy_from_slice(&self.prior);
         // P being diagonal, the nearest point is at the bounds that are passed.
         self.bounds.clamp(&self.prior, &mut self.published);
         (self.turn, self.last_error, self.frozen, self.rejected) = (0, 0.0, None, 0);
     }
-
-    /// Everything that is remembered. Allocates.
-    #[must_use]
-    pub fn state(&self) -> RecursiveState {
-        let (upper, diagonal) = self.covariance.factors();
-        RecursiveState {
-            outputs: self.outputs.to_vec(),
-            estimate: self.estimate.to_vec(),
-            published: self.published.to_vec(),
-            order: self.bounds.order().to_vec(),
-            free: self.bounds.free(),
-            upper,
-            diagonal,
-            turn: self.turn,
-            last_error: self.last_error,
-            frozen: self.frozen,
-            rejected: self.rejected,
-        }
-    }
-
-    /// Continues from `state`, bit for bit.
-    ///
-    /// # Errors
-    /// [`Error::Core`] with what a state of this identifier must satisfy; it is as before then.
-    pub fn set_state(&mut self, state: &RecursiveState) -> Result<(), Error> {
-        let wrong = |expected| Err(Error::Core(hysteresis_core::Error::State { expected }));
-        let (n, m) = (self.outputs.len(), self.unknowns());
-        let lengths = [state.outputs.len(), state.estimate.len(), state.published.len(), state.diagonal.len()];
-        if lengths != [n, m, m, m] || state.upper.len() != m * (m - 1) / 2 {
-            return wrong("one number for each operator, each unknown and each pair of unknowns");
-        }
-        let numbers = [&state.outputs, &state.estimate, &state.published, &state.upper, &state.diagonal];
-        if !numbers.into_iter().flatten().chain([&state.last_error]).all(|x| x.is_finite()) {
-            return wrong("finite numbers");
-        }
-        let permuted = (0..m).all(|i| state.order.contains(&i)) && state.order.len() == m;
-        if state.diagonal.iter().any(|d| *d < 0.0) || state.turn >= m || !permuted || state.free > m {
-            return wrong("variances that are not negative, and every unknown once in the order");
-        }
-        let mut bounds = self.bounds.clone();
-        bounds.restore(&state.order, state.free);
-        let last = core::mem::replace(&mut self.bounds, bounds);
-        if !(self.bounds.holds_only_bounded()
-            && self.bounds.allow(&state.published)
-            && self.has_inverse(&state.published))
-        {
-            self.bounds = last;
-            return wrong("published weights of a model that has an inverse, none of them negative");
-        }
-        if n < m {
-            self.regressor[self.bounds.place(n)] = 1.0;
-        }
-        self.outputs.copy_from_slice(&state.outputs);
-        self.estimate.copy_from_slice(&state.estimate);
-        self.published.copy_from_slice(&state.published);
-        self.covariance.restore(&state.upper, &state.diagonal);
-        self.turn = state.turn;
-        (self.last_error, self.frozen, self.rejected) = (state.last_error, state.frozen, state.rejected);
-        Ok(())
-    }
-}
-
-/// The largest threshold, rounded up to a power of two; 1 without any.
-fn scale(operators: &[CoupledPlay]) -> f64 {
-    let largest = operators.iter().fold(0.0_f64, |largest, z| largest.max(z.r()).max(z.ra()));
-    if largest > 0.0 { largest.max(MAX_MAGNITUDE.recip()).log2().ceil().exp2() } else { 1.0 }
-}
-
-/// Zero for weights; above zero for the first identity; nothing for an offset.
-fn lower_bounds(operators: &[CoupledPlay], weights: &[f64], scale: f64, offset: bool) -> Box<[f64]> {
-    let identities = || operators.iter().zip(weights).enumerate().filter(|(_, (z, _))| z.is_identity());
-    let identity: f64 = identities().map(|(_, (_, w))| w * scale).sum();
-    let mut lower: Vec<f64> = operators.iter().map(|_| 0.0).collect();
-    if let Some((first, _)) = identities().next() {
-        lower[first] = MIN_IDENTITY_SHARE * identity;
-    }
-    lower.extend(offset.then_some(f64::NEG_INFINITY));
-    lower.into()
 }
 
 fn power(base: f64, exponent: usize) -> f64 {

@@ -1,6 +1,7 @@
 //! How a recursive identification forgets, and what it starts from.
 
 use hysteresis_core::is_admissible;
+use hysteresis_simulate::linear::Dynamics;
 
 use crate::error::Error;
 use crate::options::Setting;
@@ -25,12 +26,15 @@ pub struct RecursiveOptions {
     pub covariance: f64,
     /// The variance that forgetting may bring back, in the same units.
     pub covariance_limit: f64,
+    /// The linear dynamics between the hysteresis and the measurement, and the sampling interval in seconds; without any
+    /// the measurement follows the input at once.
+    pub dynamics: Option<(Dynamics, f64)>,
 }
 
 impl Default for RecursiveOptions {
-    /// Nothing is forgotten, the offset is fitted, the samples alone decide.
+    /// Nothing is forgotten, the offset is fitted, the samples alone decide, there are no dynamics.
     fn default() -> Self {
-        Self { forgetting: 1.0, output_offset: Setting::Fit, covariance: 1e12, covariance_limit: 1e4 }
+        Self { forgetting: 1.0, output_offset: Setting::Fit, covariance: 1e12, covariance_limit: 1e4, dynamics: None }
     }
 }
 

@@ -73,7 +73,7 @@ impl FirstOrder {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstOrderBlock {
     decay: f64,
-    output: f64,
+    pub(super) output: f64,
 }
 
 impl Block for FirstOrderBlock {

@@ -105,6 +105,25 @@ pub enum DynamicsBlock {
     SecondOrder(SecondOrderBlock),
 }
 
+impl DynamicsBlock {
+    /// The output and, of second-order dynamics, its velocity over 2 pi f: all that the block remembers.
+    #[must_use]
+    pub fn state(&self) -> [f64; 2] {
+        match self {
+            Self::FirstOrder(block) => [block.output, 0.0],
+            Self::SecondOrder(block) => [block.position, block.velocity],
+        }
+    }
+
+    /// Goes on from a state.
+    pub fn restore(&mut self, [position, velocity]: [f64; 2]) {
+        match self {
+            Self::FirstOrder(block) => block.output = position,
+            Self::SecondOrder(block) => (block.position, block.velocity) = (position, velocity),
+        }
+    }
+}
+
 impl Block for DynamicsBlock {
     #[inline]
     fn advance(&mut self, input: f64) -> f64 {

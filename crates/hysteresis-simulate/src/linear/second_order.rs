@@ -99,9 +99,9 @@ impl SecondOrder {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SecondOrderBlock {
     transition: Matrix2<f64>,
-    position: f64,
+    pub(super) position: f64,
     /// y' / w.
-    velocity: f64,
+    pub(super) velocity: f64,
 }
 
 impl SecondOrderBlock {

@@ -1,0 +1,191 @@
+//! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
+
+use hysteresis_core::{
+    CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
+};
+use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock};
+
+use super::MIN_IDENTITY_SHARE;
+use crate::error::Error;
+
+/// Which part of an operator's output a weight counts for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    Both,
+    Above,
+    Below,
+}
+
+/// One weight: of which operator, and of which part of it.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    operator: usize,
+    side: Side,
+}
+
+/// The columns of one row of the regressor but for that of an output offset: the weights first above, then below zero.
+///
+/// The weights enter linearly, so linear dynamics behind the hysteresis may act on every operator's output instead of
+/// on their weighted sum.
+#[derive(Clone, Debug)]
+pub(super) struct Regressors {
+    operators: Box<[CoupledPlay]>,
+    outputs: Box<[f64]>,
+    columns: Box<[Column]>,
+    /// One for each column, or none.
+    lags: Box<[DynamicsBlock]>,
+    /// The scale of the inputs: a power of two, so that scaling rounds nothing.
+    scale: f64,
+}
+
+impl Regressors {
+    /// At rest; and the weights of the model, one for each column.
+    pub(super) fn of_model(model: &Model, dynamics: Option<(Dynamics, f64)>) -> Result<(Self, Vec<f64>), Error> {
+        let (operators, above, below): (Box<[CoupledPlay]>, _, _) = match model {
+            Model::Conventional(model) => {
+                (model.operators().iter().map(|play| CoupledPlay::from(*play)).collect(), model.weights(), None)
+            }
+            Model::Modified(model) => {
+                (model.operators().into(), model.weights(), model.is_split().then(|| model.weights_negative()))
+            }
+        };
+        let (mut columns, mut weights, mut others) = (Vec::new(), Vec::new(), Vec::new());
+        for (operator, w) in above.iter().enumerate() {
+            let other = below.map(|below| below[operator]);
+            // An identity that weighs the same on both sides is one straight line, and stays one.
+            let one = other.is_none_or(|v| operators[operator].is_identity() && v == *w);
+            columns.push(Column { operator, side: if one { Side::Both } else { Side::Above } });
+            weights.push(*w);
+            others.extend(other.filter(|_| !one).map(|v| (Column { operator, side: Side::Below }, v)));
+        }
+        columns.extend(others.iter().map(|(column, _)| *column));
+        weights.extend(others.iter().map(|(_, v)| *v));
+        let lags = match dynamics {
+            Some((dynamics, dt)) => vec![dynamics.block(dt).map_err(invalid)?; columns.len()],
+            None => Vec::new(),
+        };
+        let outputs = operators.iter().map(|_| 0.0).collect();
+        let scale = scale(&operators);
+        Ok((Self { operators, outputs, columns: columns.into(), lags: lags.into(), scale }, weights))
+    }
+
+    /// How many weights there are.
+    pub(super) fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// What a weight is multiplied with as an unknown.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Moves the operators to the input `x` and writes every column, in units of the scale.
+    pub(super) fn advance(&mut self, x: f64, mut write: impl FnMut(usize, f64)) {
+        for (operator, z) in self.operators.iter().zip(&mut self.outputs) {
+            *z = operator.next(*z, x);
+        }
+        let per_scale = self.scale.recip();
+        let mut lags = self.lags.iter_mut();
+        for (i, column) in self.columns.iter().enumerate() {
+            let z = self.outputs[column.operator];
+            let part = per_scale
+                * match column.side {
+                    Side::Both => z,
+                    Side::Above => z.max(0.0),
+                    Side::Below => z.min(0.0),
+                };
+            write(i, lags.next().map_or(part, |lag| lag.advance(part)));
+        }
+    }
+
+    /// The sum of the weights of one side, and the part of it that belongs to identities: the least of both sides.
+    pub(super) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> [(f64, f64); 2] {
+        [Side::Below, Side::Above].map(|other| {
+            let (mut identity, mut sum) = (0.0, 0.0);
+            for (i, column) in self.columns.iter().enumerate().filter(|(_, column)| column.side != other) {
+                sum += weight(i);
+                identity += if self.operators[column.operator].is_identity() { weight(i) } else { 0.0 };
+            }
+            (identity, sum)
+        })
+    }
+
+    /// Zero for weights; above zero for the first identity of either side.
+    pub(super) fn lower_bounds(&self, weights: &[f64]) -> Vec<f64> {
+        let mut lower = vec![0.0; self.columns.len()];
+        for other in [Side::Below, Side::Above] {
+            let identities = || {
+                let counts = |column: &Column| column.side != other && self.operators[column.operator].is_identity();
+                self.columns.iter().enumerate().filter(move |(_, column)| counts(column)).map(|(i, _)| i)
+            };
+            let identity: f64 = identities().map(|i| weights[i] * self.scale).sum();
+            if let Some(first) = identities().next() {
+                lower[first] = MIN_IDENTITY_SHARE * identity;
+            }
+        }
+        lower
+    }
+
+    /// A model of these operators with other weights: its w_i, and its v_i if `given` is split.
+    pub(super) fn model(&self, given: &Model, weight: impl Fn(usize) -> f64, offsets: Offsets) -> Model {
+        let n = self.operators.len();
+        let above: Vec<f64> = (0..n).map(&weight).collect();
+        let model = match given {
+            Model::Conventional(given) => {
+                let thresholds: Vec<f64> = given.operators().iter().map(Play::r).collect();
+                PrandtlIshlinskii::new(&above, &thresholds, offsets).map(Model::from)
+            }
+            Model::Modified(given) => {
+                let column = |threshold: fn(&CoupledPlay) -> f64| -> Vec<f64> {
+                    given.operators().iter().map(threshold).collect()
+                };
+                let (r, ra) = (column(CoupledPlay::r), column(CoupledPlay::ra));
+                let (rb, rc) = (column(CoupledPlay::rb), column(CoupledPlay::rc));
+                let mut below = above.clone();
+                for (i, column) in self.columns.iter().enumerate().skip(n) {
+                    below[column.operator] = weight(i);
+                }
+                ModifiedPrandtlIshlinskii::new(&above, &r, &ra, &rb, &rc, offsets)
+                    .and_then(|model| model.with_negative_weights(&below))
+                    .map(Model::from)
+            }
+        };
+        model.expect("admissible weights and the thresholds of a model")
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.outputs.fill(0.0);
+        for lag in &mut self.lags {
+            lag.settle(0.0);
+        }
+    }
+
+    /// The operators' outputs, and the states of the lags.
+    pub(super) fn state(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
+        (self.outputs.to_vec(), self.lags.iter().map(DynamicsBlock::state).collect())
+    }
+
+    /// Whether there are as many numbers as [`state`](Self::state) gives.
+    pub(super) fn fits(&self, outputs: &[f64], lags: &[[f64; 2]]) -> bool {
+        outputs.len() == self.outputs.len() && lags.len() == self.lags.len()
+    }
+
+    /// What fits.
+    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[[f64; 2]]) {
+        self.outputs.copy_from_slice(outputs);
+        for (lag, state) in self.lags.iter_mut().zip(lags) {
+            lag.restore(*state);
+        }
+    }
+}
+
+fn invalid(error: linear::Error) -> Error {
+    let linear::Error { parameter, index, expected, got } = error;
+    Error::Domain { parameter, index, expected, got }
+}
+
+/// The largest threshold, rounded up to a power of two; 1 without any.
+fn scale(operators: &[CoupledPlay]) -> f64 {
+    let largest = operators.iter().fold(0.0_f64, |largest, z| largest.max(z.r()).max(z.ra()));
+    if largest > 0.0 { largest.max(MAX_MAGNITUDE.recip()).log2().ceil().exp2() } else { 1.0 }
+}
