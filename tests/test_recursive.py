@@ -138,12 +138,43 @@ def test_the_model_is_invertible_at_every_sample(
         identifier.model.inverse()
 
 
-def test_split_models_are_refused() -> None:
-    split = mh.ModifiedPrandtlIshlinskii.from_ratios(
-        [1.0, 0.5], [0.0, 2.0], ra=1, rb=1, rc=1, weights_negative=[1.0, 0.25]
+def test_split_models_are_followed() -> None:
+    truth = mh.ModifiedPrandtlIshlinskii(
+        ACTUATOR.weights,
+        *thresholds(ACTUATOR),
+        weights_negative=ACTUATOR.weights * np.r_[1.0, np.linspace(0.5, 1.5, 19)],
     )
-    with pytest.raises(ValueError, match="model: expected one weight for each operator, got a"):
-        mh.RecursiveIdentifier(split)
+    given = mh.ModifiedPrandtlIshlinskii(
+        GIVEN.weights,
+        *thresholds(GIVEN),
+        weights_negative=GIVEN.weights * np.r_[1.0, np.full(19, 0.9)],
+    )
+    identifier = mh.RecursiveIdentifier(given)
+    assert identifier.covariance.shape == (40, 40)  # 20 + 19 weights and the offset
+    u = swings(20_000)
+    updated(identifier, u, truth.forward().run(u))
+    # 1e-12 of prior information, and the rounding of 20 000 updates
+    found = identifier.model
+    assert isinstance(found, mh.ModifiedPrandtlIshlinskii)
+    np.testing.assert_allclose(found.weights, truth.weights, atol=1e-9)
+    np.testing.assert_allclose(found.weights_negative, truth.weights_negative, atol=1e-9)
+
+
+def test_dynamics_between_hysteresis_and_measurement_cost_no_accuracy() -> None:
+    stage = mh.SecondOrder(400.0, 0.95)
+    u = swings(20_000)
+    y = stage.response(ACTUATOR.forward().run(u), dt=1e-4)
+    identifier = mh.RecursiveIdentifier(GIVEN, dynamics=stage)
+    updated(identifier, u, y)
+    np.testing.assert_allclose(identifier.model.weights, ACTUATOR.weights, atol=1e-9)
+    other = pickle.loads(pickle.dumps(identifier))
+    assert other.state == identifier.state
+    with pytest.raises(
+        TypeError, match="dynamics: expected a SecondOrder or a FirstOrder, got 400"
+    ):
+        mh.RecursiveIdentifier(GIVEN, dynamics=400)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="dt: expected a finite number above 0"):
+        mh.RecursiveIdentifier(GIVEN, dynamics=stage, dt=0.0)
 
 
 def test_weights_that_would_be_negative_are_the_nearest_that_are_not() -> None:
