@@ -25,6 +25,7 @@ pub use cascade::Cascade;
 pub use creep::{Creep, CreepBlock};
 pub use delay::{Delay, DelayBlock};
 pub use error::Error;
+pub(crate) use error::check_positive;
 pub use first_order::{FirstOrder, FirstOrderBlock};
 pub use second_order::{SecondOrder, SecondOrderBlock};
 pub use stream::Stream;
