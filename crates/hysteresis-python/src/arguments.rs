@@ -14,13 +14,24 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     }
 }
 
+/// A whole number that is not negative.
+pub(crate) fn natural(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    match value.extract::<u64>() {
+        Ok(number) => Ok(number),
+        Err(_) => {
+            let got = value.repr()?;
+            Err(PyValueError::new_err(format!("{name}: expected a whole number from 0 to 2^64 - 1, got {got}")))
+        }
+    }
+}
+
 /// Limits from any two numbers.
-pub(crate) fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     match limits.extract::<Vec<f64>>() {
         Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),
         _ => {
             let got = limits.repr()?;
-            Err(PyTypeError::new_err(format!("limits: expected two numbers (low, high), got {got}")))
+            Err(PyTypeError::new_err(format!("{name}: expected two numbers (low, high), got {got}")))
         }
     }
 }

@@ -15,6 +15,7 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod closed_loop;
 mod diagnostics;
 mod dynamics;
 mod errors;
@@ -26,6 +27,7 @@ mod model_values;
 mod models;
 mod operators;
 mod paper;
+mod plant;
 mod process;
 mod records;
 mod recursive;
@@ -47,6 +49,8 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
+    use crate::closed_loop::{Metrics, Run, simulate};
+    #[pymodule_export]
     use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
     use crate::dynamics::{DynamicsIdentification, identify_dynamics};
@@ -65,7 +69,9 @@ mod _core {
     #[pymodule_export]
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
-    use crate::paper::{table_1, table_1_recovered, table_2};
+    use crate::paper::{gains, plant, table_1, table_1_recovered, table_2};
+    #[pymodule_export]
+    use crate::plant::Plant;
     #[pymodule_export]
     use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use hysteresis_core::is_admissible;
 use hysteresis_simulate::linear::{self, Block, Dynamics, Error, Stream};
 use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -14,7 +14,7 @@ use crate::model_values::hash;
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// An error about a parameter of a linear block.
-fn invalid(error: Error) -> PyErr {
+pub(crate) fn invalid(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
@@ -34,6 +34,18 @@ pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>
     match dynamics {
         Dynamics::FirstOrder(lag) => Ok(Py::new(py, FirstOrder(lag))?.into_any()),
         Dynamics::SecondOrder(resonance) => Ok(Py::new(py, SecondOrder(resonance))?.into_any()),
+    }
+}
+
+/// Dynamics of either kind from a Python object.
+pub(crate) fn given_dynamics(dynamics: &Bound<'_, PyAny>) -> PyResult<Dynamics> {
+    if let Ok(lag) = dynamics.cast::<FirstOrder>() {
+        Ok(lag.get().0.into())
+    } else if let Ok(resonance) = dynamics.cast::<SecondOrder>() {
+        Ok(resonance.get().0.into())
+    } else {
+        let got = dynamics.repr()?;
+        Err(PyTypeError::new_err(format!("dynamics: expected a SecondOrder or a FirstOrder, got {got}")))
     }
 }
 

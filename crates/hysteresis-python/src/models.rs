@@ -101,7 +101,7 @@ fn forward(kernel: &Kernel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forw
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 fn inverse(kernel: &Kernel, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
-    let limits = limits.map(pair).transpose()?;
+    let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let stream = match initial {
         None => core::Inverse::new(kernel, limits),
         Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),

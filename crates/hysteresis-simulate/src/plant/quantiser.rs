@@ -49,7 +49,7 @@ impl Quantiser {
             let expected = Bound::Between { low: 1.0, high: most };
             return Err(Error::Domain { parameter: names[0], index: None, expected, got: f64::from(bits) });
         }
-        let step = (high - low) / (2.0_f64.powf(f64::from(bits)) - 1.0);
+        let step = (high - low) / f64::from(u32::MAX >> (MAX_BITS - bits));
         Ok(Self { bits, low, high, step })
     }
 
