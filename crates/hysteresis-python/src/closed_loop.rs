@@ -211,8 +211,8 @@ impl Run {
 /// Lets a plant follow a reference under a controller, from the state in which both are.
 ///
 /// At sample k the controller's `step(reference[k], plant.measured)` gives the drive, which the plant holds for one
-/// sampling interval. What the reference is, and that it is finite, is checked before anything moves. An exception of
-/// the controller ends the run and leaves both where they are.
+/// sampling interval. A reference that is not finite is refused before anything moves. An exception of the controller ends
+/// the run and leaves both where they are. The controller cannot use the plant itself meanwhile.
 ///
 /// Parameters
 /// ----------

@@ -49,6 +49,14 @@ pub(crate) fn given_dynamics(dynamics: &Bound<'_, PyAny>) -> PyResult<Dynamics> 
     }
 }
 
+/// Creep from a Python object.
+pub(crate) fn given_creep(creep: &Bound<'_, PyAny>) -> PyResult<linear::Creep> {
+    match creep.cast::<Creep>() {
+        Ok(creep) => Ok(creep.get().0.clone()),
+        Err(_) => Err(PyTypeError::new_err(format!("creep: expected a Creep, got {}", creep.repr()?))),
+    }
+}
+
 /// Second-order dynamics of unit static gain: y'' + 2 zeta w y' + w^2 y = w^2 u, w = 2 pi f.
 ///
 /// The mass-spring-damper that follows the hysteresis in Remark 1 of the paper.

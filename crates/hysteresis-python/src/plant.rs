@@ -9,10 +9,10 @@ use pyo3::prelude::*;
 use crate::arguments::{count, natural, pair};
 use crate::arrays::{BLOCK, vector};
 use crate::errors;
-use crate::linear::{Creep, given_dynamics, invalid};
+use crate::linear::{given_creep, given_dynamics, invalid};
 use crate::streams::kernel_of;
 
-type Pair<T> = (T, T);
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
 /// An actuator between its two converters, as a controller sees it: drive in, measurement out.
 ///
@@ -89,7 +89,7 @@ impl Plant {
         hysteresis: &Bound<'_, PyAny>,
         dynamics: Option<&Bound<'_, PyAny>>,
         amplifier_pole: Option<f64>,
-        creep: Option<PyRef<'_, Creep>>,
+        creep: Option<&Bound<'_, PyAny>>,
         delay: f64,
         noise: f64,
         dac_bits: Option<&Bound<'_, PyAny>>,
@@ -102,7 +102,7 @@ impl Plant {
         let design = Design {
             amplifier_pole: amplifier_pole.map(amplifier).transpose()?,
             dynamics: dynamics.map(given_dynamics).transpose()?,
-            creep: creep.map(|creep| creep.0.clone()),
+            creep: creep.map(given_creep).transpose()?,
             delay: Delay::new(delay).map_err(invalid)?,
             noise,
             seed: seed.map_or(Ok(0), |seed| natural("seed", seed))?,
@@ -121,7 +121,7 @@ impl Plant {
 
     /// Takes an array of drives: (measured, position) at the end of the interval of each, bit for bit like `step` in a
     /// loop.
-    fn run<'py>(&mut self, drives: &Bound<'py, PyAny>) -> PyResult<Pair<Bound<'py, PyArray1<f64>>>> {
+    fn run<'py>(&mut self, drives: &Bound<'py, PyAny>) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let py = drives.py();
         let drives = vector("drives", drives)?;
         let samples = drives.as_slice()?;
@@ -167,7 +167,7 @@ impl Plant {
 
     /// The limits of the drive (low, high), or None.
     #[getter]
-    fn limits(&self) -> Option<Pair<f64>> {
+    fn limits(&self) -> Option<(f64, f64)> {
         self.0.limits()
     }
 
@@ -223,7 +223,7 @@ fn bits(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
 fn adc(
     adc_bits: Option<&Bound<'_, PyAny>>,
     adc_range: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Option<(u32, Pair<f64>)>> {
+) -> PyResult<Option<(u32, (f64, f64))>> {
     match (adc_bits, adc_range) {
         (None, None) => Ok(None),
         (Some(value), Some(range)) => Ok(Some((bits("adc_bits", value)?, pair("adc_range", range)?))),

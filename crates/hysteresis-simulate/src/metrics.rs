@@ -2,6 +2,8 @@
 
 use hysteresis_core::{Bound, Error, is_admissible};
 
+use crate::plant::check_range;
+
 /// The samples of a closed loop. At the moment of sample k the position is `position[k]`, the controller reads
 /// `measured[k]`, knows `reference[k]`, and puts out `drive[k]`, which is held until the next sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +60,7 @@ impl Run {
     ///
     /// # Errors
     /// [`Error`] that names the array and the sample: all four must have the same length, at least one sample, and only
-    /// admissible numbers; the period must be above 0 and shorter than the record.
+    /// admissible numbers; the limits (low, high) must be in that order, the period above 0 and shorter than the record.
     ///
     /// ```
     /// use hysteresis_simulate::metrics::{Record, Run};
@@ -86,6 +88,7 @@ impl Run {
             }
             check_samples(parameter, samples)?;
         }
+        let limits = limits.map(|limits| check_range("limits", limits)).transpose()?;
         Ok(Self { record, limits, period })
     }
 

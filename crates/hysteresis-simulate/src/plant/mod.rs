@@ -16,12 +16,12 @@ mod quantiser;
 pub use benchmark::{Benchmark, Gains};
 pub use error::Error;
 pub use quantiser::Quantiser;
+pub(crate) use quantiser::check_range;
 
 use hysteresis_core::{Bound, Error as CoreError, Kernel, MAX_MAGNITUDE, is_admissible};
 
 use self::actuator::Actuator;
 use self::noise::Noise;
-use self::quantiser::check_range;
 use crate::linear::{Creep, Delay, Dynamics, FirstOrder, check_positive};
 
 /// Everything about a plant but its hysteresis. The default is a plant of hysteresis alone, sampled at 10 kHz.

@@ -83,7 +83,7 @@ impl Quantiser {
 }
 
 /// The range, if both ends are finite and the low one is below the high one.
-pub(super) fn check_range(parameter: &'static str, (low, high): (f64, f64)) -> Result<(f64, f64), Error> {
+pub(crate) fn check_range(parameter: &'static str, (low, high): (f64, f64)) -> Result<(f64, f64), Error> {
     for (index, got) in [low, high].into_iter().enumerate() {
         if got.abs().partial_cmp(&MAX_MAGNITUDE).is_none_or(core::cmp::Ordering::is_gt) {
             return Err(Error::Domain { parameter, index: Some(index), expected: Bound::Finite, got });
