@@ -16,13 +16,10 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
 
 /// A whole number that is not negative.
 pub(crate) fn natural(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u64> {
-    match value.extract::<u64>() {
-        Ok(number) => Ok(number),
-        Err(_) => {
-            let got = value.repr()?;
-            Err(PyValueError::new_err(format!("{name}: expected a whole number from 0 to 2^64 - 1, got {got}")))
-        }
-    }
+    value.extract().or_else(|_| {
+        let got = value.repr()?;
+        Err(PyValueError::new_err(format!("{name}: expected a whole number from 0 to 2^64 - 1, got {got}")))
+    })
 }
 
 /// Limits from any two numbers.

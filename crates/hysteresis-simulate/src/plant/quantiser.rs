@@ -22,6 +22,8 @@ pub struct Quantiser {
     bits: u32,
     low: f64,
     high: f64,
+    /// 2^bits - 1.
+    intervals: f64,
     step: f64,
 }
 
@@ -49,8 +51,8 @@ impl Quantiser {
             let expected = Bound::Between { low: 1.0, high: most };
             return Err(Error::Domain { parameter: names[0], index: None, expected, got: f64::from(bits) });
         }
-        let step = (high - low) / f64::from(u32::MAX >> (MAX_BITS - bits));
-        Ok(Self { bits, low, high, step })
+        let intervals = f64::from(u32::MAX >> (MAX_BITS - bits));
+        Ok(Self { bits, low, high, intervals, step: (high - low) / intervals })
     }
 
     /// The number of bits.
@@ -78,7 +80,8 @@ impl Quantiser {
         // Not clamp: its assertion on the range is a panic that the optimiser cannot see is never reached.
         let within = value.max(self.low).min(self.high);
         let code = ((within - self.low) / self.step + 0.5).floor();
-        (self.low + code * self.step).min(self.high)
+        // The highest level, too, without a rounding.
+        if code < self.intervals { self.low + code * self.step } else { self.high }
     }
 }
 
