@@ -1,7 +1,7 @@
 # The compiled core. Docstrings are in the module itself: help(mpi_hyst).
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, Protocol, SupportsFloat, TypeAlias, final, type_check_only
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,23 +23,29 @@ __all__ = [
     "Inverse",
     "InverseArray",
     "IterativeLearning",
+    "Metrics",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Observer",
+    "Plant",
     "Play",
     "PrandtlIshlinskii",
     "Quality",
     "RecursiveIdentifier",
     "RepetitiveControl",
+    "Run",
     "SecondOrder",
     "decaying_triangle",
     "demagnetize",
     "diagnose",
     "excitation",
+    "gains",
     "identify",
     "identify_dynamics",
     "load",
     "loop_width",
+    "plant",
+    "simulate",
     "sine",
     "table_1",
     "table_1_recovered",
@@ -579,11 +585,123 @@ def identify_dynamics(
     creep: int | ArrayLike | None = None,
     skip: int = 0,
 ) -> DynamicsIdentification: ...
+
+@final
+class Plant:
+    def __new__(
+        cls,
+        hysteresis: _Model,
+        *,
+        dynamics: SecondOrder | FirstOrder | None = None,
+        amplifier_pole: float | None = None,
+        creep: Creep | None = None,
+        delay: float = 0.0,
+        noise: float = 0.0,
+        dac_bits: int | None = None,
+        adc_bits: int | None = None,
+        adc_range: Sequence[float] | None = None,
+        limits: Sequence[float] | None = None,
+        dt: float = 0.0001,
+        seed: int = 0,
+    ) -> Plant: ...
+    def step(self, drive: float) -> float: ...
+    def run(self, drives: ArrayLike) -> tuple[_Vector, _Vector]: ...
+    def reset(self) -> None: ...
+    def copy(self) -> Plant: ...
+    @property
+    def measured(self) -> float: ...
+    @property
+    def position(self) -> float: ...
+    @property
+    def drive(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def sub_steps(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def clamped(self) -> int: ...
+    @property
+    def overrange(self) -> int: ...
+
+@final
+class Metrics:
+    @property
+    def samples(self) -> int: ...
+    @property
+    def max_error(self) -> float: ...
+    @property
+    def rms_error(self) -> float: ...
+    @property
+    def max_position_error(self) -> float: ...
+    @property
+    def rms_position_error(self) -> float: ...
+    @property
+    def range(self) -> float: ...
+    @property
+    def hysteresis_percent(self) -> float | None: ...
+    @property
+    def drive_low(self) -> float: ...
+    @property
+    def drive_high(self) -> float: ...
+    @property
+    def saturated(self) -> int: ...
+
+@final
+class Run:
+    def __new__(
+        cls,
+        reference: ArrayLike,
+        measured: ArrayLike,
+        position: ArrayLike,
+        drive: ArrayLike,
+        *,
+        limits: Sequence[float] | None = None,
+        period: float | None = None,
+    ) -> Run: ...
+    @property
+    def reference(self) -> _Vector: ...
+    @property
+    def measured(self) -> _Vector: ...
+    @property
+    def position(self) -> _Vector: ...
+    @property
+    def drive(self) -> _Vector: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def period(self) -> float | None: ...
+    @property
+    def metrics(self) -> Metrics: ...
+    @property
+    def settled(self) -> Metrics | None: ...
+    def __len__(self) -> int: ...
+    def __getnewargs_ex__(
+        self,
+    ) -> tuple[tuple[_Vector, _Vector, _Vector, _Vector], dict[str, Any]]: ...
+
+@type_check_only
+class _Controller(Protocol):
+    def step(self, reference: float, measurement: float, /) -> SupportsFloat: ...
+
+def simulate(
+    controller: _Controller,
+    plant: Plant,
+    reference: ArrayLike,
+    *,
+    period: float | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Run: ...
 def load(path: str | PathLike[str]) -> _Model: ...
 def write_file(path: str | PathLike[str], text: str) -> None: ...
 def table_1() -> ModifiedPrandtlIshlinskii: ...
 def table_1_recovered() -> ModifiedPrandtlIshlinskii: ...
 def table_2() -> ModifiedPrandtlIshlinskii: ...
+def plant(name: Literal["A1", "P3"], seed: int = 0) -> Plant: ...
+def gains(name: Literal["A1", "P3"]) -> tuple[float, float]: ...
 def sine(
     amplitude: float,
     frequency: float,

@@ -1,5 +1,8 @@
-"""The actuator of the paper: Tables I and II, and the digits that Table I lost."""
+"""The actuator of the paper: Tables I and II, the digits that Table I lost, and benchmark plants.
 
-from mpi_hyst._core import table_1, table_1_recovered, table_2
+`plant` makes a plant on which the published law with `gains` gives the published errors.
+"""
 
-__all__ = ["table_1", "table_1_recovered", "table_2"]
+from mpi_hyst._core import gains, plant, table_1, table_1_recovered, table_2
+
+__all__ = ["gains", "plant", "table_1", "table_1_recovered", "table_2"]

@@ -14,7 +14,15 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     }
 }
 
-/// A low and a high limit from any two numbers.
+/// A whole number that is not negative.
+pub(crate) fn natural(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    value.extract().or_else(|_| {
+        let got = value.repr()?;
+        Err(PyValueError::new_err(format!("{name}: expected a whole number from 0 to 2^64 - 1, got {got}")))
+    })
+}
+
+/// Limits from any two numbers.
 pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     match limits.extract::<Vec<f64>>() {
         Ok(numbers) if numbers.len() == 2 => Ok((numbers[0], numbers[1])),

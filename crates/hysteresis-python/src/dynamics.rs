@@ -4,15 +4,15 @@ use std::ops::ControlFlow;
 
 use hysteresis_identify::{self as identification, CreepTerms, DynamicsOptions, Error, Order, Record};
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::actuators::kernel;
 use crate::arrays::vector;
 use crate::errors;
 use crate::identify::{Quality, named, setting};
 use crate::linear::{Creep, dynamics};
+use crate::streams::kernel_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
@@ -217,10 +217,7 @@ pub(crate) fn identify_dynamics(
     creep: Option<&Bound<'_, PyAny>>,
     skip: i64,
 ) -> PyResult<DynamicsIdentification> {
-    let Some(kernel) = kernel(model) else {
-        let expected = "a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii";
-        return Err(PyTypeError::new_err(format!("model: expected {expected}, got {}", model.repr()?)));
-    };
+    let kernel = kernel_of("model", model)?;
     let order = match order {
         1 => Order::First,
         2 => Order::Second,

@@ -1,6 +1,7 @@
 //! Every error of the workspace as a Python exception, mapped once.
 
 use hysteresis_core::{ActuatorError, Error, JsonError};
+use hysteresis_simulate::plant;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -26,6 +27,11 @@ pub(crate) fn actuator(error: ActuatorError) -> PyErr {
         Error::NotInvertible { .. } => NotInvertibleError::new_err(error.to_string()),
         _ => PyValueError::new_err(error.to_string()),
     }
+}
+
+/// A plant that cannot be.
+pub(crate) fn plant(error: plant::Error) -> PyErr {
+    PyValueError::new_err(error.to_string())
 }
 
 /// A model file that is none.

@@ -15,6 +15,7 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod closed_loop;
 mod diagnostics;
 mod dynamics;
 mod errors;
@@ -28,6 +29,7 @@ mod models;
 mod observer;
 mod operators;
 mod paper;
+mod plant;
 mod process;
 mod records;
 mod recursive;
@@ -48,6 +50,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
+    #[pymodule_export]
+    use crate::closed_loop::{Metrics, Run, simulate};
     #[pymodule_export]
     use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
@@ -71,7 +75,9 @@ mod _core {
     #[pymodule_export]
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
-    use crate::paper::{table_1, table_1_recovered, table_2};
+    use crate::paper::{gains, plant, table_1, table_1_recovered, table_2};
+    #[pymodule_export]
+    use crate::plant::Plant;
     #[pymodule_export]
     use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]

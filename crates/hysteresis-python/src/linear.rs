@@ -29,25 +29,31 @@ fn response<'py>(block: Result<impl Block, Error>, u: &Bound<'py, PyAny>) -> Vec
     arrays::run(&mut stream, &input, None)
 }
 
-/// Dynamics of either kind, given as an argument.
-pub(crate) fn given_dynamics(value: &Bound<'_, PyAny>) -> PyResult<Dynamics> {
-    if let Ok(resonance) = value.cast::<SecondOrder>() {
-        return Ok(resonance.get().0.into());
-    }
-    match value.cast::<FirstOrder>() {
-        Ok(lag) => Ok(lag.get().0.into()),
-        Err(_) => {
-            let got = value.repr()?;
-            Err(PyTypeError::new_err(format!("dynamics: expected a SecondOrder or a FirstOrder, got {got}")))
-        }
-    }
-}
-
 /// Dynamics of either kind as a Python object.
 pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>> {
     match dynamics {
         Dynamics::FirstOrder(lag) => Ok(Py::new(py, FirstOrder(lag))?.into_any()),
         Dynamics::SecondOrder(resonance) => Ok(Py::new(py, SecondOrder(resonance))?.into_any()),
+    }
+}
+
+/// Dynamics of either kind from a Python object.
+pub(crate) fn given_dynamics(dynamics: &Bound<'_, PyAny>) -> PyResult<Dynamics> {
+    if let Ok(lag) = dynamics.cast::<FirstOrder>() {
+        Ok(lag.get().0.into())
+    } else if let Ok(resonance) = dynamics.cast::<SecondOrder>() {
+        Ok(resonance.get().0.into())
+    } else {
+        let got = dynamics.repr()?;
+        Err(PyTypeError::new_err(format!("dynamics: expected a SecondOrder or a FirstOrder, got {got}")))
+    }
+}
+
+/// Creep from a Python object.
+pub(crate) fn given_creep(creep: &Bound<'_, PyAny>) -> PyResult<linear::Creep> {
+    match creep.cast::<Creep>() {
+        Ok(creep) => Ok(creep.get().0.clone()),
+        Err(_) => Err(PyTypeError::new_err(format!("creep: expected a Creep, got {}", creep.repr()?))),
     }
 }
 

@@ -57,7 +57,7 @@ impl Observer {
         delay: f64,
         dt: f64,
     ) -> PyResult<Self> {
-        let (kernel, options) = (kernel_of(model)?, ObserverOptions { noise, drift, delay });
+        let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
         let dynamics = given_dynamics(dynamics)?;
         hysteresis_simulate::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(invalid)
     }

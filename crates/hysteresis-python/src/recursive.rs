@@ -97,7 +97,6 @@ impl RecursiveIdentifier {
     #[pyo3(signature = (model, *, forgetting=1.0, output_offset=None, covariance=1e12, covariance_limit=1e4,
         dynamics=None, dt=1e-4), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
         covariance_limit=1e4, dynamics=None, dt=0.0001)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         model: &Bound<'_, PyAny>,
         forgetting: f64,

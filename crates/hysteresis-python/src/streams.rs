@@ -65,11 +65,12 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     Ok(plain)
 }
 
-pub(crate) fn kernel_of(model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+/// The kernel of a model of either kind, or an error that says what came instead.
+pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
     match kernel(model) {
         Some(kernel) => Ok(kernel),
         None => Err(PyTypeError::new_err(format!(
-            "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got {}",
+            "{name}: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got {}",
             model.repr()?
         ))),
     }
@@ -114,7 +115,7 @@ stream_methods!(Forward {
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(&mut self, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.set_model(&kernel_of(model)?).map_err(errors::core)
+        self.0.set_model(&kernel_of("model", model)?).map_err(errors::core)
     }
 
     fn __repr__(&self) -> String {
@@ -141,7 +142,7 @@ stream_methods!(Inverse {
     /// >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
     /// (4.0, 3.0)
     fn set_model(&mut self, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.set_model(&kernel_of(model)?).map_err(errors::core)
+        self.0.set_model(&kernel_of("model", model)?).map_err(errors::core)
     }
 
     /// Whether the last target was out of reach and the drive is at a limit.

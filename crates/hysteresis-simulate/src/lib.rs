@@ -1,11 +1,15 @@
-//! What the models are exercised with: the linear dynamics behind the hysteresis of an actuator, and test signals.
+//! What the models are exercised with: the linear dynamics behind the hysteresis of an actuator, whole plants with
+//! converters and noise, closed loops and their errors, learning and observation, and test signals.
 
 #![forbid(unsafe_code)]
 
+pub mod closed_loop;
 pub mod excitation;
 pub mod learning;
 pub mod linear;
+pub mod metrics;
 mod observer;
+pub mod plant;
 pub mod signals;
 
 pub use observer::{Observer, ObserverOptions};

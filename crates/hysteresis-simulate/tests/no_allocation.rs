@@ -1,4 +1,4 @@
-//! What runs sample by sample never allocates: linear streams, learning in the loop, the observer.
+//! What runs sample by sample never allocates: linear streams, plants, learning in the loop, the observer.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -6,6 +6,7 @@ use std::cell::Cell;
 use hysteresis_core::{Kernel, Process, paper};
 use hysteresis_simulate::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_simulate::linear::{Cascade, Creep, Delay, FirstOrder, SecondOrder, Stream};
+use hysteresis_simulate::plant::{Design, Plant};
 use hysteresis_simulate::{Observer, ObserverOptions};
 
 thread_local! {
@@ -72,4 +73,32 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     assert_eq!((count, repetitive.rejected(), observer.rejected()), (0, 11, 11));
     repetitive.reset();
     observer.reset();
+}
+
+#[test]
+fn plants_never_allocate() {
+    let design = Design {
+        amplifier_pole: Some(FirstOrder::new(279.0).unwrap()),
+        dynamics: Some(SecondOrder::new(2000.0, 0.03).unwrap().into()),
+        creep: Some(Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap()),
+        delay: Delay::new(2.4).unwrap(),
+        noise: 0.016,
+        limits: Some((-500.0, 500.0)),
+        dac_bits: Some(16),
+        adc: Some((24, (-4.0, 4.0))),
+        ..Design::default()
+    };
+    let mut plant = Plant::new(&Kernel::new(&paper::table_1_recovered()), &design).unwrap();
+    let drives: Vec<f64> =
+        (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k * k % 1201) - 600.0 }).collect();
+    let (mut measured, mut position) = (vec![0.0; drives.len()], vec![0.0; drives.len()]);
+    let count = allocations(|| {
+        for u in &drives {
+            std::hint::black_box(plant.step(*u));
+        }
+        plant.reset();
+        plant.run(&drives, &mut measured, &mut position).unwrap();
+    });
+    assert_eq!(count, 0);
+    assert_eq!(plant.events().rejected, 11);
 }

@@ -35,6 +35,12 @@ impl Delay {
         }
     }
 
+    /// No delay.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self { samples: 0.0 }
+    }
+
     /// In samples.
     #[must_use]
     pub fn samples(&self) -> f64 {

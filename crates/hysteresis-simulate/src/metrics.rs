@@ -1,0 +1,197 @@
+//! How well a plant followed its reference.
+
+use hysteresis_core::{Bound, Error, is_admissible};
+
+use crate::plant::check_range;
+
+/// The samples of a closed loop. At the moment of sample k the position is `position[k]`, the controller reads
+/// `measured[k]`, knows `reference[k]`, and puts out `drive[k]`, which is held until the next sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Where the position should be.
+    pub reference: Vec<f64>,
+    /// What the controller read.
+    pub measured: Vec<f64>,
+    /// Where the position was.
+    pub position: Vec<f64>,
+    /// What was put out: quantised, within the limits, held where the controller gave no number.
+    pub drive: Vec<f64>,
+}
+
+/// A record that was checked, and what its errors are measured by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    record: Record,
+    limits: Option<(f64, f64)>,
+    period: Option<f64>,
+}
+
+/// The errors of a run, or of a part of it.
+///
+/// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
+/// matters, and free of measurement noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metrics {
+    /// How many samples they are of.
+    pub samples: usize,
+    /// Largest magnitude of the measured error.
+    pub max_error: f64,
+    /// Root mean square of the measured error.
+    pub rms_error: f64,
+    /// Largest magnitude of the position error.
+    pub max_position_error: f64,
+    /// Root mean square of the position error.
+    pub rms_position_error: f64,
+    /// Peak-to-peak of the reference: the base of `hysteresis_percent`.
+    pub range: f64,
+    /// Largest magnitude of the measured error in % of `range`: what the paper calls hysteresis in Fig. 12 and 13, but
+    /// for rounding (erratum 15). None if the reference does not move.
+    pub hysteresis_percent: Option<f64>,
+    /// Lowest drive.
+    pub drive_low: f64,
+    /// Highest drive.
+    pub drive_high: f64,
+    /// At how many samples the drive was at a limit of the plant.
+    pub saturated: usize,
+}
+
+impl Run {
+    /// A record, with the limits of the drive and the period of the reference in samples, as far as known.
+    ///
+    /// # Errors
+    /// [`Error`] that names the array and the sample: all four must have the same length, at least one sample, and only
+    /// admissible numbers; the limits (low, high) must be in that order, the period above 0 and shorter than the record.
+    ///
+    /// ```
+    /// use hysteresis_simulate::metrics::{Record, Run};
+    /// let record = Record {
+    ///     reference: vec![0.0, 2.0, 0.0, -2.0],
+    ///     measured: vec![0.0, 1.5, 0.25, -2.0],
+    ///     position: vec![0.0, 1.75, 0.0, -2.0],
+    ///     drive: vec![10.0, 0.0, -10.0, 0.0],
+    /// };
+    /// let run = Run::new(record, Some((-10.0, 10.0)), Some(2.0))?;
+    /// let (all, settled) = (run.metrics(), run.settled().unwrap());
+    /// assert_eq!((all.max_error, all.max_position_error, all.saturated), (0.5, 0.25, 2));
+    /// assert_eq!((all.range, all.hysteresis_percent), (4.0, Some(12.5)));
+    /// assert_eq!((settled.samples, settled.max_error, settled.drive_low), (2, 0.25, -10.0));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn new(record: Record, limits: Option<(f64, f64)>, period: Option<f64>) -> Result<Self, Error> {
+        check_reference(&record.reference, period)?;
+        let expected = record.reference.len();
+        for (parameter, samples) in
+            [("measured", &record.measured), ("position", &record.position), ("drive", &record.drive)]
+        {
+            if samples.len() != expected {
+                return Err(Error::Length { parameter, expected, got: samples.len() });
+            }
+            check_samples(parameter, samples)?;
+        }
+        let limits = limits.map(|limits| check_range("limits", limits)).transpose()?;
+        Ok(Self { record, limits, period })
+    }
+
+    /// Of a loop that has checked its input: a plant gives admissible numbers only.
+    pub(crate) fn of_loop(record: Record, limits: Option<(f64, f64)>, period: Option<f64>) -> Self {
+        Self { record, limits, period }
+    }
+
+    /// The samples.
+    #[must_use]
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// The samples, without a copy.
+    #[must_use]
+    pub fn into_record(self) -> Record {
+        self.record
+    }
+
+    /// The limits of the drive (low, high), if there are any.
+    #[must_use]
+    pub fn limits(&self) -> Option<(f64, f64)> {
+        self.limits
+    }
+
+    /// The period of the reference in samples, if it was given.
+    #[must_use]
+    pub fn period(&self) -> Option<f64> {
+        self.period
+    }
+
+    /// The errors of the whole run.
+    #[must_use]
+    pub fn metrics(&self) -> Metrics {
+        self.metrics_from(0)
+    }
+
+    /// The errors after the first period; None if no period was given.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "shorter than the record")]
+    pub fn settled(&self) -> Option<Metrics> {
+        self.period.map(|period| self.metrics_from(period.ceil() as usize))
+    }
+
+    fn metrics_from(&self, first: usize) -> Metrics {
+        let Record { reference, measured, position, drive } = &self.record;
+        let (reference, drive) = (&reference[first..], &drive[first..]);
+        let (max_error, rms_error) = errors(reference, &measured[first..]);
+        let (max_position_error, rms_position_error) = errors(reference, &position[first..]);
+        let (low, high) = extremes(reference);
+        let (drive_low, drive_high) = extremes(drive);
+        let at_limit = |u: &&f64| self.limits.is_some_and(|(low, high)| **u <= low || **u >= high);
+        Metrics {
+            samples: reference.len(),
+            max_error,
+            rms_error,
+            max_position_error,
+            rms_position_error,
+            range: high - low,
+            hysteresis_percent: (high > low).then(|| 100.0 * max_error / (high - low)),
+            drive_low,
+            drive_high,
+            saturated: drive.iter().filter(at_limit).count(),
+        }
+    }
+}
+
+/// Largest magnitude and root mean square of what is missing.
+fn errors(reference: &[f64], got: &[f64]) -> (f64, f64) {
+    let missing = || reference.iter().zip(got).map(|(r, y)| r - y);
+    #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
+    let count = reference.len() as f64;
+    (missing().fold(0.0, |max, e| e.abs().max(max)), (missing().map(|e| e * e).sum::<f64>() / count).sqrt())
+}
+
+fn extremes(samples: &[f64]) -> (f64, f64) {
+    samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (x.min(low), x.max(high)))
+}
+
+/// Checks a reference and its period, before anything runs.
+pub(crate) fn check_reference(reference: &[f64], period: Option<f64>) -> Result<(), Error> {
+    if reference.is_empty() {
+        return Err(Error::Empty { parameter: "reference" });
+    }
+    check_samples("reference", reference)?;
+    let Some(got) = period else { return Ok(()) };
+    #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
+    let high = (reference.len() - 1) as f64;
+    if got > 0.0 && got <= high {
+        Ok(())
+    } else {
+        let expected = Bound::Between { low: 0.0, high };
+        Err(Error::Domain { parameter: "period", index: None, expected, got })
+    }
+}
+
+fn check_samples(parameter: &'static str, samples: &[f64]) -> Result<(), Error> {
+    match samples.iter().position(|x| !is_admissible(*x)) {
+        Some(index) => {
+            let (index, expected, got) = (Some(index), Bound::Finite, samples[index]);
+            Err(Error::Domain { parameter, index, expected, got })
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,106 @@
+//! Measurement noise.
+
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+
+/// White Gaussian noise, the same numbers for the same seed on every machine.
+///
+/// The generator is xoshiro256++, its state filled from the seed by SplitMix64 (`Xoshiro256PlusPlus::seed_from_u64` of
+/// rand_xoshiro), the distribution `StandardNormal` of rand_distr (the ziggurat method). One number per sample, times
+/// the rms. These numbers are part of the interface: a release that changes them says so.
+#[derive(Clone, Debug)]
+pub(super) struct Noise {
+    generator: Xoshiro256PlusPlus,
+    rms: f64,
+    seed: u64,
+}
+
+impl Noise {
+    pub(super) fn new(rms: f64, seed: u64) -> Self {
+        Self { generator: Xoshiro256PlusPlus::seed_from_u64(seed), rms, seed }
+    }
+
+    /// The noise of the next sample.
+    #[inline]
+    pub(super) fn next(&mut self) -> f64 {
+        if self.rms == 0.0 {
+            return 0.0;
+        }
+        let normal: f64 = StandardNormal.sample(&mut self.generator);
+        self.rms * normal
+    }
+
+    /// Back to the first number.
+    pub(super) fn restart(&mut self) {
+        *self = Self::new(self.rms, self.seed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The published reference implementations (<https://prng.di.unimi.it>), written down again.
+    fn xoshiro256plusplus(mut seed: u64) -> impl FnMut() -> u64 {
+        let mut split_mix = || {
+            seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (seed ^ (seed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            z ^ (z >> 31)
+        };
+        let mut s = [split_mix(), split_mix(), split_mix(), split_mix()];
+        move || {
+            let output = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
+            let shifted = s[1] << 17;
+            s[2] ^= s[0];
+            s[3] ^= s[1];
+            s[1] ^= s[2];
+            s[0] ^= s[3];
+            s[2] ^= shifted;
+            s[3] = s[3].rotate_left(45);
+            output
+        }
+    }
+
+    #[test]
+    fn the_generator_is_the_one_that_is_named() {
+        use rand_xoshiro::rand_core::Rng;
+        for seed in [0, 1, u64::MAX] {
+            let mut noise = Noise::new(1.0, seed);
+            let mut reference = xoshiro256plusplus(seed);
+            assert!((0..100).all(|_| noise.generator.next_u64() == reference()));
+        }
+    }
+
+    /// A release of a library must not change the numbers of a seed unnoticed.
+    #[test]
+    fn a_seed_has_its_numbers() {
+        let first = |seed| {
+            let mut noise = Noise::new(1.0, seed);
+            [noise.next(), noise.next(), noise.next()]
+        };
+        assert_eq!(first(0), [-0.292_803_298_604_708_16, -0.713_120_616_814_431_5, -0.105_321_160_353_188_6]);
+        assert_eq!(first(1), [0.843_998_613_622_176_1, 0.715_560_712_730_593_1, -1.915_871_443_618_758_5]);
+    }
+
+    #[test]
+    fn it_is_white_and_normal() {
+        let count = 100_000_u32;
+        let samples: Vec<f64> = {
+            let mut noise = Noise::new(2.0, 5);
+            (0..count).map(|_| noise.next()).collect()
+        };
+        let n = f64::from(count);
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
+        // Five standard deviations of each estimate: 1/sqrt(n), sqrt(2/n), sqrt(96/n), 1/sqrt(n).
+        let scaled = || samples.iter().map(|x| x / 2.0);
+        assert!(mean(&mut scaled()).abs() < 5.0 / n.sqrt());
+        assert!((mean(&mut scaled().map(|x| x * x)) - 1.0).abs() < 5.0 * (2.0 / n).sqrt());
+        assert!((mean(&mut scaled().map(|x| x.powi(4))) - 3.0).abs() < 5.0 * (96.0 / n).sqrt());
+        for lag in [1, 2, 17] {
+            let product = mean(&mut scaled().zip(scaled().skip(lag)).map(|(x, y)| x * y));
+            assert!(product.abs() < 5.0 / n.sqrt(), "{lag}: {product}");
+        }
+    }
+}
