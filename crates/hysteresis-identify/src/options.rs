@@ -49,8 +49,12 @@ pub enum Thresholds {
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
-    /// the records asks for: the fewest whose mean square error is within a standard error of the least.
+    /// the records asks for: the fewest whose mean square error is within a standard error of the least. Every
+    /// stretch is predicted from weights, ratios, offsets and delay fitted to the others, the searched ones linearised
+    /// about their values for all.
     Auto,
+    /// As many operators as [`Auto`](Self::Auto) would take, at [`Quantiles`](Self::Quantiles).
+    AutoQuantiles,
     /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
     /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
     /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
@@ -88,6 +92,15 @@ pub struct Options {
     /// By how many samples the output lags the input, fractions included: searched from 0 to a tenth of the
     /// shortest record.
     pub delay: Setting<f64>,
+    /// How smooth the weights should be, 0 or more; 0, the default, asks for nothing. [`Setting::Fit`] leaves it to
+    /// cross-validation over stretches of the records.
+    ///
+    /// The sum of squared errors grows by `smoothness` U D: U is the sum of squares of the input about its mean in every
+    /// record, D that of the second differences w_(i-1) - 2 w_i + w_(i+1) of the weights i = 1..n-1, of both families if
+    /// split. So the number has no unit: at 1 such a difference costs what as large an error of the slope w_0 would.
+    /// Where thresholds are uneven, w_i is taken per interval that r_i stands for, and the differences are divided ones:
+    /// D is the same for the same density of weights.
+    pub smoothness: Setting<f64>,
 }
 
 impl Default for Options {
@@ -99,6 +112,7 @@ impl Default for Options {
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
             delay: Setting::Fit,
+            smoothness: Setting::Fixed(0.0),
         }
     }
 }
@@ -110,13 +124,13 @@ impl Options {
         match &self.thresholds {
             Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
             Thresholds::Given(thresholds) => thresholds.len(),
-            Thresholds::Auto => 0,
+            Thresholds::Auto | Thresholds::AutoQuantiles => 0,
         }
     }
 
     /// Checks everything that was given; `samples` is the length of the shortest record.
     pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
-        if self.operators() == 0 && self.thresholds != Thresholds::Auto {
+        if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             return Err(Error::NoOperators);
         }
         if self.weights == Weights::Split && self.form == Form::Conventional {
@@ -144,6 +158,12 @@ impl Options {
         match self.input_offset {
             Setting::Fixed(offset) if !is_admissible(offset) => {
                 Err(domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset))
+            }
+            _ => Ok(()),
+        }?;
+        match self.smoothness {
+            Setting::Fixed(smoothness) if !(is_admissible(smoothness) && smoothness >= 0.0) => {
+                Err(domain("smoothness", "a finite number >= 0 (at most 1e100)", smoothness))
             }
             _ => Ok(()),
         }?;

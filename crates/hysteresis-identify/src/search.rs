@@ -125,6 +125,7 @@ impl Span {
 pub(crate) fn search(
     levels: &[Projection<'_>],
     law: &Law,
+    known: Option<&Fit>,
     monitor: &mut Monitor<'_>,
 ) -> Result<(Fit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
@@ -133,8 +134,13 @@ pub(crate) fn search(
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let scanned = scan(thinned, &starts, monitor)?;
-        let mut found = refine(thinned, law, scanned, monitor)?;
+        let mut found = match known {
+            Some(known) => known.clone(),
+            None => {
+                let scanned = scan(thinned, &starts, monitor)?;
+                refine(thinned, law, scanned, monitor)?
+            }
+        };
         let between = Span { from: 0.6, to: 0.7 };
         for more in &levels[1..levels.len() - 1] {
             found = improve(more, law, &found.point, Some(&found), patience(more.rows(), LONG), between, monitor)?.0;
@@ -165,18 +171,18 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
         monitor.evaluated(thinned.rmse(fit.squares), span.at(done, total)).map(|()| fit)
     };
     let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
-    fits.sort_by(by_squares);
+    fits.sort_by(by_objective);
     let mut best = fits[0].clone();
     for delay in delays {
         let later = fit_at(&fits[0].point.with(Parameter::Delay, delay))?;
-        if later.squares < (1.0 - DELAY_MUST_GAIN) * best.squares {
+        if later.objective < (1.0 - DELAY_MUST_GAIN) * best.objective {
             best = later;
         }
     }
     let delay = best.point.get(Parameter::Delay);
     if delay != fits[0].point.get(Parameter::Delay) {
         fits = starts.iter().map(|start| fit_at(&start.with(Parameter::Delay, delay))).collect::<Result<_, _>>()?;
-        fits.sort_by(by_squares);
+        fits.sort_by(by_objective);
     }
     Ok(fits)
 }
@@ -194,13 +200,13 @@ fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut
             *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
-        fits.sort_by(by_squares);
+        fits.sort_by(by_objective);
     }
     Ok(fits.swap_remove(0))
 }
 
-fn by_squares(p: &Fit, q: &Fit) -> Ordering {
-    p.squares.total_cmp(&q.squares)
+fn by_objective(p: &Fit, q: &Fit) -> Ordering {
+    p.objective.total_cmp(&q.objective)
 }
 
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
@@ -229,7 +235,7 @@ fn improve(
     monitor.evaluated(projection.rmse(here.squares), span.from)?;
     let mut radius = FIRST_RADIUS;
     let passes = patience.passes;
-    while !projection.space().axes().is_empty() && here.squares > ROUNDING_SQUARES * here.base_squares {
+    while !projection.space().axes().is_empty() && here.objective > ROUNDING_SQUARES * here.base_squares {
         let fraction = span.at(passes - patience.passes, passes);
         let found = step_down(projection, law, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
         let Some(there) = found else { break };
@@ -254,24 +260,18 @@ fn step_down(
     let axes = projection.space().axes();
     while patience.passes > 0 {
         patience.passes -= 1;
-        let bounds: Vec<_> = axes
-            .iter()
-            .map(|axis| {
-                let (value, reach) = (here.point.get(axis.parameter), *radius * axis.scale);
-                ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
-            })
-            .collect();
+        let bounds = projection.space().reach(&here.point, *radius);
         let step = linearised.step(&bounds, law);
         let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-        let promised_decrease = here.squares - step.squares;
-        let worth_it = promised_decrease > patience.gain * here.squares && size >= MIN_STEP;
+        let promised_decrease = here.objective - step.objective;
+        let worth_it = promised_decrease > patience.gain * here.objective && size >= MIN_STEP;
         if !worth_it {
             return Ok(None);
         }
         let point = projection.space().moved(&here.point, &step.along);
         let (there, next) = projection.linearise(&point, &step.weights, Some(here));
         monitor.evaluated(projection.rmse(there.squares), fraction)?;
-        let decrease = here.squares - there.squares;
+        let decrease = here.objective - there.objective;
         if decrease > 0.75 * promised_decrease {
             *radius = radius.max(2.0 * size);
         } else if decrease.is_nan() || decrease < 0.25 * promised_decrease {

@@ -156,6 +156,18 @@ impl Identification {
         self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
     }
 
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
+    #[getter]
+    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
+    }
+
     /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
     #[getter]
     fn kkt_residual(&self) -> f64 {
@@ -232,8 +244,8 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, validate=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, validate=None, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -246,6 +258,7 @@ pub(crate) fn identify(
     input_offset: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
     thresholds: Option<&Bound<'_, PyAny>>,
+    smoothness: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
@@ -260,6 +273,7 @@ pub(crate) fn identify(
         },
         input_offset: setting("input_offset", "a number", input_offset)?,
         delay: setting("delay", "a number", delay)?,
+        smoothness: smooth(smoothness)?,
     };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
@@ -337,11 +351,18 @@ fn law(weights: &str) -> PyResult<Weights> {
 /// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
 fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
     let auto = operators.is_some_and(|operators| operators.cast::<PyString>().is_ok_and(|name| *name == "auto"));
-    if auto {
-        let uniform = thresholds.is_none_or(|name| name.cast::<PyString>().is_ok_and(|name| *name == "uniform"));
-        let error = "operators: expected a number with thresholds that are not uniform, got \"auto\"";
-        return if uniform { Ok(Thresholds::Auto) } else { Err(PyValueError::new_err(error)) };
+    let named = |wanted: &str| thresholds.is_some_and(|name| name.cast::<PyString>().is_ok_and(|name| *name == wanted));
+    if auto && (thresholds.is_none() || named("uniform")) {
+        return Ok(Thresholds::Auto);
     }
+    if auto && named("quantiles") {
+        return Ok(Thresholds::AutoQuantiles);
+    }
+    if auto && thresholds.is_some_and(|thresholds| !thresholds.is_instance_of::<PyString>()) {
+        let error = "operators: expected a number with thresholds that are given, got \"auto\"";
+        return Err(PyValueError::new_err(error));
+    }
+    let operators = operators.filter(|_| !auto);
     let operators = operators.map(|operators| count("operators", operators)).transpose()?;
     let count = operators.unwrap_or(20);
     let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
@@ -361,6 +382,21 @@ fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, Py
             thresholds.len()
         ))),
         _ => Ok(Thresholds::Given(thresholds)),
+    }
+}
+
+/// A number, 0 unless told, or "auto".
+fn smooth(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>> {
+    let Some(value) = value else { return Ok(Setting::Fixed(0.0)) };
+    if value.cast::<PyString>().is_ok_and(|text| *text == "auto") {
+        return Ok(Setting::Fit);
+    }
+    match value.extract::<f64>() {
+        Ok(smoothness) => Ok(Setting::Fixed(smoothness)),
+        Err(_) => {
+            let got = value.repr()?;
+            Err(PyTypeError::new_err(format!("smoothness: expected a number >= 0 or \"auto\", got {got}")))
+        }
     }
 }
 
