@@ -4,6 +4,7 @@ use faer::Mat;
 
 use crate::bounded;
 use crate::factor::triangle_of;
+use crate::options::{Options, Weights};
 use crate::projection::{Fit, Projection, below_offsets, output_offsets, penalised};
 use crate::quality::as_f64;
 
@@ -14,26 +15,37 @@ const FOLDS: usize = 8;
 pub(crate) const SMOOTHNESS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2];
 
 /// How a model predicts stretches that it was not fitted to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CrossValidation {
+    /// What the weights may be.
+    pub weights: Weights,
     /// How many operators the model has.
     pub operators: usize,
     /// How smooth its weights are asked to be; see [`Options::smoothness`](crate::Options::smoothness).
     pub smoothness: f64,
-    /// The root mean square error over all stretches, each predicted from the others, in the unit of the output.
+    /// The root mean square error, the mean taken over the stretches, each predicted from the others, in the unit of the output.
     pub rmse: f64,
-    /// The standard error of the mean square over the stretches, in the unit of the output squared.
-    pub spread: f64,
+    /// The mean square error on every stretch, in the unit of the output squared.
+    pub stretches: Vec<f64>,
 }
 
 impl CrossValidation {
-    /// Those whose mean square error is within one standard error of the best one's: the usual rule, as what is better
-    /// by less than that is better by chance.
-    pub(crate) fn good(all: &[Self]) -> impl Iterator<Item = &Self> {
-        let best = all.iter().min_by(|p, q| p.rmse.total_cmp(&q.rmse));
-        let limit = best.map_or(0.0, |best| best.rmse * best.rmse + best.spread);
-        all.iter().filter(move |one| one.rmse * one.rmse <= limit)
+    /// The one of the least mean square error.
+    pub(crate) fn best(all: &[Self]) -> Option<&Self> {
+        all.iter().min_by(|p, q| p.rmse.total_cmp(&q.rmse))
+    }
+
+    /// The places of those that are as good as the best: whose mean square error is larger by no more than the standard
+    /// error of that difference, stretch by stretch. What is better by less than that is better by chance.
+    pub(crate) fn good(all: &[Self]) -> impl Iterator<Item = usize> {
+        let best = Self::best(all);
+        let is_good = move |one: &Self| {
+            let excess =
+                |best: &Self| one.stretches.iter().zip(&best.stretches).map(|(p, q)| p - q).collect::<Vec<_>>();
+            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess))
+        };
+        (0..all.len()).filter(move |i| is_good(&all[*i]))
     }
 }
 
@@ -58,9 +70,11 @@ impl<'a> Stretches<'a> {
     }
 
     /// Predicts every stretch from the others.
-    pub(crate) fn cross_validate(&self, operators: usize, smoothness: f64) -> CrossValidation {
+    pub(crate) fn cross_validate(&self, options: &Options, smoothness: f64) -> CrossValidation {
         let penalty = self.projection.penalty(&self.fit.point, smoothness);
-        let means: Vec<f64> = (self.parts.iter().zip(&self.others))
+        let stretches: Vec<f64> = (self.parts.iter().zip(&self.others))
+            // A record of fewer samples than stretches leaves some without any.
+            .filter(|((_, rows), _)| *rows > 0)
             .map(|((part, rows), others)| {
                 let solution = self.solution(others, &penalty);
                 let squares: f64 = (0..part.nrows())
@@ -72,9 +86,8 @@ impl<'a> Stretches<'a> {
                 squares / as_f64(*rows)
             })
             .collect();
-        let mean = means.iter().sum::<f64>() / as_f64(FOLDS);
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / as_f64(FOLDS - 1);
-        CrossValidation { operators, smoothness, rmse: mean.sqrt(), spread: (variance / as_f64(FOLDS)).sqrt() }
+        let rmse = mean(&stretches).sqrt();
+        CrossValidation { weights: options.weights, operators: options.operators(), smoothness, rmse, stretches }
     }
 
     /// Output offsets, unknowns and steps of the searched parameters.
@@ -105,4 +118,15 @@ fn without(parts: &[(Mat<f64>, usize)], held_out: usize) -> Mat<f64> {
     let height = parts[0].0.nrows();
     let stacked = Mat::from_fn(others.len() * height, columns, |i, j| others[i / height][(i % height, j)]);
     triangle_of(stacked).get(..columns, ..).to_owned()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / as_f64(values.len())
+}
+
+/// Of the mean of independent values.
+fn standard_error(values: &[f64]) -> f64 {
+    let (mean, count) = (mean(values), as_f64(values.len()));
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (variance / count).sqrt()
 }

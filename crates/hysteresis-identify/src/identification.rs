@@ -8,7 +8,7 @@ use crate::choice::{Choice, choose, levels};
 use crate::error::{Error, RecordError};
 use crate::folds::CrossValidation;
 use crate::law::Law;
-use crate::options::{Form, Options};
+use crate::options::{Form, Options, Weights};
 use crate::projection::Fit;
 use crate::quality::{Quality, as_f64};
 use crate::record::{Record, check_finite};
@@ -39,8 +39,12 @@ pub struct Identification {
     pub kkt_residual: f64,
     /// How far the parameters may be from the truth.
     pub standard_errors: StandardErrors,
+    /// What the weights might be: as given, or as cross-validation chose.
+    pub weights: Weights,
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
     pub smoothness: f64,
+    /// What cross-validation said of every weight law, if it chose; else empty.
+    pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.
     pub cross_validation: Vec<CrossValidation>,
     /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
@@ -133,7 +137,7 @@ pub fn identify(
     };
     options.check(as_f64(shortest))?;
     let mut monitor = Monitor::new(progress);
-    let Choice { options: chosen, smoothness, operators_tried, smoothness_tried, start } =
+    let Choice { options: chosen, smoothness, weights_tried, operators_tried, smoothness_tried, start } =
         choose(records, options, &mut monitor)?;
     let (space, law) = (Space::new(records, &chosen), Law::new(&chosen));
     let levels = levels(records, &space, &law, smoothness, false)?;
@@ -143,7 +147,9 @@ pub fn identify(
     let found = assemble(records, &chosen, &space, &law, fit)?;
     Ok(Identification {
         standard_errors,
+        weights: chosen.weights,
         smoothness,
+        weights_validation: weights_tried,
         cross_validation: operators_tried,
         smoothness_validation: smoothness_tried,
         evaluations: monitor.evaluations(),
@@ -183,7 +189,9 @@ fn assemble(
         record_fits,
         kkt_residual: fit.kkt_residual,
         standard_errors: StandardErrors::default(),
+        weights: options.weights,
         smoothness: 0.0,
+        weights_validation: Vec::new(),
         cross_validation: Vec::new(),
         smoothness_validation: Vec::new(),
         evaluations: 0,

@@ -18,8 +18,13 @@ pub enum Form {
 /// What the weights of the operators may be; never negative, so that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Any w_i >= 0.
+    /// One of the other laws, as cross-validation over stretches of the records asks for: of
+    /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
+    /// that it was not fitted to as well as the best, within the standard error of the difference. For the conventional
+    /// model there are the first two.
     #[default]
+    Auto,
+    /// Any w_i >= 0.
     Free,
     /// w_0 >= 0, and w_i = c_0 + c_1 i + c_2 i^2 >= 0 for i = 1..n-1: the four numbers behind the tables of the paper.
     /// With fewer than five operators that is no condition.
@@ -125,6 +130,16 @@ impl Options {
             Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
             Thresholds::Given(thresholds) => thresholds.len(),
             Thresholds::Auto | Thresholds::AutoQuantiles => 0,
+        }
+    }
+
+    /// Whether the weight law exists for this model and is not the same as another one.
+    pub(crate) fn is_law_of_its_own(&self) -> bool {
+        match self.weights {
+            Weights::Auto => false,
+            Weights::Free => true,
+            Weights::Quadratic => self.operators() > 4,
+            Weights::Split => self.form == Form::Modified && self.operators() > 1,
         }
     }
 

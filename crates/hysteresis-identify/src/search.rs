@@ -121,7 +121,8 @@ impl Span {
 }
 
 /// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
-/// to start, each further one is cheap because it starts next to where it ends, and the last has all of them.
+/// to start unless that is known, each further one is cheap because it starts next to where it ends, and the last has
+/// all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
     law: &Law,
@@ -134,12 +135,11 @@ pub(crate) fn search(
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let mut found = match known {
-            Some(known) => known.clone(),
-            None => {
-                let scanned = scan(thinned, &starts, monitor)?;
-                refine(thinned, law, scanned, monitor)?
-            }
+        let mut found = if let Some(known) = known {
+            known.clone()
+        } else {
+            let scanned = scan(thinned, &starts, monitor)?;
+            refine(thinned, law, scanned, monitor)?
         };
         let between = Span { from: 0.6, to: 0.7 };
         for more in &levels[1..levels.len() - 1] {

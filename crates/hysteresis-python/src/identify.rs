@@ -156,6 +156,18 @@ impl Identification {
         self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
     }
 
+    /// What the weights might be: as given, or as cross-validation chose.
+    #[getter]
+    fn weights_law(&self) -> &'static str {
+        law_name(self.found.weights)
+    }
+
+    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
+    #[getter]
+    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
+        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
+    }
+
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
     #[getter]
     fn smoothness(&self) -> f64 {
@@ -244,8 +256,8 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -339,12 +351,22 @@ fn form(model: &str) -> PyResult<Form> {
 
 fn law(weights: &str) -> PyResult<Weights> {
     match weights {
+        "auto" => Ok(Weights::Auto),
         "free" => Ok(Weights::Free),
         "quadratic" => Ok(Weights::Quadratic),
         "split" => Ok(Weights::Split),
         _ => Err(PyValueError::new_err(format!(
-            "weights: expected \"free\", \"quadratic\" or \"split\", got \"{weights}\""
+            "weights: expected \"auto\", \"free\", \"quadratic\" or \"split\", got \"{weights}\""
         ))),
+    }
+}
+
+fn law_name(weights: Weights) -> &'static str {
+    match weights {
+        Weights::Auto => "auto",
+        Weights::Free => "free",
+        Weights::Quadratic => "quadratic",
+        Weights::Split => "split",
     }
 }
 
