@@ -62,3 +62,41 @@ pub(crate) fn with_penalty(a: &Mat<f64>, b: &[f64], penalty: &Mat<f64>) -> (Mat<
     let b = (0..=columns).map(|i| all[(i, columns)]).collect();
     (all.get(..columns + 1, ..columns).to_owned(), b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::{Options, Thresholds, Weights};
+
+    fn of(weights: Weights, thresholds: &[f64], unknowns: &[f64]) -> f64 {
+        let options = Options { weights, thresholds: Thresholds::Given(thresholds.to_vec()), ..Options::default() };
+        let rows = penalty(&Law::new(&options), thresholds, 4.0);
+        let value = |i: usize| unknowns.iter().enumerate().map(|(j, c)| rows[(i, j)] * c).sum::<f64>();
+        (0..rows.nrows()).map(|i| value(i).powi(2)).sum()
+    }
+
+    #[test]
+    fn even_thresholds_have_plain_second_differences() {
+        let r = [0.0, 2.0, 4.0, 6.0, 8.0];
+        // differences 1 - 2 x 3 + 2 = -3 and 3 - 2 x 2 + 7 = 6, times 4
+        assert!((of(Weights::Free, &r, &[9.0, 1.0, 3.0, 2.0, 7.0]) - 180.0).abs() < 1e-12);
+        // and those of the other family, 1 - 2 x 1 + 0 and 1 - 0 + 0
+        assert!((of(Weights::Split, &r, &[9.0, 1.0, 3.0, 2.0, 7.0, 1.0, 1.0, 0.0, 0.0]) - 188.0).abs() < 1e-12);
+        assert_eq!(of(Weights::Free, &r[..3], &[1.0, 5.0, 2.0]), 0.0);
+    }
+
+    /// A weight per volt that is a line over the threshold costs nothing, wherever the thresholds lie.
+    #[test]
+    fn a_straight_density_costs_nothing() {
+        let r = [0.0, 1.0, 2.5, 3.0, 6.0, 7.0];
+        let interval = [1.5, 1.0, 1.75, 2.0, 1.0];
+        let weights = |density: &dyn Fn(f64) -> f64| {
+            let each = r[1..].iter().zip(interval).map(|(r, h)| density(*r) * h);
+            std::iter::once(5.0).chain(each).collect::<Vec<_>>()
+        };
+        assert!(of(Weights::Free, &r, &weights(&|r| 3.0 + 0.5 * r)) < 1e-20);
+        // r^2 has the second difference 2 at all three places: in mean intervals of 1.5, (2 x 1.5^3)^2 x 4
+        let bent = of(Weights::Free, &r, &weights(&|r| r * r));
+        assert!((bent / (3.0 * 4.0 * (2.0 * 1.5_f64.powi(3)).powi(2)) - 1.0).abs() < 1e-12, "{bent}");
+    }
+}
