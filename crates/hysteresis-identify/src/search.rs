@@ -12,9 +12,10 @@ use crate::space::{Parameter, Point};
 /// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
-/// How many passes over the records the steps of a descent may take, and how many over all samples of a long record after
-/// a descent on many of them: what is left then are steps along directions that the data hardly tell.
+/// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
+/// over all samples of a long record: what is left then are steps along directions that the data hardly tell.
 const LONG: usize = 60;
+const MEDIUM: usize = 15;
 const SHORT: usize = 3;
 
 /// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
@@ -45,7 +46,7 @@ pub enum Stage {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// What the search is doing.
+    /// What the search is doing; where cross-validation chooses, one search follows the other.
     pub stage: Stage,
     /// Passes over the records so far.
     pub evaluations: usize,
@@ -141,9 +142,11 @@ pub(crate) fn search(
             let scanned = scan(thinned, &starts, monitor)?;
             refine(thinned, law, scanned, monitor)?
         };
-        let between = Span { from: 0.6, to: 0.7 };
-        for more in &levels[1..levels.len() - 1] {
-            found = improve(more, law, &found.point, Some(&found), patience(more.rows(), LONG), between, monitor)?.0;
+        let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
+        for (i, more) in middle.iter().enumerate() {
+            let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
+            let patience = patience(more.rows(), if i == 0 { LONG } else { MEDIUM });
+            found = improve(more, law, &found.point, Some(&found), patience, span, monitor)?.0;
         }
         best = Some(found);
     }

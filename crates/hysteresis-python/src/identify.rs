@@ -3,17 +3,14 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{
-    self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds, Weights,
-};
+use hysteresis_identify::{self as identification, Error, Options, Progress, Record, Setting};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 
-use crate::arguments::count;
 use crate::arrays::{read_only, vector};
 use crate::errors;
+use crate::identify_arguments::{form, law, law_name, placed, setting, smooth};
 use crate::models;
 use crate::records::{HeldOut, signals, skips};
 
@@ -119,6 +116,7 @@ impl Identification {
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
     ///
     /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+    /// With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
     #[getter]
     fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.weights.iter().copied())
@@ -216,12 +214,14 @@ impl Identification {
 ///     argument.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
-/// weights : "free", "quadratic" or "split"
+/// weights : "auto", "free", "quadratic" or "split"
 ///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
-///     modified model has.
+///     modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
+///     records as well as the best, within the standard error of the difference.
 /// operators : int or "auto"
 ///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
-///     "auto" takes the fewest that predict held-out stretches of the records about as well as any.
+///     "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
+///     from weights, offsets, ratios and delay fitted to the others (the searched ones linearised about those of all).
 /// ratios : "fit" or (ra, rb, rc)
 ///     Thresholds as fractions of r.
 /// input_offset : "fit" or float
@@ -230,6 +230,11 @@ impl Identification {
 ///     Samples by which y lags u, fractions included.
 /// thresholds : "uniform", "quantiles" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+/// smoothness : float or "auto"
+///     Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
+///     differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
+///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
+///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted.
 /// validate : (u, y), (u, y, skip), a list of these, or float, optional
@@ -339,104 +344,4 @@ pub(crate) fn named(message: &str) -> String {
 
 pub(crate) fn invalid(message: &str) -> PyErr {
     PyValueError::new_err(named(message))
-}
-
-fn form(model: &str) -> PyResult<Form> {
-    match model {
-        "modified" => Ok(Form::Modified),
-        "conventional" => Ok(Form::Conventional),
-        _ => Err(PyValueError::new_err(format!("model: expected \"modified\" or \"conventional\", got \"{model}\""))),
-    }
-}
-
-fn law(weights: &str) -> PyResult<Weights> {
-    match weights {
-        "auto" => Ok(Weights::Auto),
-        "free" => Ok(Weights::Free),
-        "quadratic" => Ok(Weights::Quadratic),
-        "split" => Ok(Weights::Split),
-        _ => Err(PyValueError::new_err(format!(
-            "weights: expected \"auto\", \"free\", \"quadratic\" or \"split\", got \"{weights}\""
-        ))),
-    }
-}
-
-fn law_name(weights: Weights) -> &'static str {
-    match weights {
-        Weights::Auto => "auto",
-        Weights::Free => "free",
-        Weights::Quadratic => "quadratic",
-        Weights::Split => "split",
-    }
-}
-
-/// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
-fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
-    let auto = operators.is_some_and(|operators| operators.cast::<PyString>().is_ok_and(|name| *name == "auto"));
-    let named = |wanted: &str| thresholds.is_some_and(|name| name.cast::<PyString>().is_ok_and(|name| *name == wanted));
-    if auto && (thresholds.is_none() || named("uniform")) {
-        return Ok(Thresholds::Auto);
-    }
-    if auto && named("quantiles") {
-        return Ok(Thresholds::AutoQuantiles);
-    }
-    if auto && thresholds.is_some_and(|thresholds| !thresholds.is_instance_of::<PyString>()) {
-        let error = "operators: expected a number with thresholds that are given, got \"auto\"";
-        return Err(PyValueError::new_err(error));
-    }
-    let operators = operators.filter(|_| !auto);
-    let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let count = operators.unwrap_or(20);
-    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
-    if let Ok(name) = thresholds.cast::<PyString>() {
-        return match name.to_str()? {
-            "uniform" => Ok(Thresholds::Uniform(count)),
-            "quantiles" => Ok(Thresholds::Quantiles(count)),
-            other => Err(PyValueError::new_err(format!(
-                "thresholds: expected \"uniform\", \"quantiles\" or an array, got \"{other}\""
-            ))),
-        };
-    }
-    let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
-    match operators {
-        Some(operators) if operators != thresholds.len() => Err(PyValueError::new_err(format!(
-            "operators: expected {}, one for each of the thresholds, got {operators}",
-            thresholds.len()
-        ))),
-        _ => Ok(Thresholds::Given(thresholds)),
-    }
-}
-
-/// A number, 0 unless told, or "auto".
-fn smooth(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>> {
-    let Some(value) = value else { return Ok(Setting::Fixed(0.0)) };
-    if value.cast::<PyString>().is_ok_and(|text| *text == "auto") {
-        return Ok(Setting::Fit);
-    }
-    match value.extract::<f64>() {
-        Ok(smoothness) => Ok(Setting::Fixed(smoothness)),
-        Err(_) => {
-            let got = value.repr()?;
-            Err(PyTypeError::new_err(format!("smoothness: expected a number >= 0 or \"auto\", got {got}")))
-        }
-    }
-}
-
-/// "fit", or a value.
-pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
-    name: &str,
-    expected: &str,
-    value: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Setting<T>> {
-    let Some(value) = value else { return Ok(Setting::Fit) };
-    if value.cast::<PyString>().is_ok_and(|text| *text == "fit") {
-        return Ok(Setting::Fit);
-    }
-    let wrong = || {
-        Ok::<_, PyErr>(PyTypeError::new_err(format!("{name}: expected \"fit\" or {expected}, got {}", value.repr()?)))
-    };
-    match value.extract::<T>() {
-        Ok(value) => Ok(Setting::Fixed(value)),
-        Err(_) => Err(wrong()?),
-    }
 }

@@ -21,6 +21,7 @@ mod errors;
 mod excitation;
 mod files;
 mod identify;
+mod identify_arguments;
 mod linear;
 mod model_values;
 mod models;
