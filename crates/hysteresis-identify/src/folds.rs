@@ -36,13 +36,16 @@ impl CrossValidation {
         all.iter().min_by(|p, q| p.rmse.total_cmp(&q.rmse))
     }
 
-    /// The places of those that are as good as the best: whose mean square error is larger by no more than the standard
-    /// error of that difference, stretch by stretch. What is better by less than that is better by chance.
+    /// The places of those that are as good as the best: whose mean square error is larger by a factor that is 1 within
+    /// its standard error, stretch by stretch. What is better by less than that is better by chance.
+    ///
+    /// Factors and not differences, as stretches differ: in a decaying sweep the first one has most of the error, and
+    /// differences would be those of one stretch.
     pub(crate) fn good(all: &[Self]) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
+        let factor = |(p, q): (&f64, &f64)| ((p + f64::MIN_POSITIVE) / (q + f64::MIN_POSITIVE)).ln();
         let is_good = move |one: &Self| {
-            let excess =
-                |best: &Self| one.stretches.iter().zip(&best.stretches).map(|(p, q)| p - q).collect::<Vec<_>>();
+            let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
             best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess))
         };
         (0..all.len()).filter(move |i| is_good(&all[*i]))

@@ -20,8 +20,8 @@ pub enum Form {
 pub enum Weights {
     /// One of the other laws, as cross-validation over stretches of the records asks for: of
     /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
-    /// that it was not fitted to as well as the best, within the standard error of the difference. For the conventional
-    /// model there are the first two.
+    /// that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its standard
+    /// error. For the conventional model there are the first two.
     #[default]
     Auto,
     /// Any w_i >= 0.
@@ -54,7 +54,7 @@ pub enum Thresholds {
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
-    /// the records asks for: the fewest whose mean square error is within a standard error of the least. Every
+    /// the records asks for: the fewest that predict as well as the best, by the same rule as [`Weights::Auto`]. Every
     /// stretch is predicted from weights, ratios, offsets and delay fitted to the others, the searched ones linearised
     /// about their values for all.
     Auto,

@@ -217,7 +217,7 @@ impl Identification {
 /// weights : "auto", "free", "quadratic" or "split"
 ///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
 ///     modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
-///     records as well as the best, within the standard error of the difference.
+///     records as well as the best, within the standard error of the ratio of their mean squares.
 /// operators : int or "auto"
 ///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
 ///     "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
