@@ -70,7 +70,8 @@ def test_split_weights_fit_what_one_weight_cannot() -> None:
     assert found.model.weights[0] == found.model.weights_negative[0]
     assert found.weights_negative_std.shape == (20,) and found.model.invertible
     assert error(found, u, y) < 1e-8
-    assert mh.identify(u, y, **fixed).fit.rmse > 1e-3
+    assert mh.identify(u, y, weights="free", **fixed).fit.rmse > 1e-3
+    assert mh.identify(u, y, **fixed).weights_law == "split"  # what cross-validation chooses
     with pytest.raises(ValueError, match=r"^weights: .* the conventional model"):
         mh.identify(u, y, model="conventional", weights="split")
 
@@ -80,7 +81,7 @@ def test_inner_problem_agrees_with_scipy() -> None:
     u = sweep(800)
     y = actuator().forward().run(u) + np.random.default_rng(1).normal(0.0, 0.05, u.size)
     fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "delay": 0.0}
-    found = mh.identify(u, y, thresholds=THRESHOLDS, **fixed)
+    found = mh.identify(u, y, thresholds=THRESHOLDS, weights="free", **fixed)
     columns = np.stack([mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(u) for r in THRESHOLDS])
     centred = columns.T - columns.T.mean(axis=0)
     expected, norm = optimize.nnls(centred, y - y.mean())
@@ -93,7 +94,7 @@ def test_inner_problem_agrees_with_scipy() -> None:
     # Without noise no bound is met: plain least squares.
     clean = actuator().forward().run(u)
     plain = np.linalg.lstsq(centred, clean - clean.mean())[0]
-    free = mh.identify(u, clean, thresholds=THRESHOLDS, **fixed)
+    free = mh.identify(u, clean, thresholds=THRESHOLDS, weights="free", **fixed)
     np.testing.assert_allclose(free.model.weights, plain, rtol=1e-8)
 
 
@@ -124,7 +125,9 @@ def test_validation_of_other_records_and_of_the_rest() -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"weights": "cubic"}, '^weights: expected "free", "quadratic" or "split", got "cubic"$'),
+        ({"weights": "cubic"}, '^weights: expected "auto", "free", .* or "split", got "cubic"$'),
+        ({"smoothness": -1.0}, r"^smoothness: expected a finite number >= 0 .*, got -1\.0$"),
+        ({"smoothness": np.nan}, "^smoothness: expected a finite number >= 0 .*, got NaN$"),
         ({"thresholds": "log"}, '^thresholds: expected "uniform", "quantiles" or an array, got'),
         ({"operators": "auto", "thresholds": [0.0, 1.0]}, "^operators: expected a number"),
         ({"validate": 1.5}, r"^validate: expected a share between 0 and 1, got 1\.5$"),
@@ -135,6 +138,8 @@ def test_wrong_choices_are_named(keywords: dict[str, Any], message: str) -> None
     u = sweep(400)
     with pytest.raises(ValueError, match=message):
         mh.identify(u, u, **keywords)
+    with pytest.raises(TypeError, match=r'^smoothness: expected a number >= 0 or "auto", got'):
+        mh.identify(u, u, smoothness="much")  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"^validate: expected \(u, y\)"):
         mh.identify(u, u, validate=[1.0])  # type: ignore[list-item]
 

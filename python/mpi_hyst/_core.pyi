@@ -329,6 +329,16 @@ class Identification:
     @property
     def cross_validation(self) -> list[tuple[int, float]]: ...
     @property
+    def weights_law(self) -> Literal["free", "quadratic", "split"]: ...
+    @property
+    def weights_validation(
+        self,
+    ) -> list[tuple[Literal["free", "quadratic", "split"], float]]: ...
+    @property
+    def smoothness(self) -> float: ...
+    @property
+    def smoothness_validation(self) -> list[tuple[float, float]]: ...
+    @property
     def kkt_residual(self) -> float: ...
     @property
     def evaluations(self) -> int: ...
@@ -457,12 +467,13 @@ def identify(
     y: ArrayLike | None = None,
     *,
     model: Literal["modified", "conventional"] = "modified",
-    weights: Literal["free", "quadratic", "split"] = "free",
+    weights: Literal["auto", "free", "quadratic", "split"] = "auto",
     operators: int | Literal["auto"] | None = None,
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     delay: Literal["fit"] | float = "fit",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    smoothness: Literal["auto"] | float = 0.0,
     skip: int | Sequence[int] = 0,
     validate: _HeldOut | Sequence[_HeldOut] | float | None = None,
     progress: Callable[[float, float], object] | None = None,

@@ -4,26 +4,18 @@ use std::ops::ControlFlow;
 
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
+use crate::choice::{Choice, choose, levels};
 use crate::error::{Error, RecordError};
-use crate::folds::{CrossValidation, cross_validate};
+use crate::folds::CrossValidation;
 use crate::law::Law;
-use crate::options::{Form, Options, Thresholds};
-use crate::projection::{Fit, Projection};
+use crate::options::{Form, Options, Weights};
+use crate::projection::Fit;
 use crate::quality::{Quality, as_f64};
 use crate::record::{Record, check_finite};
 use crate::regressor::{Bank, Regressor};
 use crate::search::{Monitor, Progress, search};
 use crate::space::{Parameter, Space};
 use crate::uncertainty::StandardErrors;
-
-/// The scan uses about this many samples per unknown, however long the records are.
-const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
-
-/// The numbers of operators that cross-validation chooses from.
-const OPERATORS: [usize; 8] = [4, 6, 8, 12, 16, 20, 24, 32];
-
-/// Before the descent on all samples, one on about so many: most steps of a long record cost little.
-const REFINE_SAMPLES: usize = 20_000;
 
 /// An identified model, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,8 +39,16 @@ pub struct Identification {
     pub kkt_residual: f64,
     /// How far the parameters may be from the truth.
     pub standard_errors: StandardErrors,
+    /// What the weights might be: as given, or as cross-validation chose.
+    pub weights: Weights,
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    pub smoothness: f64,
+    /// What cross-validation said of every weight law, if it chose; else empty.
+    pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.
     pub cross_validation: Vec<CrossValidation>,
+    /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
+    pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.
     pub evaluations: usize,
 }
@@ -137,61 +137,24 @@ pub fn identify(
     };
     options.check(as_f64(shortest))?;
     let mut monitor = Monitor::new(progress);
-    let mut tried = Vec::new();
-    let mut chosen = options.clone();
-    if options.thresholds == Thresholds::Auto {
-        tried = try_operators(records, options, &mut monitor)?;
-        chosen.thresholds = Thresholds::Uniform(CrossValidation::smallest_good(&tried));
-    }
+    let Choice { options: chosen, smoothness, weights_tried, operators_tried, smoothness_tried, start } =
+        choose(records, options, &mut monitor)?;
     let (space, law) = (Space::new(records, &chosen), Law::new(&chosen));
-    let levels = levels(records, &space, &law, false)?;
-    let (fit, linearised) = search(&levels, &law, &mut monitor)?;
+    let levels = levels(records, &space, &law, smoothness, false)?;
+    let (fit, linearised) = search(&levels, &law, start.as_ref(), &mut monitor)?;
     let all = &levels[levels.len() - 1];
     let standard_errors = StandardErrors::of(&fit, &linearised, &law, &space, all.rows());
     let found = assemble(records, &chosen, &space, &law, fit)?;
-    Ok(Identification { standard_errors, cross_validation: tried, evaluations: monitor.evaluations(), ..found })
-}
-
-/// The same problem on ever more rows; `roughly` without the last of them.
-fn levels<'a>(
-    records: &'a [Record<'a>],
-    space: &'a Space,
-    law: &'a Law,
-    roughly: bool,
-) -> Result<Vec<Projection<'a>>, Error> {
-    let unknowns = law.freedom() + records.len() + space.axes().len();
-    let samples: usize = records.iter().map(Record::fitted_samples).sum();
-    if samples < 2 * unknowns {
-        return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
-    }
-    let mut strides = vec![(samples / (SCAN_SAMPLES_PER_UNKNOWN * unknowns)).max(1)];
-    strides.extend(Some(samples / REFINE_SAMPLES).filter(|stride| *stride > 1));
-    if !roughly || strides.len() == 1 {
-        strides.push(1);
-    }
-    Ok(strides.iter().map(|stride| Projection::new(records, space, law, *stride)).collect())
-}
-
-/// Cross-validates every admissible number of operators, each at the ratios, offset and delay that suit it.
-fn try_operators(
-    records: &[Record<'_>],
-    options: &Options,
-    monitor: &mut Monitor<'_>,
-) -> Result<Vec<CrossValidation>, Error> {
-    let mut tried = Vec::new();
-    for (done, operators) in OPERATORS.into_iter().enumerate() {
-        let options = Options { thresholds: Thresholds::Uniform(operators), ..options.clone() };
-        let (space, law) = (Space::new(records, &options), Law::new(&options));
-        let levels = match levels(records, &space, &law, true) {
-            Err(Error::TooFewSamples { .. }) if !tried.is_empty() => break,
-            levels => levels?,
-        };
-        monitor.within(done, OPERATORS.len() + 1);
-        let (fit, _) = search(&levels, &law, monitor)?;
-        tried.push(cross_validate(&levels[levels.len() - 1], &fit.point, operators));
-    }
-    monitor.within(OPERATORS.len(), OPERATORS.len() + 1);
-    Ok(tried)
+    Ok(Identification {
+        standard_errors,
+        weights: chosen.weights,
+        smoothness,
+        weights_validation: weights_tried,
+        cross_validation: operators_tried,
+        smoothness_validation: smoothness_tried,
+        evaluations: monitor.evaluations(),
+        ..found
+    })
 }
 
 fn assemble(
@@ -226,7 +189,11 @@ fn assemble(
         record_fits,
         kkt_residual: fit.kkt_residual,
         standard_errors: StandardErrors::default(),
+        weights: options.weights,
+        smoothness: 0.0,
+        weights_validation: Vec::new(),
         cross_validation: Vec::new(),
+        smoothness_validation: Vec::new(),
         evaluations: 0,
     })
 }

@@ -27,13 +27,13 @@ impl Law {
             _ => true,
         };
         let basis = match options.weights {
-            Weights::Free => None,
+            Weights::Auto | Weights::Free => None,
             Weights::Quadratic => quadratics(n),
             Weights::Split => Some(families(n, has_identity)),
         };
         let split = options.weights == Weights::Split;
         let freedom = match options.weights {
-            Weights::Free => n,
+            Weights::Auto | Weights::Free => n,
             Weights::Quadratic => n.min(4),
             Weights::Split => 2 * n - usize::from(has_identity),
         };

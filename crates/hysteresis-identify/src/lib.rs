@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod bounded;
+mod choice;
 mod course;
 mod diagnostics;
 mod dynamics;
@@ -27,6 +28,7 @@ mod record;
 mod recursive;
 mod regressor;
 mod search;
+mod smoothness;
 mod space;
 mod uncertainty;
 

@@ -18,8 +18,13 @@ pub enum Form {
 /// What the weights of the operators may be; never negative, so that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Any w_i >= 0.
+    /// One of the other laws, as cross-validation over stretches of the records asks for: of
+    /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
+    /// that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its standard
+    /// error. For the conventional model there are the first two.
     #[default]
+    Auto,
+    /// Any w_i >= 0.
     Free,
     /// w_0 >= 0, and w_i = c_0 + c_1 i + c_2 i^2 >= 0 for i = 1..n-1: the four numbers behind the tables of the paper.
     /// With fewer than five operators that is no condition.
@@ -49,8 +54,12 @@ pub enum Thresholds {
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
-    /// the records asks for: the fewest whose mean square error is within a standard error of the least.
+    /// the records asks for: the fewest that predict as well as the best, by the same rule as [`Weights::Auto`]. Every
+    /// stretch is predicted from weights, ratios, offsets and delay fitted to the others, the searched ones linearised
+    /// about their values for all.
     Auto,
+    /// As many operators as [`Auto`](Self::Auto) would take, at [`Quantiles`](Self::Quantiles).
+    AutoQuantiles,
     /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
     /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
     /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
@@ -88,6 +97,15 @@ pub struct Options {
     /// By how many samples the output lags the input, fractions included: searched from 0 to a tenth of the
     /// shortest record.
     pub delay: Setting<f64>,
+    /// How smooth the weights should be, 0 or more; 0, the default, asks for nothing. [`Setting::Fit`] leaves it to
+    /// cross-validation over stretches of the records.
+    ///
+    /// The sum of squared errors grows by `smoothness` U D: U is the sum of squares of the input about its mean in every
+    /// record, D that of the second differences w_(i-1) - 2 w_i + w_(i+1) of the weights i = 1..n-1, of both families if
+    /// split. So the number has no unit: at 1 such a difference costs what as large an error of the slope w_0 would.
+    /// Where thresholds are uneven, w_i is taken per interval that r_i stands for, and the differences are divided ones:
+    /// D is the same for the same density of weights.
+    pub smoothness: Setting<f64>,
 }
 
 impl Default for Options {
@@ -99,6 +117,7 @@ impl Default for Options {
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
             delay: Setting::Fit,
+            smoothness: Setting::Fixed(0.0),
         }
     }
 }
@@ -110,13 +129,23 @@ impl Options {
         match &self.thresholds {
             Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
             Thresholds::Given(thresholds) => thresholds.len(),
-            Thresholds::Auto => 0,
+            Thresholds::Auto | Thresholds::AutoQuantiles => 0,
+        }
+    }
+
+    /// Whether the weight law exists for this model and is not the same as another one.
+    pub(crate) fn is_law_of_its_own(&self) -> bool {
+        match self.weights {
+            Weights::Auto => false,
+            Weights::Free => true,
+            Weights::Quadratic => self.operators() > 4,
+            Weights::Split => self.form == Form::Modified && self.operators() > 1,
         }
     }
 
     /// Checks everything that was given; `samples` is the length of the shortest record.
     pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
-        if self.operators() == 0 && self.thresholds != Thresholds::Auto {
+        if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             return Err(Error::NoOperators);
         }
         if self.weights == Weights::Split && self.form == Form::Conventional {
@@ -144,6 +173,12 @@ impl Options {
         match self.input_offset {
             Setting::Fixed(offset) if !is_admissible(offset) => {
                 Err(domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset))
+            }
+            _ => Ok(()),
+        }?;
+        match self.smoothness {
+            Setting::Fixed(smoothness) if !(is_admissible(smoothness) && smoothness >= 0.0) => {
+                Err(domain("smoothness", "a finite number >= 0 (at most 1e100)", smoothness))
             }
             _ => Ok(()),
         }?;

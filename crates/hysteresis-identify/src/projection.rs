@@ -9,6 +9,7 @@ use crate::law::Law;
 use crate::quality::as_f64;
 use crate::record::Record;
 use crate::regressor::Regressor;
+use crate::smoothness::{penalty, with_penalty};
 use crate::space::{Parameter, Point, Space};
 
 /// A column that varies by less than this share of its size is constant.
@@ -26,6 +27,8 @@ pub(crate) struct Fit {
     pub(crate) output_offsets: Vec<f64>,
     /// The sum of squared errors over the rows used.
     pub(crate) squares: f64,
+    /// What is minimised: that sum, and the penalty of weights that are not smooth.
+    pub(crate) objective: f64,
     /// The same of the best constant output.
     pub(crate) base_squares: f64,
     /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
@@ -35,6 +38,7 @@ pub(crate) struct Fit {
 /// A fit linearised along the axes: [output offsets | unknowns | steps | y], of which the first columns are a triangle.
 pub(crate) struct Linearised {
     factor: Mat<f64>,
+    penalty: Mat<f64>,
     records: usize,
     free: Vec<usize>,
 }
@@ -45,24 +49,42 @@ pub(crate) struct Step {
     pub(crate) along: Vec<f64>,
     /// The weights that go with it.
     pub(crate) weights: Vec<f64>,
-    /// The sum of squares that it promises.
-    pub(crate) squares: f64,
+    /// The objective that it promises.
+    pub(crate) objective: f64,
 }
 
-/// Records, search space and weight law, with the rows to use: one in `stride` of the fitted samples.
+/// Records, search space, weight law and smoothness, with the rows to use: one in `stride` of the fitted samples.
 pub(crate) struct Projection<'a> {
     records: &'a [Record<'a>],
     space: &'a Space,
     law: &'a Law,
+    smoothness: f64,
     courses: Vec<Course>,
     rows: usize,
+    /// The sum of squares of the input about its mean in every record.
+    input_squares: f64,
 }
 
 impl<'a> Projection<'a> {
-    pub(crate) fn new(records: &'a [Record<'a>], space: &'a Space, law: &'a Law, stride: usize) -> Self {
+    pub(crate) fn new(
+        records: &'a [Record<'a>],
+        space: &'a Space,
+        law: &'a Law,
+        smoothness: f64,
+        stride: usize,
+    ) -> Self {
         let courses: Vec<_> = records.iter().map(|record| Course::new(record, stride)).collect();
         let rows = courses.iter().map(Course::len).sum();
-        Self { records, space, law, courses, rows }
+        let input_squares = records.iter().zip(&courses).map(|(record, course)| input_squares(record, course)).sum();
+        Self { records, space, law, smoothness, courses, rows, input_squares }
+    }
+
+    /// The rows that penalise weights that are not smooth, one column for each unknown; none for smoothness zero.
+    pub(crate) fn penalty(&self, point: &Point, smoothness: f64) -> Mat<f64> {
+        if smoothness == 0.0 {
+            return Mat::new();
+        }
+        penalty(self.law, &self.space.thresholds(point), smoothness * self.input_squares)
     }
 
     pub(crate) fn space(&self) -> &Space {
@@ -98,7 +120,8 @@ impl<'a> Projection<'a> {
         let factor = self.factor(point, &neighbours, weights);
         let fit = self.solve(point, &factor, neighbours.len(), like);
         let free = positive(&fit.unknowns);
-        (fit, Linearised { factor, records: self.records.len(), free })
+        let penalty = self.penalty(point, self.smoothness);
+        (fit, Linearised { factor, penalty, records: self.records.len(), free })
     }
 
     fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&Fit>) -> Fit {
@@ -107,14 +130,19 @@ impl<'a> Projection<'a> {
         let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
         let bounds = vec![(0.0, f64::INFINITY); unknowns];
         let (all, b) = below_offsets(factor, offsets);
-        let solution = bounded::solve(all.get(.., ..unknowns), &b, &bounds, &guess);
+        let data = all.get(.., ..unknowns).to_owned();
+        let penalty = self.penalty(point, self.smoothness);
+        let (a, target) = penalised(&data, &b, &penalty);
+        let solution = bounded::solve(a.as_ref(), &target, &bounds, &guess);
+        let squares = if penalty.nrows() == 0 { solution.squares } else { squares(&data, &b, &solution.x) };
         let output_offsets = output_offsets(factor, offsets, &solution.x);
         Fit {
             point: *point,
             weights: self.law.weights(&solution.x),
             unknowns: solution.x,
             output_offsets,
-            squares: solution.squares,
+            squares,
+            objective: solution.squares,
             base_squares: b.iter().map(|b| b * b).sum(),
             kkt_residual: solution.kkt_residual,
         }
@@ -131,14 +159,16 @@ impl<'a> Projection<'a> {
         self.law.in_unknowns(factor.finish().as_ref(), offsets)
     }
 
-    /// R of [output offsets | unknowns | y] for each of `count` parts: every record is cut into so many stretches, and
-    /// part i has the i-th of each; with the number of its rows.
-    pub(crate) fn parts(&self, point: &Point, count: usize) -> Vec<(Mat<f64>, usize)> {
+    /// R of [output offsets | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
+    /// stretches, and part i has the i-th of each; with the number of its rows.
+    pub(crate) fn parts(&self, fit: &Fit, count: usize) -> Vec<(Mat<f64>, usize)> {
         let (offsets, n) = (self.records.len(), self.law.columns());
-        let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(offsets + n + 1), 0)).collect();
+        let neighbours = self.space.neighbours(&fit.point);
+        let columns = offsets + n + neighbours.len() + 1;
+        let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(columns), 0)).collect();
         for place in 0..offsets {
             let rows = self.courses[place].len();
-            self.rows_of(place, point, &[], &[], |row, values| {
+            self.rows_of(place, &fit.point, &neighbours, &fit.weights, |row, values| {
                 let (factor, rows) = &mut factors[row * count / rows];
                 factor.push(values);
                 *rows += 1;
@@ -204,13 +234,33 @@ impl Linearised {
         let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
         let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
         let (c, along) = solution.x.split_at(unknowns);
-        Step { along: along.to_vec(), weights: law.weights(c), squares: solution.squares }
+        Step { along: along.to_vec(), weights: law.weights(c), objective: solution.squares }
     }
 
-    /// The columns of unknowns and steps with the output offsets eliminated, and the right-hand side.
+    /// The columns of unknowns and steps with the output offsets eliminated, and the right-hand side: of what is
+    /// minimised, the penalty of weights that are not smooth included.
     pub(crate) fn below_offsets(&self) -> (Mat<f64>, Vec<f64>) {
-        below_offsets(&self.factor, self.records)
+        let (a, b) = below_offsets(&self.factor, self.records);
+        penalised(&a, &b, &self.penalty)
     }
+}
+
+/// The problem with a penalty, or as it is without one.
+pub(crate) fn penalised(a: &Mat<f64>, b: &[f64], penalty: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
+    if penalty.nrows() == 0 { (a.clone(), b.to_vec()) } else { with_penalty(a, b, penalty) }
+}
+
+/// |A x - b|^2.
+pub(crate) fn squares(a: &Mat<f64>, b: &[f64], x: &[f64]) -> f64 {
+    let error = |i: usize| b[i] - x.iter().enumerate().map(|(j, x)| a[(i, j)] * x).sum::<f64>();
+    (0..b.len()).map(|i| error(i).powi(2)).sum()
+}
+
+/// The sum of squares of the input about its mean over the rows of a record.
+fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
+    let inputs = || (0..course.len()).map(|row| record.input()[course.sample(row)]);
+    let mean = inputs().sum::<f64>() / as_f64(course.len());
+    inputs().map(|u| (u - mean).powi(2)).sum()
 }
 
 /// The output offsets that go with these unknowns.
@@ -271,7 +321,7 @@ mod tests {
         let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
         let space = Space::new(&records, &options);
         let law = Law::new(&options);
-        let projection = Projection::new(&records, &space, &law, 1);
+        let projection = Projection::new(&records, &space, &law, 0.0, 1);
         let point = space.starts()[1].with(Parameter::Delay, 1.3);
         let squares = |fit: &Fit, point: &Point| {
             let bank = space.bank(point);
@@ -299,7 +349,7 @@ mod tests {
             bounds[axis] = (small, small);
             let step = linearised.step(&bounds, &law);
             let there = projection.fit(&space.moved(&point, &step.along), None);
-            let (change, expected) = (there.squares - fit.squares, step.squares - fit.squares);
+            let (change, expected) = (there.squares - fit.squares, step.objective - fit.squares);
             assert!((change - expected).abs() < 0.05 * expected.abs(), "axis {axis}: {change} {expected}");
         }
     }

@@ -93,6 +93,8 @@ pub(crate) struct Regressor<'a> {
     now: Vec<f64>,
     /// z one sample earlier still.
     before: Vec<f64>,
+    /// Where the terms of a weighed sum are put.
+    terms: Vec<f64>,
 }
 
 impl<'a> Regressor<'a> {
@@ -102,7 +104,8 @@ impl<'a> Regressor<'a> {
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
         let fraction = delay - delay.floor();
-        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now: rest.clone(), before: rest }
+        let (now, before, terms) = (rest.clone(), rest.clone(), rest);
+        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now, before, terms }
     }
 
     /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
@@ -149,34 +152,58 @@ impl<'a> Regressor<'a> {
     }
 
     /// The row of the current sample times the weights, of which there may be one or two for each operator.
-    pub(crate) fn output(&self, weights: &[f64]) -> f64 {
-        self.weigh(weights, |now, before| self.between(now, before))
+    pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
+        let fraction = self.fraction;
+        self.weigh(weights, |now, before| interpolated(now, before, fraction))
     }
 
     /// The derivative of [`output`](Self::output) by the delay.
-    pub(crate) fn slope_over_delay(&self, weights: &[f64]) -> f64 {
+    pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         self.weigh(weights, |now, before| before - now)
     }
 
+    /// The weighed sum of a value of every operator: first all terms, then their sum, so that the compiler works on
+    /// several operators at a time.
     #[inline]
-    fn weigh(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+    fn weigh(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let n = self.now.len();
         let (above, below) = weights.split_at(n);
+        let (terms, now, before) = (&mut self.terms[..n], &self.now[..n], &self.before[..n]);
         if below.is_empty() {
-            let terms = above.iter().zip(self.now.iter().zip(&self.before));
-            return terms.map(|(w, (now, before))| w * value(*now, *before)).sum();
+            for i in 0..n {
+                terms[i] = above[i] * value(now[i], before[i]);
+            }
+        } else {
+            let below = &below[..n];
+            for i in 0..n {
+                terms[i] = above[i] * value(max(now[i], 0.0), max(before[i], 0.0))
+                    + below[i] * value(min(now[i], 0.0), min(before[i], 0.0));
+            }
         }
-        let term = |i: usize| {
-            let (now, before) = (self.now[i], self.before[i]);
-            above[i] * value(max(now, 0.0), max(before, 0.0)) + below[i] * value(min(now, 0.0), min(before, 0.0))
-        };
-        (0..n).map(term).sum()
+        sum(terms)
     }
 
     fn between(&self, now: f64, before: f64) -> f64 {
-        // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
-        now + self.fraction * (before - now)
+        interpolated(now, before, self.fraction)
     }
+}
+
+#[inline]
+fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
+    // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
+    now + fraction * (before - now)
+}
+
+/// The sum in four strands that do not wait for each other.
+fn sum(terms: &[f64]) -> f64 {
+    let (fours, rest) = terms.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, term) in sums.iter_mut().zip(four) {
+            *sum += term;
+        }
+    }
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest.iter().sum::<f64>()
 }
 
 #[cfg(test)]

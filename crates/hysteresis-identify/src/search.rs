@@ -12,9 +12,10 @@ use crate::space::{Parameter, Point};
 /// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
-/// How many passes over the records the steps of a descent may take, and how many over all samples of a long record after
-/// a descent on many of them: what is left then are steps along directions that the data hardly tell.
+/// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
+/// over all samples of a long record: what is left then are steps along directions that the data hardly tell.
 const LONG: usize = 60;
+const MEDIUM: usize = 15;
 const SHORT: usize = 3;
 
 /// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
@@ -45,7 +46,7 @@ pub enum Stage {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// What the search is doing.
+    /// What the search is doing; where cross-validation chooses, one search follows the other.
     pub stage: Stage,
     /// Passes over the records so far.
     pub evaluations: usize,
@@ -121,10 +122,12 @@ impl Span {
 }
 
 /// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
-/// to start, each further one is cheap because it starts next to where it ends, and the last has all of them.
+/// to start unless that is known, each further one is cheap because it starts next to where it ends, and the last has
+/// all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
     law: &Law,
+    known: Option<&Fit>,
     monitor: &mut Monitor<'_>,
 ) -> Result<(Fit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
@@ -133,11 +136,17 @@ pub(crate) fn search(
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let scanned = scan(thinned, &starts, monitor)?;
-        let mut found = refine(thinned, law, scanned, monitor)?;
-        let between = Span { from: 0.6, to: 0.7 };
-        for more in &levels[1..levels.len() - 1] {
-            found = improve(more, law, &found.point, Some(&found), patience(more.rows(), LONG), between, monitor)?.0;
+        let mut found = if let Some(known) = known {
+            known.clone()
+        } else {
+            let scanned = scan(thinned, &starts, monitor)?;
+            refine(thinned, law, scanned, monitor)?
+        };
+        let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
+        for (i, more) in middle.iter().enumerate() {
+            let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
+            let patience = patience(more.rows(), if i == 0 { LONG } else { MEDIUM });
+            found = improve(more, law, &found.point, Some(&found), patience, span, monitor)?.0;
         }
         best = Some(found);
     }
@@ -165,18 +174,18 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
         monitor.evaluated(thinned.rmse(fit.squares), span.at(done, total)).map(|()| fit)
     };
     let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
-    fits.sort_by(by_squares);
+    fits.sort_by(by_objective);
     let mut best = fits[0].clone();
     for delay in delays {
         let later = fit_at(&fits[0].point.with(Parameter::Delay, delay))?;
-        if later.squares < (1.0 - DELAY_MUST_GAIN) * best.squares {
+        if later.objective < (1.0 - DELAY_MUST_GAIN) * best.objective {
             best = later;
         }
     }
     let delay = best.point.get(Parameter::Delay);
     if delay != fits[0].point.get(Parameter::Delay) {
         fits = starts.iter().map(|start| fit_at(&start.with(Parameter::Delay, delay))).collect::<Result<_, _>>()?;
-        fits.sort_by(by_squares);
+        fits.sort_by(by_objective);
     }
     Ok(fits)
 }
@@ -194,13 +203,13 @@ fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut
             *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
-        fits.sort_by(by_squares);
+        fits.sort_by(by_objective);
     }
     Ok(fits.swap_remove(0))
 }
 
-fn by_squares(p: &Fit, q: &Fit) -> Ordering {
-    p.squares.total_cmp(&q.squares)
+fn by_objective(p: &Fit, q: &Fit) -> Ordering {
+    p.objective.total_cmp(&q.objective)
 }
 
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
@@ -229,7 +238,7 @@ fn improve(
     monitor.evaluated(projection.rmse(here.squares), span.from)?;
     let mut radius = FIRST_RADIUS;
     let passes = patience.passes;
-    while !projection.space().axes().is_empty() && here.squares > ROUNDING_SQUARES * here.base_squares {
+    while !projection.space().axes().is_empty() && here.objective > ROUNDING_SQUARES * here.base_squares {
         let fraction = span.at(passes - patience.passes, passes);
         let found = step_down(projection, law, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
         let Some(there) = found else { break };
@@ -254,24 +263,18 @@ fn step_down(
     let axes = projection.space().axes();
     while patience.passes > 0 {
         patience.passes -= 1;
-        let bounds: Vec<_> = axes
-            .iter()
-            .map(|axis| {
-                let (value, reach) = (here.point.get(axis.parameter), *radius * axis.scale);
-                ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
-            })
-            .collect();
+        let bounds = projection.space().reach(&here.point, *radius);
         let step = linearised.step(&bounds, law);
         let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-        let promised_decrease = here.squares - step.squares;
-        let worth_it = promised_decrease > patience.gain * here.squares && size >= MIN_STEP;
+        let promised_decrease = here.objective - step.objective;
+        let worth_it = promised_decrease > patience.gain * here.objective && size >= MIN_STEP;
         if !worth_it {
             return Ok(None);
         }
         let point = projection.space().moved(&here.point, &step.along);
         let (there, next) = projection.linearise(&point, &step.weights, Some(here));
         monitor.evaluated(projection.rmse(there.squares), fraction)?;
-        let decrease = here.squares - there.squares;
+        let decrease = here.objective - there.objective;
         if decrease > 0.75 * promised_decrease {
             *radius = radius.max(2.0 * size);
         } else if decrease.is_nan() || decrease < 0.25 * promised_decrease {

@@ -139,7 +139,7 @@ impl Space {
         };
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
-            Thresholds::Auto => Vec::new(),
+            Thresholds::Auto | Thresholds::AutoQuantiles => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
             Thresholds::Quantiles(n) => {
@@ -184,6 +184,15 @@ impl Space {
         self.axes.iter().zip(step).fold(*point, |point, (axis, step)| {
             point.with(axis.parameter, (point.get(axis.parameter) + step).clamp(axis.lower, axis.upper))
         })
+    }
+
+    /// How far every axis lets a step go either way, `radius` scales at most.
+    pub(crate) fn reach(&self, point: &Point, radius: f64) -> Vec<(f64, f64)> {
+        let within = |axis: &Axis| {
+            let (value, reach) = (point.get(axis.parameter), radius * axis.scale);
+            ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
+        };
+        self.axes.iter().map(within).collect()
     }
 
     /// For every axis a neighbour of the point within the bounds, and how far away it is.

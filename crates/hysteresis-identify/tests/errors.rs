@@ -6,7 +6,9 @@ use std::ops::ControlFlow;
 
 use common::{decaying_triangle, output, paper_actuator, run};
 use hysteresis_core::{Offsets, Ratios};
-use hysteresis_identify::{Error, Options, Progress, Record, RecordError, Setting, Stage, Thresholds, identify};
+use hysteresis_identify::{
+    Error, Options, Progress, Record, RecordError, Setting, Stage, Thresholds, Weights, identify,
+};
 
 fn data() -> (Vec<f64>, Vec<f64>) {
     let input = decaying_triangle(1_000, 500.0, 6.0, 0.0);
@@ -76,6 +78,10 @@ fn options() {
     let input_offset = Setting::Fixed(f64::NAN);
     let error = refused(&Options { input_offset, ..Options::default() });
     assert!(matches!(error, Error::Domain { parameter: "input_offset", .. }), "{error}");
+    for smoothness in [-0.1, f64::NAN, f64::INFINITY] {
+        let error = refused(&Options { smoothness: Setting::Fixed(smoothness), ..Options::default() });
+        assert!(matches!(error, Error::Domain { parameter: "smoothness", index: None, .. }), "{error}");
+    }
     for delay in [-0.1, f64::NAN, 1_000.0] {
         let error = refused(&Options { delay: Setting::Fixed(delay), ..Options::default() });
         assert!(matches!(error, Error::Domain { parameter: "delay", index: None, .. }), "{error}");
@@ -95,8 +101,9 @@ fn predictions_refuse_what_records_refuse() {
 fn progress_goes_forward_and_can_stop_the_search() {
     let (input, output) = data();
     let record = [Record::new(&input, &output, 0).unwrap()];
+    let options = Options { weights: Weights::Free, ..Options::default() };
     let mut seen: Vec<Progress> = Vec::new();
-    let found = identify(&record, &Options::default(), &mut |progress| {
+    let found = identify(&record, &options, &mut |progress| {
         seen.push(*progress);
         ControlFlow::Continue(())
     });
@@ -117,10 +124,32 @@ fn progress_goes_forward_and_can_stop_the_search() {
     // Stopped anywhere, the search ends with that very call.
     for stop in [1, seen.len() / 2, seen.len()] {
         let mut calls = 0;
-        let stopped = identify(&record, &Options::default(), &mut |_| {
+        let stopped = identify(&record, &options, &mut |_| {
             calls += 1;
             if calls == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert_eq!((stopped.unwrap_err(), calls), (Error::Interrupted, stop));
     }
+}
+
+/// Where cross-validation chooses, one search follows the other, and all of them are one piece of work.
+#[test]
+fn progress_goes_forward_through_all_candidates() {
+    let (input, output) = data();
+    let record = [Record::new(&input, &output, 0).unwrap()];
+    let mut seen: Vec<Progress> = Vec::new();
+    let options = Options { smoothness: Setting::Fit, ..Options::default() };
+    let found = identify(&record, &options, &mut |progress| {
+        seen.push(*progress);
+        ControlFlow::Continue(())
+    });
+    assert_eq!(found.unwrap().evaluations, seen.len());
+    for pair in seen.windows(2) {
+        assert_eq!(pair[1].evaluations, pair[0].evaluations + 1);
+        assert!(pair[1].fraction >= pair[0].fraction);
+    }
+    assert_eq!(seen.last().unwrap().fraction, 1.0);
+    // Three laws and the last search, each with a scan of its own but for the last, which knows where to start.
+    let scans = seen.windows(2).filter(|pair| pair[1].stage == Stage::Scan && pair[0].stage != Stage::Scan).count();
+    assert_eq!(scans, 2);
 }

@@ -10,7 +10,8 @@ use pyo3::types::PyTuple;
 
 use crate::arrays::vector;
 use crate::errors;
-use crate::identify::{Quality, named, setting};
+use crate::identify::{Quality, named};
+use crate::identify_arguments::setting;
 use crate::linear::{Creep, dynamics};
 use crate::streams::kernel_of;
 

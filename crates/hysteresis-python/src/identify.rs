@@ -3,17 +3,14 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{
-    self as identification, Error, Form, Options, Progress, Record, Setting, Thresholds, Weights,
-};
+use hysteresis_identify::{self as identification, Error, Options, Progress, Record, Setting};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 
-use crate::arguments::count;
 use crate::arrays::{read_only, vector};
 use crate::errors;
+use crate::identify_arguments::{form, law, law_name, placed, setting, smooth};
 use crate::models;
 use crate::records::{HeldOut, signals, skips};
 
@@ -119,6 +116,7 @@ impl Identification {
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
     ///
     /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+    /// With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
     #[getter]
     fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.weights.iter().copied())
@@ -154,6 +152,30 @@ impl Identification {
     #[getter]
     fn cross_validation(&self) -> Vec<(usize, f64)> {
         self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
+    }
+
+    /// What the weights might be: as given, or as cross-validation chose.
+    #[getter]
+    fn weights_law(&self) -> &'static str {
+        law_name(self.found.weights)
+    }
+
+    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
+    #[getter]
+    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
+        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
+    }
+
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
+    #[getter]
+    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
     }
 
     /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
@@ -192,12 +214,14 @@ impl Identification {
 ///     argument.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
-/// weights : "free", "quadratic" or "split"
+/// weights : "auto", "free", "quadratic" or "split"
 ///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
-///     modified model has.
+///     modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
+///     records as well as the best, within the standard error of the ratio of their mean squares.
 /// operators : int or "auto"
 ///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
-///     "auto" takes the fewest that predict held-out stretches of the records about as well as any.
+///     "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
+///     from weights, offsets, ratios and delay fitted to the others (the searched ones linearised about those of all).
 /// ratios : "fit" or (ra, rb, rc)
 ///     Thresholds as fractions of r.
 /// input_offset : "fit" or float
@@ -206,6 +230,11 @@ impl Identification {
 ///     Samples by which y lags u, fractions included.
 /// thresholds : "uniform", "quantiles" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+/// smoothness : float or "auto"
+///     Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
+///     differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
+///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
+///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted.
 /// validate : (u, y), (u, y, skip), a list of these, or float, optional
@@ -232,8 +261,8 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", weights="free", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, skip=None, validate=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', weights='free', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, skip=0, validate=None, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None),
+    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -246,6 +275,7 @@ pub(crate) fn identify(
     input_offset: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
     thresholds: Option<&Bound<'_, PyAny>>,
+    smoothness: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
@@ -260,6 +290,7 @@ pub(crate) fn identify(
         },
         input_offset: setting("input_offset", "a number", input_offset)?,
         delay: setting("delay", "a number", delay)?,
+        smoothness: smooth(smoothness)?,
     };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
@@ -313,72 +344,4 @@ pub(crate) fn named(message: &str) -> String {
 
 pub(crate) fn invalid(message: &str) -> PyErr {
     PyValueError::new_err(named(message))
-}
-
-fn form(model: &str) -> PyResult<Form> {
-    match model {
-        "modified" => Ok(Form::Modified),
-        "conventional" => Ok(Form::Conventional),
-        _ => Err(PyValueError::new_err(format!("model: expected \"modified\" or \"conventional\", got \"{model}\""))),
-    }
-}
-
-fn law(weights: &str) -> PyResult<Weights> {
-    match weights {
-        "free" => Ok(Weights::Free),
-        "quadratic" => Ok(Weights::Quadratic),
-        "split" => Ok(Weights::Split),
-        _ => Err(PyValueError::new_err(format!(
-            "weights: expected \"free\", \"quadratic\" or \"split\", got \"{weights}\""
-        ))),
-    }
-}
-
-/// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
-fn placed(thresholds: Option<&Bound<'_, PyAny>>, operators: Option<&Bound<'_, PyAny>>) -> PyResult<Thresholds> {
-    let auto = operators.is_some_and(|operators| operators.cast::<PyString>().is_ok_and(|name| *name == "auto"));
-    if auto {
-        let uniform = thresholds.is_none_or(|name| name.cast::<PyString>().is_ok_and(|name| *name == "uniform"));
-        let error = "operators: expected a number with thresholds that are not uniform, got \"auto\"";
-        return if uniform { Ok(Thresholds::Auto) } else { Err(PyValueError::new_err(error)) };
-    }
-    let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let count = operators.unwrap_or(20);
-    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
-    if let Ok(name) = thresholds.cast::<PyString>() {
-        return match name.to_str()? {
-            "uniform" => Ok(Thresholds::Uniform(count)),
-            "quantiles" => Ok(Thresholds::Quantiles(count)),
-            other => Err(PyValueError::new_err(format!(
-                "thresholds: expected \"uniform\", \"quantiles\" or an array, got \"{other}\""
-            ))),
-        };
-    }
-    let thresholds = vector("thresholds", thresholds)?.as_slice()?.to_vec();
-    match operators {
-        Some(operators) if operators != thresholds.len() => Err(PyValueError::new_err(format!(
-            "operators: expected {}, one for each of the thresholds, got {operators}",
-            thresholds.len()
-        ))),
-        _ => Ok(Thresholds::Given(thresholds)),
-    }
-}
-
-/// "fit", or a value.
-pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
-    name: &str,
-    expected: &str,
-    value: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Setting<T>> {
-    let Some(value) = value else { return Ok(Setting::Fit) };
-    if value.cast::<PyString>().is_ok_and(|text| *text == "fit") {
-        return Ok(Setting::Fit);
-    }
-    let wrong = || {
-        Ok::<_, PyErr>(PyTypeError::new_err(format!("{name}: expected \"fit\" or {expected}, got {}", value.repr()?)))
-    };
-    match value.extract::<T>() {
-        Ok(value) => Ok(Setting::Fixed(value)),
-        Err(_) => Err(wrong()?),
-    }
 }

@@ -22,6 +22,7 @@ mod errors;
 mod excitation;
 mod files;
 mod identify;
+mod identify_arguments;
 mod learning;
 mod linear;
 mod model_values;

@@ -1,0 +1,170 @@
+//! What is left to cross-validation: the weight law, the number of operators, and how smooth their weights are.
+
+use crate::error::Error;
+use crate::folds::{CrossValidation, SMOOTHNESS, Stretches};
+use crate::law::Law;
+use crate::options::{Options, Setting, Thresholds, Weights};
+use crate::projection::{Fit, Projection};
+use crate::record::Record;
+use crate::search::{Monitor, search};
+use crate::space::Space;
+
+/// The scan uses about this many samples per unknown, however long the records are.
+const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
+
+/// Before the descent on all samples, others on about so many: most steps of a long record cost little.
+const REFINE_SAMPLES: [usize; 2] = [20_000, 160_000];
+
+/// With how many operators the weight law is chosen if their number is left open too.
+const USUAL_OPERATORS: usize = 20;
+
+/// The numbers of operators that cross-validation chooses from.
+const OPERATORS: [usize; 8] = [4, 6, 8, 12, 16, 20, 24, 32];
+
+/// The laws that cross-validation chooses from, those with fewer unknowns first.
+const LAWS: [Weights; 3] = [Weights::Quadratic, Weights::Free, Weights::Split];
+
+/// Options that leave nothing to cross-validation, and what it said.
+pub(crate) struct Choice {
+    pub(crate) options: Options,
+    pub(crate) smoothness: f64,
+    pub(crate) weights_tried: Vec<CrossValidation>,
+    pub(crate) operators_tried: Vec<CrossValidation>,
+    pub(crate) smoothness_tried: Vec<CrossValidation>,
+    /// The fit of the choice on many of the samples, if there was a choice: where to go on.
+    pub(crate) start: Option<Fit>,
+}
+
+/// Chooses what `options` leave open, each candidate at the ratios, offset and delay that suit it: first the weight law,
+/// then the number of operators, the smoothness of each on the way.
+pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Choice, Error> {
+    let placed: Option<fn(usize) -> Thresholds> = match options.thresholds {
+        Thresholds::Auto => Some(Thresholds::Uniform),
+        Thresholds::AutoQuantiles => Some(Thresholds::Quantiles),
+        _ => None,
+    };
+    let mut options = options.clone();
+    let (mut weights_tried, mut operators_tried, mut best) = (Vec::new(), Vec::new(), None);
+    let (laws, counts) = (options.weights == Weights::Auto, placed.is_some());
+    let searches = usize::from(laws) * LAWS.len() + usize::from(counts) * OPERATORS.len() + 1;
+    if laws {
+        let thresholds = placed.map_or(options.thresholds.clone(), |placed| placed(USUAL_OPERATORS));
+        let with = |weights| Options { weights, thresholds: thresholds.clone(), ..options.clone() };
+        // Few samples are no reason to believe in the law of few unknowns.
+        let free = with(Weights::Free);
+        enough(records, &Space::new(records, &free), &Law::new(&free))?;
+        let possible = LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).collect();
+        let (candidate, tried) = simplest_good(records, possible, 0, searches, monitor)?;
+        options.weights = candidate.options.weights;
+        weights_tried = tried;
+        best = Some(candidate);
+    }
+    if let Some(placed) = placed {
+        let with = |operators| Options { thresholds: placed(operators), ..options.clone() };
+        let done = usize::from(laws) * LAWS.len();
+        let possible = OPERATORS.into_iter().map(with).collect();
+        let (candidate, tried) = simplest_good(records, possible, done, searches, monitor)?;
+        operators_tried = tried;
+        best = Some(candidate);
+    }
+    if best.is_none() && options.smoothness == Setting::Fit {
+        monitor.within(0, 2);
+        best = Some(candidate(records, &options, monitor)?);
+        monitor.within(1, 2);
+    } else {
+        monitor.within(searches - 1, searches);
+    }
+    let given = match options.smoothness {
+        Setting::Fixed(smoothness) => smoothness,
+        Setting::Fit => 0.0,
+    };
+    let choice = Choice {
+        options,
+        smoothness: given,
+        weights_tried,
+        operators_tried,
+        smoothness_tried: Vec::new(),
+        start: None,
+    };
+    Ok(match best {
+        None => choice,
+        Some(Candidate { options, fit, validation, smoothness_tried }) => {
+            Choice { options, smoothness: validation.smoothness, smoothness_tried, start: Some(fit), ..choice }
+        }
+    })
+}
+
+/// Fitted on many of the samples and cross-validated.
+struct Candidate {
+    options: Options,
+    fit: Fit,
+    validation: CrossValidation,
+    smoothness_tried: Vec<CrossValidation>,
+}
+
+/// Of candidates with ever more unknowns the first that is as good as the best, and what cross-validation said of all;
+/// those for which there are too few samples are left out, unless it is all of them. They are searches number `done` and
+/// on of so many.
+fn simplest_good(
+    records: &[Record<'_>],
+    options: Vec<Options>,
+    done: usize,
+    searches: usize,
+    monitor: &mut Monitor<'_>,
+) -> Result<(Candidate, Vec<CrossValidation>), Error> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for (number, options) in options.into_iter().enumerate() {
+        monitor.within(done + number, searches);
+        match candidate(records, &options, monitor) {
+            Err(Error::TooFewSamples { .. }) if !candidates.is_empty() => break,
+            candidate => candidates.push(candidate?),
+        }
+    }
+    let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
+    let good = CrossValidation::good(&tried).next().unwrap_or(0);
+    Ok((candidates.swap_remove(good), tried))
+}
+
+fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Candidate, Error> {
+    let (space, law) = (Space::new(records, options), Law::new(options));
+    let given = match options.smoothness {
+        Setting::Fixed(smoothness) => Some(smoothness),
+        Setting::Fit => None,
+    };
+    let levels = levels(records, &space, &law, given.unwrap_or(0.0), true)?;
+    let (fit, _) = search(&levels, &law, None, monitor)?;
+    let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
+    let validate = |smoothness: f64| stretches.cross_validate(options, smoothness);
+    let smoothness_tried = if given.is_none() { SMOOTHNESS.map(validate).to_vec() } else { Vec::new() };
+    let best = CrossValidation::best(&smoothness_tried).cloned();
+    let validation = best.unwrap_or_else(|| validate(given.unwrap_or(0.0)));
+    Ok(Candidate { options: options.clone(), fit, validation, smoothness_tried })
+}
+
+/// How many samples there are, if there are enough for so many unknowns, and the latter.
+fn enough(records: &[Record<'_>], space: &Space, law: &Law) -> Result<(usize, usize), Error> {
+    let unknowns = law.freedom() + records.len() + space.axes().len();
+    let samples: usize = records.iter().map(Record::fitted_samples).sum();
+    if samples < 2 * unknowns {
+        return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
+    }
+    Ok((samples, unknowns))
+}
+
+/// The same problem on ever more rows; `roughly` without the last of them.
+pub(crate) fn levels<'a>(
+    records: &'a [Record<'a>],
+    space: &'a Space,
+    law: &'a Law,
+    smoothness: f64,
+    roughly: bool,
+) -> Result<Vec<Projection<'a>>, Error> {
+    let (samples, unknowns) = enough(records, space, law)?;
+    let mut strides = vec![(samples / (SCAN_SAMPLES_PER_UNKNOWN * unknowns)).max(1)];
+    strides.extend(REFINE_SAMPLES.map(|rows| samples / rows).into_iter().filter(|stride| *stride > 1));
+    strides.truncate(if roughly { 2 } else { strides.len() });
+    if !roughly || strides.len() == 1 {
+        strides.push(1);
+    }
+    Ok(strides.iter().map(|stride| Projection::new(records, space, law, smoothness, *stride)).collect())
+}
