@@ -36,7 +36,7 @@ impl fmt::Display for Error {
 impl core::error::Error for Error {}
 
 /// The number, if it is finite and above zero by more than the reciprocal of the largest admissible magnitude.
-pub(super) fn check_positive(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
+pub(crate) fn check_positive(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if got.abs() <= MAX_MAGNITUDE && got >= 1.0 / MAX_MAGNITUDE {
         Ok(got)
     } else {

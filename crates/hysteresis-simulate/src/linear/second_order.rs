@@ -71,7 +71,7 @@ impl SecondOrder {
     }
 
     /// exp(angle M).
-    fn transition(&self, angle: f64) -> Matrix2<f64> {
+    pub(super) fn transition(&self, angle: f64) -> Matrix2<f64> {
         let zeta = self.damping;
         // (1 - zeta)(1 + zeta) keeps its digits next to critical damping, where 1 - zeta^2 loses them.
         let distance = ((1.0 - zeta).abs() * (1.0 + zeta)).sqrt();
