@@ -16,10 +16,16 @@ WITHOUT_EXAMPLES = {
     "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "Identification": "made by identify, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
+    "Margins": "made by tune, whose example reads it",
+    "PreviewCoefficients": "made by preview, whose example reads it",
+    "Tuning": "made by tune, whose example reads it",
     "NotInvertibleError": "an exception",
 }
 
-MODULES = [mh, *(getattr(mh, name) for name in mh.__all__ if name in ("paper", "signals"))]
+MODULES = [
+    mh,
+    *(getattr(mh, name) for name in mh.__all__ if name in ("paper", "signals", "trajectories")),
+]
 
 
 def public_objects() -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Piezo hysteresis: coupled-play models, their exact inverse, identification and compensation."""
 
-from mpi_hyst import paper, signals
+from mpi_hyst import paper, signals, trajectories
 from mpi_hyst._core import (
     ActuatorArray,
     CoupledPlay,
@@ -13,18 +13,25 @@ from mpi_hyst._core import (
     Identification,
     Inverse,
     InverseArray,
+    Margins,
     ModifiedPrandtlIshlinskii,
     NotInvertibleError,
     Play,
     PrandtlIshlinskii,
+    PreviewCoefficients,
     Quality,
     RecursiveIdentifier,
     SecondOrder,
+    Tuning,
     diagnose,
     identify,
     identify_dynamics,
     load,
     loop_width,
+    precompensate,
+    preview,
+    shape,
+    tune,
 )
 
 __all__ = [
@@ -39,18 +46,26 @@ __all__ = [
     "Identification",
     "Inverse",
     "InverseArray",
+    "Margins",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Play",
     "PrandtlIshlinskii",
+    "PreviewCoefficients",
     "Quality",
     "RecursiveIdentifier",
     "SecondOrder",
+    "Tuning",
     "diagnose",
     "identify",
     "identify_dynamics",
     "load",
     "loop_width",
     "paper",
+    "precompensate",
+    "preview",
+    "shape",
     "signals",
+    "trajectories",
+    "tune",
 ]

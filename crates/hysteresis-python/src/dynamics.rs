@@ -4,11 +4,12 @@ use std::ops::ControlFlow;
 
 use hysteresis_identify::{self as identification, CreepTerms, DynamicsOptions, Error, Order, Record};
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::actuators::kernel;
+use crate::actuators::known_kernel;
+use crate::arguments::samples;
 use crate::arrays::vector;
 use crate::errors;
 use crate::identify::{Quality, named, setting};
@@ -28,7 +29,7 @@ use crate::linear::{Creep, dynamics};
 ///   are too small.
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct DynamicsIdentification {
-    found: identification::DynamicsIdentification,
+    pub(crate) found: identification::DynamicsIdentification,
     model: Py<PyAny>,
 }
 
@@ -217,17 +218,13 @@ pub(crate) fn identify_dynamics(
     creep: Option<&Bound<'_, PyAny>>,
     skip: i64,
 ) -> PyResult<DynamicsIdentification> {
-    let Some(kernel) = kernel(model) else {
-        let expected = "a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii";
-        return Err(PyTypeError::new_err(format!("model: expected {expected}, got {}", model.repr()?)));
-    };
+    let kernel = known_kernel(model)?;
     let order = match order {
         1 => Order::First,
         2 => Order::Second,
         _ => return Err(PyValueError::new_err(format!("order: expected 1 or 2, got {order}"))),
     };
-    let skip = usize::try_from(skip)
-        .map_err(|_| PyValueError::new_err(format!("skip: expected a number of samples, got {skip}")))?;
+    let skip = samples("skip", skip)?;
     let options = DynamicsOptions { dt, order, delay: setting("delay", "a number", delay)?, creep: terms(creep)? };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (vector("u", u)?.as_slice()?.to_vec(), vector("y", y)?.as_slice()?.to_vec());

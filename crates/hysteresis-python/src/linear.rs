@@ -14,7 +14,7 @@ use crate::model_values::hash;
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// An error about a parameter of a linear block.
-fn invalid(error: Error) -> PyErr {
+pub(crate) fn invalid(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 

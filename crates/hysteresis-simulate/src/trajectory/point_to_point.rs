@@ -37,8 +37,10 @@ impl MotionLimits {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointToPoint {
+    points: Box<[f64]>,
+    limits: MotionLimits,
+    dwell: f64,
     legs: Box<[Leg]>,
-    start: f64,
     duration: f64,
 }
 
@@ -59,9 +61,9 @@ impl PointToPoint {
     /// move is too long or too short for its times to be told apart.
     pub fn new(points: &[f64], limits: MotionLimits, dwell: f64) -> Result<Self, Error> {
         limits.check()?;
-        let Some(start) = points.first().copied() else {
+        if points.is_empty() {
             return Err(Error::new("points", "at least one point", 0.0));
-        };
+        }
         points.iter().try_for_each(|point| finite("points", *point))?;
         if !(0.0..=MAX_SAMPLES).contains(&dwell) {
             return Err(Error::new("dwell", "a number of seconds, 0 or more", dwell));
@@ -76,7 +78,25 @@ impl PointToPoint {
             duration = begins + profile.duration();
             begins = duration + dwell;
         }
-        Ok(Self { legs: legs.into(), start, duration })
+        Ok(Self { points: points.into(), limits, dwell, legs: legs.into(), duration })
+    }
+
+    /// Where it starts, and where each move ends.
+    #[must_use]
+    pub fn points(&self) -> &[f64] {
+        &self.points
+    }
+
+    /// What no move exceeds.
+    #[must_use]
+    pub fn limits(&self) -> MotionLimits {
+        self.limits
+    }
+
+    /// How many seconds it rests at each point between the first and the last.
+    #[must_use]
+    pub fn dwell(&self) -> f64 {
+        self.dwell
     }
 }
 
@@ -84,7 +104,7 @@ impl Trajectory for PointToPoint {
     fn at(&self, t: f64) -> Motion {
         let begun = self.legs.partition_point(|leg| leg.begins <= t);
         match begun.checked_sub(1).and_then(|last| self.legs.get(last)) {
-            None => Motion::rest(self.start),
+            None => Motion::rest(self.points[0]),
             Some(leg) => leg.at(t - leg.begins),
         }
     }

@@ -50,6 +50,30 @@ impl RoundedTriangle {
         )?;
         Ok(Self { amplitude, frequency, corner, offset, speed })
     }
+
+    /// Half of the peak-to-peak swing.
+    #[must_use]
+    pub fn amplitude(&self) -> f64 {
+        self.amplitude
+    }
+
+    /// Cycles per second, in Hz.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        self.frequency
+    }
+
+    /// The duration of a corner in seconds.
+    #[must_use]
+    pub fn corner(&self) -> f64 {
+        self.corner
+    }
+
+    /// The value around which it swings.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
 }
 
 impl Trajectory for RoundedTriangle {

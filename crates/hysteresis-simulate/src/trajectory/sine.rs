@@ -32,6 +32,24 @@ impl Sine {
         bounded("frequency", frequency, offset.abs() + amplitude.abs() * (1.0 + (TAU * frequency).powi(3)))?;
         Ok(Self { amplitude, frequency, offset })
     }
+
+    /// Half of the peak-to-peak swing.
+    #[must_use]
+    pub fn amplitude(&self) -> f64 {
+        self.amplitude
+    }
+
+    /// Cycles per second, in Hz.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        self.frequency
+    }
+
+    /// The value around which it swings.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
 }
 
 impl Trajectory for Sine {
