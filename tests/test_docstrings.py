@@ -22,10 +22,7 @@ WITHOUT_EXAMPLES = {
     "NotInvertibleError": "an exception",
 }
 
-MODULES = [
-    mh,
-    *(getattr(mh, name) for name in mh.__all__ if name in ("paper", "signals", "trajectories")),
-]
+MODULES = [mh, mh.paper, mh.signals, mh.trajectories]
 
 
 def public_objects() -> dict[str, Any]:

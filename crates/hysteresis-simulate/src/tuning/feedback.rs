@@ -57,15 +57,24 @@ pub(super) fn is_admissible(gains: Gains, slopes: Slopes, points: &[Point], limi
 }
 
 /// Peak of the sensitivity over the slopes and frequencies, and the angle per sample where it is.
+///
+/// A peak between the points is higher than they are, by less than they are apart: so all that come close to the
+/// highest are looked at.
 pub(super) fn peak(gains: Gains, slopes: Slopes, transfer: &PulseTransfer, points: &[Point]) -> (f64, f64) {
     let sensitivity = |point: &Point| 1.0 / slopes.least_distance(gains.at(point));
-    let highest = (0..points.len()).max_by(|a, b| sensitivity(&points[*a]).total_cmp(&sensitivity(&points[*b])));
-    let Some(highest) = highest else { return (1.0, 0.0) };
-    let (low, high) = (highest.saturating_sub(1), (highest + 1).min(points.len() - 1));
-    let (angle, found) =
-        golden_section(points[low].angle, points[high].angle, |angle| sensitivity(&Point::new(transfer, angle)));
-    let there = sensitivity(&points[highest]);
-    if found >= there { (found, angle) } else { (there, points[highest].angle) }
+    let coarse: Vec<f64> = points.iter().map(sensitivity).collect();
+    let last = coarse.len() - 1;
+    let highest = coarse.iter().copied().fold(0.0, f64::max);
+    let summits = (0..=last).filter(|i| {
+        let neighbours = coarse[i.saturating_sub(1)].max(coarse[(i + 1).min(last)]);
+        coarse[*i] >= neighbours && coarse[*i] > 0.95 * highest
+    });
+    let refined = summits.flat_map(|i| {
+        let (low, high) = (points[i.saturating_sub(1)].angle, points[(i + 1).min(last)].angle);
+        let (angle, found) = golden_section(low, high, |angle| sensitivity(&Point::new(transfer, angle)));
+        [(found, angle), (coarse[i], points[i].angle)]
+    });
+    refined.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((highest, 0.0))
 }
 
 /// The margins of the loop with one slope.
