@@ -44,10 +44,11 @@ pub struct PointToPoint {
     duration: f64,
 }
 
-/// One move, with the time at which it starts.
+/// One move, with the times at which it starts and ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Leg {
     begins: f64,
+    ends: f64,
     from: f64,
     to: f64,
     profile: Profile,
@@ -74,8 +75,8 @@ impl PointToPoint {
             let (from, to) = (pair[0], pair[1]);
             let profile = Profile::new((to - from).abs(), limits);
             bounded("points", to, profile.duration() + (to - from).abs())?;
-            legs.push(Leg { begins, from, to, profile });
             duration = begins + profile.duration();
+            legs.push(Leg { begins, ends: duration, from, to, profile });
             begins = duration + dwell;
         }
         Ok(Self { points: points.into(), limits, dwell, legs: legs.into(), duration })
@@ -105,7 +106,8 @@ impl Trajectory for PointToPoint {
         let begun = self.legs.partition_point(|leg| leg.begins <= t);
         match begun.checked_sub(1).and_then(|last| self.legs.get(last)) {
             None => Motion::rest(self.points[0]),
-            Some(leg) => leg.at(t - leg.begins),
+            Some(leg) if t < leg.ends => leg.at(t - leg.begins),
+            Some(leg) => Motion::rest(leg.to),
         }
     }
 

@@ -78,10 +78,10 @@ impl RoundedTriangle {
 
 impl Trajectory for RoundedTriangle {
     fn at(&self, t: f64) -> Motion {
-        // Time from the middle of the rising side on, then from the next turn, which both halves share but for the sign.
-        let phase = (self.frequency * t).rem_euclid(1.0);
-        let sign = if (0.25..0.75).contains(&phase) { -1.0 } else { 1.0 };
-        let half = (phase + 0.25).rem_euclid(0.5) - 0.25;
+        // Time from the middle of a side on, then until the next turn, which all sides share but for the sign.
+        let sides = 2.0 * self.frequency * t + 0.5;
+        let sign = if sides.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        let half = 0.5 * (sides - sides.floor()) - 0.25;
         let since_centre = half / self.frequency;
         let until_turn = (0.25 - half.abs()) / self.frequency;
         let (side, turned) = (since_centre.signum(), 0.5 - until_turn / self.corner);
