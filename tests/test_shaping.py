@@ -233,10 +233,10 @@ def test_an_identification_gives_dynamics_and_delay() -> None:
     assert found.delay == pytest.approx(2.0, abs=1e-6)
     made = mh.preview(found, DT, ahead=6)
     assert made.coefficients.sum() == pytest.approx(1.0) and made.coefficients.size == 8
-    with pytest.raises(ValueError, match="^dt: expected the sampling interval of the identific"):
+    with pytest.raises(ValueError, match=r"^dt: expected the sampling interval of the identific"):
         mh.shape(scan, 2 * DT, dynamics=found)
     creeping = mh.identify_dynamics(u, y, MODEL, dt=DT, delay=0.0, creep=[0.01])
-    with pytest.raises(ValueError, match="^dynamics: expected no creep"):
+    with pytest.raises(ValueError, match=r"^dynamics: expected no creep"):
         mh.precompensate(MODEL, scan, DT, dynamics=creeping)
     mh.tune(MODEL, dt=DT, dynamics=creeping)
 
@@ -275,11 +275,13 @@ def test_wrong_arguments_are_named(change: dict[str, Any], message: str) -> None
 
 
 def test_wrong_kinds_are_named() -> None:
-    with pytest.raises(TypeError, match="^dynamics: expected a SecondOrder, a FirstOrder or a Dyn"):
+    with pytest.raises(
+        TypeError, match=r"^dynamics: expected a SecondOrder, a FirstOrder or a Dyn"
+    ):
         mh.shape(np.zeros(20), DT, dynamics=400.0)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="^model: expected a PrandtlIshlinskii or a Modified"):
+    with pytest.raises(TypeError, match=r"^model: expected a PrandtlIshlinskii or a Modified"):
         mh.precompensate("A1", np.zeros(20), DT)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="^seconds: expected a duration of 0 to"):
+    with pytest.raises(ValueError, match=r"^seconds: expected a duration of 0 to"):
         mh.shape(mh.trajectories.Sine(1.0, 1.0), DT, dynamics=A1, seconds=-1.0)
     wrong = mh.PrandtlIshlinskii([1.0, -2.0], [0.0, 1.0])
     with pytest.raises(mh.NotInvertibleError):

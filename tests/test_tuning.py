@@ -170,7 +170,9 @@ def test_wrong_arguments_are_named(change: dict[str, Any], message: str) -> None
 
 
 def test_models_without_a_range_of_slopes_are_refused() -> None:
-    with pytest.raises(ValueError, match="^model: expected a slope that is positive everywhere, g"):
+    with pytest.raises(
+        ValueError, match=r"^model: expected a slope that is positive everywhere, g"
+    ):
         mh.tune(mh.PrandtlIshlinskii([1.0, -1.5], [0.0, 1.0]), dt=DT)
-    with pytest.raises(TypeError, match="^model: expected a PrandtlIshlinskii or a Modified"):
+    with pytest.raises(TypeError, match=r"^model: expected a PrandtlIshlinskii or a Modified"):
         mh.tune(0.006, dt=DT)  # type: ignore[arg-type]

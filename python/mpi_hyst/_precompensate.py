@@ -67,7 +67,7 @@ def _load(path: Path) -> mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii:
 
 
 def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
-    """What the hysteresis has to put out, and what is to be said of it."""
+    """Compute what the hysteresis has to put out, and note what is to be said of it."""
     trajectory = columns.values[column]
     if not request.shaped:
         return trajectory, []
@@ -89,7 +89,7 @@ def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, l
 
 
 def _sampling_interval(columns: Columns) -> float:
-    """The step of the time column, which derivatives need to be the same everywhere."""
+    """Return the step of the time column, which has to be the same everywhere."""
     seconds, dt = columns.seconds, columns.sample_time
     if seconds is None or dt is None:
         expected = "a column time_s or time, or --time, which tells the sampling interval"
