@@ -297,6 +297,63 @@ def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
     assert f"{saturated.sum()} of 300 samples" in result.stdout
 
 
+def test_precompensate_inverts_dynamics(there: Path) -> None:
+    result = run(
+        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
+        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-pole", "60"),
+    )
+    assert result.exit_code == 0, result.output
+    target = column(there / "trajectory.csv", "target_um")
+    expected = mh.precompensate(
+        *(actuator(), target, 1 / RATE),
+        dynamics=mh.SecondOrder(40.0, 0.7),
+        delay=1.0,
+        amplifier_pole=60.0,
+    )
+    # the times in the file are rounded, and with them the sampling interval
+    np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
+    assert "inverse dynamics, 5 ms per sample" in result.stdout and "warning" not in result.stdout
+
+
+def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
+    rows = [[k / RATE, float(k // 20 % 2)] for k in range(300)]
+    write_csv(there / "steps.csv", "time_s,target_um", rows)
+    result = run(
+        *("precompensate", "stage.json", "steps.csv", "-o", "drive.csv", "--dynamics", "40,0.7")
+    )
+    assert result.exit_code == 0, result.output
+    assert "warning: steps.csv: too rough for its dynamics" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
+        (["--dynamics", "400"], ["FREQ,DAMPING"]),
+        (["--delay", "-1"], ["--delay: expected 0 to 2^20 samples"]),
+        (["--amplifier-pole", "0"], ["--amplifier-pole: expected a finite number above 0"]),
+    ],
+)
+def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: list[str]) -> None:
+    before = names_in(there)
+    given = ("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", *options)
+    assert_refused(run(*given), there, before, *said)
+
+
+@pytest.mark.parametrize(
+    ("header", "times", "said"),
+    [("target_um", None, "expected a column time_s"), ("time_s,target_um", 0.7, "equal steps")],
+)
+def test_precompensate_needs_to_know_the_sampling(
+    there: Path, header: str, times: float | None, said: str
+) -> None:
+    rows: list[list[object]] = [[0.0] if times is None else [k**times, 0.0] for k in range(20)]
+    write_csv(there / "other.csv", header, rows)
+    before = names_in(there)
+    given = ("precompensate", "stage.json", "other.csv", "-o", "drive.csv", "--delay", "0")
+    assert_refused(run(*given), there, before, "other.csv", said)
+
+
 @pytest.mark.parametrize(
     ("files", "options", "said"),
     [

@@ -17,10 +17,13 @@ WITHOUT_EXAMPLES = {
     "Identification": "made by identify, whose example reads it",
     "Metrics": "made by Run, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
+    "Margins": "made by tune, whose example reads it",
+    "PreviewCoefficients": "made by preview, whose example reads it",
+    "Tuning": "made by tune, whose example reads it",
     "NotInvertibleError": "an exception",
 }
 
-MODULES = [mh, *(getattr(mh, name) for name in mh.__all__ if name in ("paper", "signals"))]
+MODULES = [mh, mh.paper, mh.signals, mh.trajectories]
 
 
 def public_objects() -> dict[str, Any]:

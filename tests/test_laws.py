@@ -53,6 +53,18 @@ def test_engine_equals_bank(case: Case) -> None:
 
 
 @given(with_history(any_models()))
+def test_slopes_keep_within_their_range(case: Case) -> None:
+    drawn, xs = case
+    made = drawn.model()
+    outputs = steps(made.forward(), xs)
+    least, most = made.slope_range
+    tolerance = 3 * AGREE * drawn.output_scale(xs)
+    for (x0, x1), (y0, y1) in zip(pairwise(xs), pairwise(outputs.tolist()), strict=True):
+        rise, moved = (y1 - y0) * np.sign(x1 - x0), abs(x1 - x0)
+        assert least * moved - tolerance <= rise <= most * moved + tolerance
+
+
+@given(with_history(any_models()))
 def test_engine_equals_twin(case: Case) -> None:
     drawn, xs = case
     got, expected = drawn.model().forward().run(xs), drawn.twin().run(xs)

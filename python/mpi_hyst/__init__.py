@@ -1,6 +1,6 @@
 """Piezo hysteresis: coupled-play models, their exact inverse, identification and compensation."""
 
-from mpi_hyst import paper, signals
+from mpi_hyst import paper, signals, trajectories
 from mpi_hyst._core import (
     ActuatorArray,
     CoupledPlay,
@@ -14,6 +14,7 @@ from mpi_hyst._core import (
     Inverse,
     InverseArray,
     IterativeLearning,
+    Margins,
     Metrics,
     ModifiedPrandtlIshlinskii,
     NotInvertibleError,
@@ -21,17 +22,23 @@ from mpi_hyst._core import (
     Plant,
     Play,
     PrandtlIshlinskii,
+    PreviewCoefficients,
     Quality,
     RecursiveIdentifier,
     RepetitiveControl,
     Run,
     SecondOrder,
+    Tuning,
     diagnose,
     identify,
     identify_dynamics,
     load,
     loop_width,
+    precompensate,
+    preview,
+    shape,
     simulate,
+    tune,
 )
 
 __all__ = [
@@ -47,6 +54,7 @@ __all__ = [
     "Inverse",
     "InverseArray",
     "IterativeLearning",
+    "Margins",
     "Metrics",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
@@ -54,17 +62,24 @@ __all__ = [
     "Plant",
     "Play",
     "PrandtlIshlinskii",
+    "PreviewCoefficients",
     "Quality",
     "RecursiveIdentifier",
     "RepetitiveControl",
     "Run",
     "SecondOrder",
+    "Tuning",
     "diagnose",
     "identify",
     "identify_dynamics",
     "load",
     "loop_width",
     "paper",
+    "precompensate",
+    "preview",
+    "shape",
     "signals",
     "simulate",
+    "trajectories",
+    "tune",
 ]

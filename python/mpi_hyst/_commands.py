@@ -159,9 +159,19 @@ def identify(**options: Any) -> None:
     click.option(
         "--limits", **_numbers("LOW,HIGH"), help="Limits of the drive, for example -500,500."
     ),
+    click.option(
+        "--dynamics",
+        **_numbers("FREQ,DAMPING"),
+        help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
+    ),
+    click.option("--delay", type=float, help="Samples of dead time besides the hold."),
+    click.option("--amplifier-pole", type=float, metavar="HZ", help="Cut-off of the amplifier."),
 )
 def precompensate(**options: Any) -> None:
-    """Compute the drive that makes the model follow a trajectory: the exact inverse."""
+    """Compute the drive that makes the model follow a trajectory: the exact inverse.
+
+    With dynamics, delay or an amplifier it is led through their inverse too.
+    """
     from mpi_hyst import _precompensate
 
     click.echo(_precompensate.run(_precompensate.Request(**options)))

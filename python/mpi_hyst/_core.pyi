@@ -23,18 +23,24 @@ __all__ = [
     "Inverse",
     "InverseArray",
     "IterativeLearning",
+    "Margins",
     "Metrics",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Observer",
     "Plant",
     "Play",
+    "PointToPoint",
     "PrandtlIshlinskii",
+    "PreviewCoefficients",
     "Quality",
     "RecursiveIdentifier",
     "RepetitiveControl",
+    "RoundedTriangle",
     "Run",
     "SecondOrder",
+    "Sine",
+    "Tuning",
     "decaying_triangle",
     "demagnetize",
     "diagnose",
@@ -45,12 +51,16 @@ __all__ = [
     "load",
     "loop_width",
     "plant",
+    "precompensate",
+    "preview",
+    "shape",
     "simulate",
     "sine",
     "table_1",
     "table_1_recovered",
     "table_2",
     "triangle",
+    "tune",
     "write_file",
 ]
 
@@ -155,6 +165,8 @@ class PrandtlIshlinskii:
     @property
     def output_offset(self) -> float: ...
     @property
+    def slope_range(self) -> tuple[float, float]: ...
+    @property
     def invertible(self) -> bool: ...
     @property
     def not_invertible_because(self) -> str | None: ...
@@ -215,6 +227,8 @@ class ModifiedPrandtlIshlinskii:
     def input_offset(self) -> float: ...
     @property
     def output_offset(self) -> float: ...
+    @property
+    def slope_range(self) -> tuple[float, float]: ...
     @property
     def invertible(self) -> bool: ...
     @property
@@ -764,3 +778,158 @@ def demagnetize(
     around: float | None = None,
     start: float | None = None,
 ) -> _Vector: ...
+
+@final
+class Sine:
+    def __new__(cls, amplitude: float, frequency: float, *, offset: float = 0.0) -> Sine: ...
+    @property
+    def amplitude(self) -> float: ...
+    @property
+    def frequency(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    def sample(
+        self, dt: float, seconds: float | None = None
+    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
+
+@final
+class RoundedTriangle:
+    def __new__(
+        cls, amplitude: float, frequency: float, *, corner: float, offset: float = 0.0
+    ) -> RoundedTriangle: ...
+    @property
+    def amplitude(self) -> float: ...
+    @property
+    def frequency(self) -> float: ...
+    @property
+    def corner(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    def sample(
+        self, dt: float, seconds: float | None = None
+    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
+
+@final
+class PointToPoint:
+    def __new__(
+        cls,
+        points: ArrayLike,
+        *,
+        velocity: float,
+        acceleration: float,
+        jerk: float,
+        dwell: float = 0.0,
+    ) -> PointToPoint: ...
+    @property
+    def points(self) -> _Vector: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def jerk(self) -> float: ...
+    @property
+    def dwell(self) -> float: ...
+    @property
+    def duration(self) -> float: ...
+    def sample(
+        self, dt: float, seconds: float | None = None
+    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
+
+_Trajectory = Sine | RoundedTriangle | PointToPoint
+_Dynamics = SecondOrder | FirstOrder | DynamicsIdentification
+
+@final
+class PreviewCoefficients:
+    @property
+    def coefficients(self) -> _Vector: ...
+    @property
+    def ahead(self) -> int: ...
+    def error(self, frequency: float) -> float: ...
+
+def preview(
+    dynamics: _Dynamics | None,
+    dt: float,
+    *,
+    ahead: int,
+    window: int | None = None,
+    degree: int | None = None,
+    amplifier_pole: float | None = None,
+    delay: float | None = None,
+) -> PreviewCoefficients: ...
+def shape(
+    trajectory: ArrayLike | _Trajectory,
+    dt: float,
+    *,
+    dynamics: _Dynamics | None = None,
+    amplifier_pole: float | None = None,
+    delay: float | None = None,
+    window: int = 8,
+    seconds: float | None = None,
+) -> _Vector: ...
+def precompensate(
+    model: _Model,
+    trajectory: ArrayLike | _Trajectory,
+    dt: float,
+    *,
+    dynamics: _Dynamics | None = None,
+    amplifier_pole: float | None = None,
+    delay: float | None = None,
+    limits: Sequence[float] | None = None,
+    window: int = 8,
+    seconds: float | None = None,
+) -> _Vector: ...
+
+@final
+class Margins:
+    @property
+    def slope(self) -> float: ...
+    @property
+    def gain_margin(self) -> float: ...
+    @property
+    def phase_margin(self) -> float: ...
+    @property
+    def crossover(self) -> float: ...
+    @property
+    def peak_sensitivity(self) -> float: ...
+    @property
+    def peak_frequency(self) -> float: ...
+
+@final
+class Tuning:
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def least(self) -> Margins: ...
+    @property
+    def most(self) -> Margins: ...
+    @property
+    def peak_sensitivity(self) -> float: ...
+
+def tune(
+    model: _Model,
+    *,
+    dt: float,
+    dynamics: _Dynamics | None = None,
+    amplifier_pole: float | None = None,
+    delay: float | None = None,
+    peak_sensitivity: float = 1.7,
+) -> Tuning: ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._errors import CommandError
 from mpi_hyst._outputs import Output, check_outputs, write_outputs
-from mpi_hyst._records import Quantity, Samples, read_trajectory, write_table
+from mpi_hyst._records import Columns, Quantity, Samples, read_trajectory, write_table
 from mpi_hyst._tables import digits, in_unit, text_pairs
 
 _SATURATED = "saturated"
@@ -28,6 +29,14 @@ class Request:
     column: str | None = None
     time: str | None = None
     limits: tuple[float, float] | None = None
+    dynamics: tuple[float, float] | None = None
+    delay: float | None = None
+    amplifier_pole: float | None = None
+
+    @property
+    def shaped(self) -> bool:
+        """Whether there are dynamics to invert."""
+        return (self.dynamics, self.delay, self.amplifier_pole) != (None, None, None)
 
 
 def run(request: Request) -> str:
@@ -35,7 +44,7 @@ def run(request: Request) -> str:
     check_outputs([request.drive_path], [request.model_path, request.trajectory])
     model = _load(request.model_path)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
-    target = columns.values[column]
+    target, notes = _target(columns, column, request)
     drive, saturated = _drive(model, target, request)
     table: dict[str, Samples | list[int]] = {}
     if columns.time_column is not None:
@@ -45,7 +54,8 @@ def run(request: Request) -> str:
         table[_SATURATED] = saturated.astype(int).tolist()
     residual = np.abs(model.forward().run(drive) - target)
     write_outputs([Output.of_text(request.drive_path, write_table(table))])
-    return _summary(request, Quantity(column), drive, residual, saturated)
+    summary = _summary(request, Quantity(column), drive, residual, saturated)
+    return "\n".join([summary, *notes])
 
 
 def _load(path: Path) -> mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii:
@@ -54,6 +64,54 @@ def _load(path: Path) -> mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii:
     except (ValueError, TypeError) as error:
         message = str(error)
         raise CommandError(message if str(path) in message else f"{path}: {message}") from error
+
+
+def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
+    """Compute what the hysteresis has to put out, and note what is to be said of it."""
+    trajectory = columns.values[column]
+    if not request.shaped:
+        return trajectory, []
+    dt = _sampling_interval(columns)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            target = mh.shape(
+                trajectory,
+                dt,
+                dynamics=None if request.dynamics is None else mh.SecondOrder(*request.dynamics),
+                amplifier_pole=request.amplifier_pole,
+                delay=request.delay,
+            )
+    except ValueError as error:
+        raise CommandError(_as_options(str(error), request.trajectory)) from error
+    notes = [f"warning: {_as_options(str(one.message), request.trajectory)}" for one in caught]
+    return target, [f"target: inverse dynamics, {1e3 * dt:g} ms per sample", *notes]
+
+
+def _sampling_interval(columns: Columns) -> float:
+    """Return the step of the time column, which has to be the same everywhere."""
+    seconds, dt = columns.seconds, columns.sample_time
+    if seconds is None or dt is None:
+        expected = "a column time_s or time, or --time, which tells the sampling interval"
+        raise CommandError(f"{columns.path}: expected {expected}, as dynamics were given")
+    # written with few digits a time may be off by a part of a step, which does not add up
+    uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
+    if uneven > 0.1 * dt:
+        raise CommandError(f"{columns.path}: expected equal steps of time, got {uneven:g} s off")
+    return dt
+
+
+def _as_options(message: str, path: Path) -> str:
+    """Name options and the file where the library names arguments."""
+    options = {
+        "frequency": "--dynamics",
+        "damping": "--dynamics",
+        "delay": "--delay",
+        "amplifier_pole": "--amplifier-pole",
+        "trajectory": str(path),
+    }
+    name, colon, rest = message.partition(":")
+    return options.get(name, name) + colon + rest
 
 
 def _drive(

@@ -59,6 +59,19 @@ proptest! {
     }
 
     #[test]
+    fn slopes_keep_within_their_range(model in any_nested_model(20), x in history(100)) {
+        let (least, most) = model.slope_range();
+        let (mut stream, tolerance) = (model.forward(), AGREE * output_range(&model));
+        let mut last = (x[0], stream.step(x[0]));
+        for x in x {
+            let here = (x, stream.step(x));
+            let (moved, rise) = ((here.0 - last.0).abs(), (here.1 - last.1) * f64::signum(here.0 - last.0));
+            prop_assert!((least * moved - tolerance..=most * moved + tolerance).contains(&rise), "{rise} over {moved}");
+            last = here;
+        }
+    }
+
+    #[test]
     fn split_is_two_weighted_families(model in any_nested_model(20), x in history(100)) {
         // The definition, one-sided play by one-sided play: w p(x; r, rb) - v p(-x; ra, rc).
         let offsets = model.offsets();

@@ -56,6 +56,31 @@ pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<Kernel> {
     }
 }
 
+/// The kernel of a model of either kind, or an error that says what came instead.
+pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+    kernel(model).ok_or_else(|| no_model(name, model))
+}
+
+/// An error about an argument that is no model.
+fn no_model(name: &str, model: &Bound<'_, PyAny>) -> PyErr {
+    let expected = "a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii";
+    match model.repr() {
+        Ok(got) => PyTypeError::new_err(format!("{name}: expected {expected}, got {got}")),
+        Err(error) => error,
+    }
+}
+
+/// The least and the greatest slope of the argument `model`.
+pub(crate) fn slope_range(model: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
+        Ok(model.get().model.slope_range())
+    } else if let Ok(model) = model.cast::<PrandtlIshlinskii>() {
+        Ok(model.get().model.slope_range())
+    } else {
+        Err(no_model("model", model))
+    }
+}
+
 /// The limits of the drives: none, the same for all, or each its own.
 enum Limits {
     Shared(Option<(f64, f64)>),

@@ -32,3 +32,9 @@ pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)
         }
     }
 }
+
+/// A number of samples.
+pub(crate) fn samples(name: &str, value: i64) -> PyResult<usize> {
+    usize::try_from(value)
+        .map_err(|_| PyValueError::new_err(format!("{name}: expected a number of samples, got {value}")))
+}

@@ -8,12 +8,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use crate::actuators::kernel_of;
+use crate::arguments::samples;
 use crate::arrays::vector;
 use crate::errors;
 use crate::identify::{Quality, named};
 use crate::identify_arguments::setting;
 use crate::linear::{Creep, dynamics};
-use crate::streams::kernel_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
@@ -29,7 +30,7 @@ use crate::streams::kernel_of;
 ///   are too small.
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct DynamicsIdentification {
-    found: identification::DynamicsIdentification,
+    pub(crate) found: identification::DynamicsIdentification,
     model: Py<PyAny>,
 }
 
@@ -224,8 +225,7 @@ pub(crate) fn identify_dynamics(
         2 => Order::Second,
         _ => return Err(PyValueError::new_err(format!("order: expected 1 or 2, got {order}"))),
     };
-    let skip = usize::try_from(skip)
-        .map_err(|_| PyValueError::new_err(format!("skip: expected a number of samples, got {skip}")))?;
+    let skip = samples("skip", skip)?;
     let options = DynamicsOptions { dt, order, delay: setting("delay", "a number", delay)?, creep: terms(creep)? };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (vector("u", u)?.as_slice()?.to_vec(), vector("y", y)?.as_slice()?.to_vec());

@@ -15,6 +15,7 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod chains;
 mod closed_loop;
 mod diagnostics;
 mod dynamics;
@@ -31,14 +32,18 @@ mod observer;
 mod operators;
 mod paper;
 mod plant;
+mod precompensate;
 mod process;
 mod records;
 mod recursive;
 mod rows;
+mod shaping;
 mod signals;
 mod single_argument;
 mod stream_arrays;
 mod streams;
+mod trajectories;
+mod tuning;
 
 use pyo3::prelude::*;
 
@@ -80,13 +85,21 @@ mod _core {
     #[pymodule_export]
     use crate::plant::Plant;
     #[pymodule_export]
+    use crate::precompensate::{precompensate, shape};
+    #[pymodule_export]
     use crate::recursive::RecursiveIdentifier;
+    #[pymodule_export]
+    use crate::shaping::{PreviewCoefficients, preview};
     #[pymodule_export]
     use crate::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
     use crate::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
     use crate::streams::{Forward, Inverse};
+    #[pymodule_export]
+    use crate::trajectories::{PointToPoint, RoundedTriangle, Sine};
+    #[pymodule_export]
+    use crate::tuning::{Margins, Tuning, tune};
 
     #[pymodule_init]
     fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {

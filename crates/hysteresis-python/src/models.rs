@@ -146,6 +146,14 @@ macro_rules! model_methods {
                 self.model.offsets().output
             }
 
+            /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
+            ///
+            /// Of a split operator the smaller weight counts for the least, the greater for the greatest.
+            #[getter]
+            fn slope_range(&self) -> (f64, f64) {
+                self.model.slope_range()
+            }
+
             /// Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together.
             #[getter]
             fn invertible(&self) -> bool {

@@ -3,8 +3,8 @@
 use hysteresis_simulate::ObserverOptions;
 use pyo3::prelude::*;
 
+use crate::actuators::kernel_of;
 use crate::linear::{given_dynamics, invalid};
-use crate::streams::kernel_of;
 
 /// A state observer: what the model of the actuator and a noisy measurement say together of the position.
 ///

@@ -6,11 +6,11 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::actuators::kernel_of;
 use crate::arguments::{count, natural, pair};
 use crate::arrays::{BLOCK, vector};
 use crate::errors;
 use crate::linear::{given_creep, given_dynamics, invalid};
-use crate::streams::kernel_of;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 

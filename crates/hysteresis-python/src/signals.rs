@@ -7,8 +7,13 @@ use pyo3::prelude::*;
 
 type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
+/// An error about a parameter of a signal or trajectory.
+pub(crate) fn invalid(error: Error) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
 fn array(py: Python<'_>, samples: Result<Vec<f64>, Error>) -> Samples<'_> {
-    samples.map(|samples| PyArray1::from_vec(py, samples)).map_err(|error| PyValueError::new_err(error.to_string()))
+    samples.map(|samples| PyArray1::from_vec(py, samples)).map_err(invalid)
 }
 
 /// offset + amplitude sin(2 pi f t).

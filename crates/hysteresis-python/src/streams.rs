@@ -1,13 +1,13 @@
 //! Streams of models: forward and exact inverse.
 
-use hysteresis_core::{self as core, Kernel, Method, Process, StreamState};
+use hysteresis_core::{self as core, Method, Process, StreamState};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
-use crate::actuators::kernel;
+use crate::actuators::kernel_of;
 use crate::errors;
 use crate::process::process_methods;
 
@@ -63,17 +63,6 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
         return Err(wrong("saturated is neither True nor False"));
     }
     Ok(plain)
-}
-
-/// The kernel of a model of either kind, or an error that says what came instead.
-pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
-    match kernel(model) {
-        Some(kernel) => Ok(kernel),
-        None => Err(PyTypeError::new_err(format!(
-            "{name}: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got {}",
-            model.repr()?
-        ))),
-    }
 }
 
 /// The methods of a stream of a model: those of a process, those that both streams have, and its own.

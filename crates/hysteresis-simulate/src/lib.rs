@@ -1,5 +1,6 @@
 //! What the models are exercised with: the linear dynamics behind the hysteresis of an actuator, whole plants with
-//! converters and noise, closed loops and their errors, learning and observation, and test signals.
+//! converters and noise, closed loops and their errors; references with their derivatives, feed-forward through inverse
+//! dynamics, gains for the feedback, learning and observation; and test signals.
 
 #![forbid(unsafe_code)]
 
@@ -10,6 +11,9 @@ pub mod linear;
 pub mod metrics;
 mod observer;
 pub mod plant;
+pub mod shaping;
 pub mod signals;
+pub mod trajectory;
+pub mod tuning;
 
 pub use observer::{Observer, ObserverOptions};

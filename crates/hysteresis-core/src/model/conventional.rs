@@ -72,6 +72,24 @@ impl PrandtlIshlinskii {
     /// # Errors
     /// [`Error::NotInvertible`] unless the weight at threshold zero exceeds the sum of the negative weights.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        invertibility::check(self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, *w, z.r() == 0.0)))
+        invertibility::check(self.members())
+    }
+
+    /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) with no negative weight.
+    ///
+    /// ```
+    /// use hysteresis_core::{Offsets, PrandtlIshlinskii};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5, 0.25], &[0.0, 2.0, 4.0], Offsets::default())?;
+    /// assert_eq!(model.slope_range(), (1.0, 1.75));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        invertibility::slope_range(self.members())
+    }
+
+    /// The weight, above and below zero, of every operator and whether it is an identity.
+    fn members(&self) -> impl Iterator<Item = (f64, f64, bool)> {
+        self.weights.iter().zip(&self.operators).map(|(w, z)| (*w, *w, z.r() == 0.0))
     }
 }

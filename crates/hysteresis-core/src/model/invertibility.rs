@@ -1,4 +1,4 @@
-//! When an output tells its input.
+//! Which slopes a model can have, and when its output tells its input.
 
 use crate::error::{Error, MAX_MAGNITUDE};
 
@@ -33,4 +33,16 @@ pub(super) fn check(operators: impl Iterator<Item = (f64, f64, bool)>) -> Result
     } else {
         Err(Error::NotInvertible { identity_weight, negative_sum })
     }
+}
+
+/// The least and the greatest slope that the model can have, for the same `operators`.
+///
+/// Identities always slide, with one of their two weights; every other operator slides, with either weight, or rests.
+/// Branches on which operators of both signs slide alone may not exist, so these are bounds; with no negative weight
+/// the lower one is met right after every reversal, the upper one where all operators slide.
+pub(super) fn slope_range(operators: impl Iterator<Item = (f64, f64, bool)>) -> (f64, f64) {
+    operators.fold((0.0, 0.0), |(least, most), (above, below, is_identity)| {
+        let rest = if is_identity { above } else { 0.0 };
+        (least + above.min(below).min(rest), most + above.max(below).max(rest))
+    })
 }

@@ -187,6 +187,19 @@ impl ModifiedPrandtlIshlinskii {
     pub fn check_invertible(&self) -> Result<(), Error> {
         invertibility::check(self.members().map(|(w, v, z)| (w, v, z.is_identity())))
     }
+
+    /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) with no negative weight.
+    ///
+    /// Of a split operator either weight counts: the smaller for the least, the greater for the greatest slope.
+    ///
+    /// ```
+    /// let (least, most) = hysteresis_core::paper::table_1_recovered().slope_range();
+    /// assert!((least - 4.257e-3).abs() < 1e-6 && (most - 7.919e-3).abs() < 1e-6); // um/V
+    /// ```
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        invertibility::slope_range(self.members().map(|(w, v, z)| (w, v, z.is_identity())))
+    }
 }
 
 /// A play is a coupled play with four equal thresholds, so the conventional model is a modified one.

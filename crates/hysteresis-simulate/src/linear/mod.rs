@@ -2,7 +2,7 @@
 //!
 //! Parameters ([`SecondOrder`], [`FirstOrder`], [`Creep`], [`Delay`]) are validated once and immutable; together with a
 //! sampling interval each makes a [`Block`], and [`Stream`] turns a block into a [`Process`](hysteresis_core::Process).
-//! Blocks follow each other in a [`Cascade`].
+//! Blocks follow each other in a [`Cascade`]; a [`Chain`] is all of an actuator's linear part, discretised as one.
 //!
 //! # Sampling
 //! The input is held from one sample to the next (zero-order hold) and discretised exactly. The output that belongs to
@@ -14,6 +14,7 @@
 //! the start. For how to choose creep see [`Creep::logarithmic`].
 
 mod cascade;
+mod chain;
 mod creep;
 mod delay;
 mod error;
@@ -22,6 +23,7 @@ mod second_order;
 mod stream;
 
 pub use cascade::Cascade;
+pub use chain::{Chain, ChainBlock, PulseTransfer};
 pub use creep::{Creep, CreepBlock};
 pub use delay::{Delay, DelayBlock};
 pub use error::Error;
