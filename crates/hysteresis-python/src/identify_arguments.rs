@@ -83,13 +83,11 @@ pub(crate) fn smooth(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>>
     if value.cast::<PyString>().is_ok_and(|text| *text == "auto") {
         return Ok(Setting::Fit);
     }
-    match value.extract::<f64>() {
-        Ok(smoothness) => Ok(Setting::Fixed(smoothness)),
-        Err(_) => {
-            let got = value.repr()?;
-            Err(PyTypeError::new_err(format!("smoothness: expected a number >= 0 or \"auto\", got {got}")))
-        }
+    if let Ok(smoothness) = value.extract::<f64>() {
+        return Ok(Setting::Fixed(smoothness));
     }
+    let got = value.repr()?;
+    Err(PyTypeError::new_err(format!("smoothness: expected a number >= 0 or \"auto\", got {got}")))
 }
 
 /// "fit", or a value.
