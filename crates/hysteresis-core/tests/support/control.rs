@@ -134,13 +134,20 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
+/// Another configuration.
+pub(crate) fn switch() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki)),
+        (0..2_usize).prop_map(Event::Model),
+        source().prop_map(Event::Source),
+    ]
+}
+
 /// Anything.
 pub(crate) fn upheaval() -> impl Strategy<Value = Event> {
     prop_oneof![
         10 => event(),
-        1 => (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki)),
-        1 => (0..2_usize).prop_map(Event::Model),
-        1 => source().prop_map(Event::Source),
+        3 => switch(),
         1 => Just(Event::Reset),
         1 => (-600.0..600.0).prop_map(Event::ResetAt),
         1 => Just(Event::Save),
