@@ -11,6 +11,7 @@ import mpi_hyst as mh
 import pytest
 
 WITHOUT_EXAMPLES = {
+    "ControllerTerms": "of HybridController, whose example reads it",
     "signals.Excitation": "made by excitation, whose example reads it",
     "Finding": "made by diagnose, whose example reads it",
     "DynamicsIdentification": "made by identify_dynamics, whose example reads it",

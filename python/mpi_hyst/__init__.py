@@ -3,6 +3,7 @@
 from mpi_hyst import paper, signals
 from mpi_hyst._core import (
     ActuatorArray,
+    ControllerTerms,
     CoupledPlay,
     Creep,
     DynamicsIdentification,
@@ -10,6 +11,7 @@ from mpi_hyst._core import (
     FirstOrder,
     Forward,
     ForwardArray,
+    HybridController,
     Identification,
     Inverse,
     InverseArray,
@@ -17,6 +19,7 @@ from mpi_hyst._core import (
     NotInvertibleError,
     Play,
     PrandtlIshlinskii,
+    Preview,
     Quality,
     RecursiveIdentifier,
     SecondOrder,
@@ -29,6 +32,7 @@ from mpi_hyst._core import (
 
 __all__ = [
     "ActuatorArray",
+    "ControllerTerms",
     "CoupledPlay",
     "Creep",
     "DynamicsIdentification",
@@ -36,6 +40,7 @@ __all__ = [
     "FirstOrder",
     "Forward",
     "ForwardArray",
+    "HybridController",
     "Identification",
     "Inverse",
     "InverseArray",
@@ -43,6 +48,7 @@ __all__ = [
     "NotInvertibleError",
     "Play",
     "PrandtlIshlinskii",
+    "Preview",
     "Quality",
     "RecursiveIdentifier",
     "SecondOrder",

@@ -14,6 +14,15 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     }
 }
 
+/// A whole number that is not negative.
+pub(crate) fn whole<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    if let Ok(number) = value.extract::<T>() {
+        return Ok(number);
+    }
+    let got = value.repr()?;
+    Err(PyValueError::new_err(format!("{name}: expected a whole number of at least zero, got {got}")))
+}
+
 /// Limits from any two numbers.
 pub(crate) fn pair(limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     match limits.extract::<Vec<f64>>() {

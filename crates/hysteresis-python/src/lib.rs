@@ -15,6 +15,8 @@
 mod actuators;
 mod arguments;
 mod arrays;
+mod controller;
+mod controller_terms;
 mod diagnostics;
 mod dynamics;
 mod errors;
@@ -26,6 +28,7 @@ mod model_values;
 mod models;
 mod operators;
 mod paper;
+mod preview;
 mod process;
 mod records;
 mod recursive;
@@ -47,6 +50,10 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
+    use crate::controller::HybridController;
+    #[pymodule_export]
+    use crate::controller_terms::ControllerTerms;
+    #[pymodule_export]
     use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
     use crate::dynamics::{DynamicsIdentification, identify_dynamics};
@@ -66,6 +73,8 @@ mod _core {
     use crate::operators::{CoupledPlay, Play};
     #[pymodule_export]
     use crate::paper::{table_1, table_1_recovered, table_2};
+    #[pymodule_export]
+    use crate::preview::Preview;
     #[pymodule_export]
     use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]

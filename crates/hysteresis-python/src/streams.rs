@@ -65,7 +65,7 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     Ok(plain)
 }
 
-fn kernel_of(model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+pub(crate) fn kernel_of(model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
     match kernel(model) {
         Some(kernel) => Ok(kernel),
         None => Err(PyTypeError::new_err(format!(
