@@ -226,7 +226,8 @@ def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
     refusal("preview", value=None)
     refusal("preview", "past", value=[])
     refusal("unheard_of", value=1)
-    for value in (None, 3, {}):
+    nonsense: list[Any] = [None, 3, {}]
+    for value in nonsense:
         with pytest.raises(ValueError, match=r"state: expected what \.state returned"):
             controller.state = value
     narrow = made(MODEL.inverse(LIMITS), limits=(0.0, 1.0), preview=mh.Preview([0.5, 0.5], 1))
