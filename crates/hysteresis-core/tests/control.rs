@@ -49,7 +49,8 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
     let incremental = after(Law::Incremental, AntiWindup::Conditional, exact());
     assert!(conditional < 0.1, "{conditional}");
     assert!(back < 0.2, "{back}");
-    assert!(incremental > 2.0 * back, "{incremental} has lost part of its feed-forward (erratum 12), {back} has not");
+    // The incremental law has lost part of its feed-forward (erratum 12), but has not wound up: at the rail it errs by 3.
+    assert!(2.0 * back < incremental && incremental < 1.0, "{back}, {incremental}");
 }
 
 #[test]

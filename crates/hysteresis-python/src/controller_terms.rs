@@ -78,8 +78,8 @@ impl ControllerTerms {
     fn __repr__(&self) -> String {
         let Terms { error, feedforward, proportional, integral, transition, drive, .. } = self.0;
         format!(
-            "<ControllerTerms drive {drive} of feedforward {feedforward}, proportional {proportional}, integral \
-             {integral}, transition {transition}; error {error}>"
+            "<ControllerTerms drive {drive:?} of feedforward {feedforward:?}, proportional {proportional:?}, integral \
+             {integral:?}, transition {transition:?}; error {error:?}>"
         )
     }
 }
