@@ -127,6 +127,8 @@ def test_it_equals_its_twin(drawn: Drawn, happenings: Events) -> None:
         parts = (terms.feedforward, terms.proportional, terms.integral, terms.transition)
         scale = max(1.0, *map(abs, parts))
         assert controller.drive == pytest.approx(twin.drive, rel=0, abs=ROUNDING * scale)
+        kept = controller.state["feedback_loop"]["integral"]
+        assert kept == pytest.approx(twin.integral, rel=0, abs=ROUNDING * scale)
         if abs(terms.demanded) > 1e6:
             break  # roundings of what is far beyond the limits would decide
     counted = (controller.rejected, controller.missing)
