@@ -113,10 +113,11 @@ GAIN_PAIRS = st.tuples(GAINS, GAINS)
 
 def events(upheavals: bool = False) -> st.SearchStrategy[tuple[str, Any]]:
     """Samples and changes of mode; with upheavals all that users can do to a controller."""
-    step = st.tuples(st.just("step"), calls())
+    step = st.tuples(st.just("step"), calls(GOOD) | calls(GOOD) | calls())
     mode = st.tuples(st.just("mode"), MODES)
     plan = st.tuples(st.just("plan"), st.tuples(calls(), st.booleans()))
-    common = [step, step, step, plan, mode, st.just(("hold", False))]
+    back = st.sampled_from([("hold", False), ("mode", "run")])
+    common = [*[step] * 8, plan, mode, back, back]
     if not upheavals:
         return st.one_of(common)
     return st.one_of(

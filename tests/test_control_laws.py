@@ -108,7 +108,7 @@ def test_a_motion_starts_from_the_present_drive(
     assert bits(controller.step(reference, 0.0, 100.0)) == bits(held)
 
 
-@given(setups(("positional",)), st.lists(events(), min_size=1, max_size=60))
+@given(setups(("positional",)), st.lists(events(), min_size=20, max_size=60))
 def test_it_equals_its_twin(drawn: Drawn, happenings: Events) -> None:
     controller, twin = drawn.controller(), drawn.twin()
     for name, value in happenings:
