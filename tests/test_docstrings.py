@@ -11,6 +11,7 @@ import mpi_hyst as mh
 import pytest
 
 WITHOUT_EXAMPLES = {
+    "ControllerTerms": "of HybridController, whose example reads it",
     "signals.Excitation": "made by excitation, whose example reads it",
     "Finding": "made by diagnose, whose example reads it",
     "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
@@ -18,7 +19,6 @@ WITHOUT_EXAMPLES = {
     "Metrics": "made by Run, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
     "Margins": "made by tune, whose example reads it",
-    "PreviewCoefficients": "made by preview, whose example reads it",
     "Tuning": "made by tune, whose example reads it",
     "NotInvertibleError": "an exception",
 }

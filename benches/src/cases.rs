@@ -37,6 +37,8 @@ pub enum What {
     Forward,
     /// Its exact inverse, along the outputs of the model.
     Inverse,
+    /// The hybrid controller with its exact inverse, along the outputs of the model.
+    Controller,
     /// The yardstick: all operators evaluated for every sample.
     PlainLoop,
     /// The samples copied from one array to another: what `run` cannot beat.
@@ -84,6 +86,10 @@ impl Case {
     /// Copying an array.
     pub const COPY: Self = Self { signal: Signal::SlowSine, operators: 1, what: What::Copy, mode: Mode::Run };
 
+    /// A sample of the controller.
+    pub const CONTROLLER: Self =
+        Self { signal: Signal::SlowSine, operators: 20, what: What::Controller, mode: Mode::Step };
+
     /// Every case, the plain loop first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
@@ -104,6 +110,7 @@ impl Case {
                 cases.extend(kinds.map(|(what, mode)| Self { signal, operators, what, mode }));
             }
         }
+        cases.push(Self::CONTROLLER);
         cases
     }
 

@@ -2,9 +2,10 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{Forward, Inverse, Kernel, Process, StreamArray};
+use hysteresis_core::{ControllerOptions, Forward, HybridController, Inverse, Kernel, Process, StreamArray};
 
 use crate::cases::{ARRAY, Case, Mode, What, actuator};
+use crate::signals::REACH;
 use crate::yardstick::{Copied, plain_loop, thinned};
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
@@ -40,6 +41,11 @@ impl Workload {
                 let targets = periodic_targets(&kernel, &drive, |target| _ = stream.step(target));
                 Self::stream(case.mode, stream, targets)
             }
+            What::Controller => {
+                let mut tracking = Tracking::new(&kernel);
+                let references = periodic_targets(&kernel, &drive, |reference| _ = tracking.step(reference));
+                Self::stream(case.mode, tracking, references)
+            }
         }
     }
 
@@ -69,6 +75,38 @@ impl Workload {
     /// Takes the samples of one pass.
     pub fn pass(&mut self) {
         self.0.pass();
+    }
+}
+
+/// A controller whose measurement lags by a sample: the error never rests.
+#[derive(Clone)]
+struct Tracking {
+    controller: HybridController,
+    last: f64,
+}
+
+impl Tracking {
+    fn new(kernel: &Kernel) -> Self {
+        let limits = (-1.1 * REACH, 1.1 * REACH);
+        let inverse = Inverse::new(kernel, Some(limits)).expect("the weights are positive");
+        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 0.6, limits) };
+        let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
+        Self { controller, last: 0.0 }
+    }
+}
+
+impl Process for Tracking {
+    fn step(&mut self, reference: f64) -> f64 {
+        let measurement = core::mem::replace(&mut self.last, reference);
+        self.controller.step(reference.into(), measurement)
+    }
+
+    fn peek(&self, reference: f64) -> f64 {
+        self.controller.peek(reference.into(), self.last)
+    }
+
+    fn reset(&mut self) {
+        self.controller.reset();
     }
 }
 

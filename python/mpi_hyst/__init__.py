@@ -3,6 +3,7 @@
 from mpi_hyst import paper, signals, trajectories
 from mpi_hyst._core import (
     ActuatorArray,
+    ControllerTerms,
     CoupledPlay,
     Creep,
     DynamicsIdentification,
@@ -10,6 +11,7 @@ from mpi_hyst._core import (
     FirstOrder,
     Forward,
     ForwardArray,
+    HybridController,
     Identification,
     Inverse,
     InverseArray,
@@ -22,7 +24,7 @@ from mpi_hyst._core import (
     Plant,
     Play,
     PrandtlIshlinskii,
-    PreviewCoefficients,
+    Preview,
     Quality,
     RecursiveIdentifier,
     RepetitiveControl,
@@ -43,6 +45,7 @@ from mpi_hyst._core import (
 
 __all__ = [
     "ActuatorArray",
+    "ControllerTerms",
     "CoupledPlay",
     "Creep",
     "DynamicsIdentification",
@@ -50,6 +53,7 @@ __all__ = [
     "FirstOrder",
     "Forward",
     "ForwardArray",
+    "HybridController",
     "Identification",
     "Inverse",
     "InverseArray",
@@ -62,7 +66,7 @@ __all__ = [
     "Plant",
     "Play",
     "PrandtlIshlinskii",
-    "PreviewCoefficients",
+    "Preview",
     "Quality",
     "RecursiveIdentifier",
     "RepetitiveControl",

@@ -11,6 +11,7 @@ _Matrix = NDArray[np.float64]
 
 __all__ = [
     "ActuatorArray",
+    "ControllerTerms",
     "CoupledPlay",
     "Creep",
     "DynamicsIdentification",
@@ -19,6 +20,7 @@ __all__ = [
     "FirstOrder",
     "Forward",
     "ForwardArray",
+    "HybridController",
     "Identification",
     "Inverse",
     "InverseArray",
@@ -32,7 +34,7 @@ __all__ = [
     "Play",
     "PointToPoint",
     "PrandtlIshlinskii",
-    "PreviewCoefficients",
+    "Preview",
     "Quality",
     "RecursiveIdentifier",
     "RepetitiveControl",
@@ -474,6 +476,124 @@ class RecursiveIdentifier:
     def __getstate__(self) -> dict[str, Any]: ...
     def __setstate__(self, state: dict[str, Any], /) -> None: ...
 
+@final
+class Preview:
+    def __new__(cls, coefficients: ArrayLike, ahead: int) -> Preview: ...
+    @property
+    def coefficients(self) -> _Vector: ...
+    @property
+    def ahead(self) -> int: ...
+    def error(self, frequency: float) -> float: ...
+    def __getnewargs__(self) -> tuple[_Vector, int]: ...
+
+@final
+class ControllerTerms:
+    @property
+    def reference(self) -> float: ...
+    @property
+    def target(self) -> float: ...
+    @property
+    def error(self) -> float: ...
+    @property
+    def feedforward(self) -> float: ...
+    @property
+    def proportional(self) -> float: ...
+    @property
+    def integral(self) -> float: ...
+    @property
+    def transition(self) -> float: ...
+    @property
+    def demanded(self) -> float: ...
+    @property
+    def drive(self) -> float: ...
+    @property
+    def saturated(self) -> bool: ...
+    @property
+    def slewing(self) -> bool: ...
+
+_FeedForward: TypeAlias = Forward | Inverse | Literal["given"] | None
+
+@final
+class HybridController:
+    def __new__(
+        cls,
+        feedforward: _FeedForward,
+        *,
+        kp: float,
+        ki: float,
+        dt: float = 1e-4,
+        limits: tuple[float, float],
+        slew: float | None = None,
+        law: Literal["positional", "incremental", "printed"] = "positional",
+        anti_windup: Literal["conditional", "back_calculation"] = "conditional",
+        tracking_time: float | None = None,
+        transition: float = 0.01,
+        max_missing: int = 10,
+        preview: Preview | None = None,
+        start_drive: float | None = None,
+    ) -> HybridController: ...
+    def step(
+        self,
+        reference: float,
+        measurement: float,
+        feedforward: float | None = None,
+        *,
+        target: float | None = None,
+    ) -> float: ...
+    def peek(
+        self,
+        reference: float,
+        measurement: float,
+        feedforward: float | None = None,
+        *,
+        target: float | None = None,
+    ) -> float: ...
+    def plan(
+        self,
+        reference: float,
+        measurement: float,
+        feedforward: float | None = None,
+        *,
+        target: float | None = None,
+    ) -> float: ...
+    def commit(self) -> bool: ...
+    @property
+    def drive(self) -> float: ...
+    @property
+    def terms(self) -> ControllerTerms: ...
+    @property
+    def mode(self) -> Literal["run", "feedforward", "hold"]: ...
+    @mode.setter
+    def mode(self, mode: Literal["run", "feedforward", "hold"]) -> None: ...
+    @property
+    def hold(self) -> bool: ...
+    @hold.setter
+    def hold(self, hold: bool) -> None: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float]: ...
+    @property
+    def dt(self) -> float: ...
+    def set_gains(self, kp: float, ki: float) -> None: ...
+    def set_model(self, model: _Model) -> None: ...
+    def set_feedforward(self, feedforward: _FeedForward) -> None: ...
+    def reset(self, drive: float | None = None) -> None: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def missing(self) -> int: ...
+    @property
+    def saturated(self) -> int: ...
+    @property
+    def slewing(self) -> int: ...
+    @property
+    def state(self) -> dict[str, Any]: ...
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None: ...
+
 _HeldOut: TypeAlias = tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, int]
 
 def identify(
@@ -855,14 +975,6 @@ class PointToPoint:
 _Trajectory = Sine | RoundedTriangle | PointToPoint
 _Dynamics = SecondOrder | FirstOrder | DynamicsIdentification
 
-@final
-class PreviewCoefficients:
-    @property
-    def coefficients(self) -> _Vector: ...
-    @property
-    def ahead(self) -> int: ...
-    def error(self, frequency: float) -> float: ...
-
 def preview(
     dynamics: _Dynamics | None,
     dt: float,
@@ -872,7 +984,7 @@ def preview(
     degree: int | None = None,
     amplifier_pole: float | None = None,
     delay: float | None = None,
-) -> PreviewCoefficients: ...
+) -> Preview: ...
 def shape(
     trajectory: ArrayLike | _Trajectory,
     dt: float,

@@ -4,6 +4,7 @@ Written from the equations of doi 10.1109/JAS.2016.7510136 as corrected by the e
 float at a time, and it imports nothing from the package under test. Clarity before speed.
 """
 
+from .control import Controller
 from .inverses import ExactInverse, closed_form_inverse, parametric_inverse, recovered_weights
 from .models import (
     ModifiedPrandtlIshlinskii,
@@ -16,6 +17,7 @@ from .tables import TABLE_1, TABLE_2, paper_actuator
 __all__ = [
     "TABLE_1",
     "TABLE_2",
+    "Controller",
     "CoupledPlay",
     "ExactInverse",
     "ModifiedPrandtlIshlinskii",

@@ -2,7 +2,10 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{Error, Forward, Inverse, Kernel, Process, StreamArray, paper};
+use hysteresis_core::{
+    AntiWindup, Command, ControllerOptions, Error, FeedForward, Forward, HybridController, Inverse, Kernel, Law, Mode,
+    Preview, Process, StreamArray, paper,
+};
 use no_panic::no_panic;
 
 #[no_panic]
@@ -71,6 +74,68 @@ fn forward_array_run(array: &mut StreamArray<Forward>, samples: &[f64], output: 
     array.run(samples, output)
 }
 
+#[no_panic]
+#[inline(never)]
+fn controller_step(controller: &mut HybridController, command: Command, measurement: f64) -> f64 {
+    controller.step(command, measurement)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_peek(controller: &HybridController, command: Command, measurement: f64) -> f64 {
+    controller.peek(command, measurement)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_plan(controller: &mut HybridController, command: Command, measurement: f64) -> f64 {
+    controller.plan(command, measurement)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_commit(controller: &mut HybridController) -> bool {
+    controller.commit()
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, ki: f64) -> Result<(), Error> {
+    controller.set_mode(mode);
+    controller.release();
+    controller.set_gains(kp, ki)
+}
+
+fn controllers(kernel: &Kernel) -> Result<(), Error> {
+    let limits = (-500.0, 500.0);
+    let conditional = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let tracking = AntiWindup::BackCalculation { tracking_time: None };
+    let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
+    let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
+    let cases = [
+        (FeedForward::from(Inverse::new(kernel, Some(limits))?), Some(preview), conditional),
+        (Forward::new(kernel).into(), None, back_calculation),
+        (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
+        (FeedForward::None, None, ControllerOptions { law: Law::Printed, ..conditional }),
+    ];
+    for (source, preview, options) in black_box(cases) {
+        let mut controller = HybridController::new(source, preview, &options)?;
+        for x in black_box([0.0, f64::NAN, 3.0, -1.0, 1e90, f64::INFINITY, 2.0]) {
+            for measurement in black_box([x, 0.0, f64::NAN, f64::NAN, f64::NAN]) {
+                let command = Command { target: Some(x), feedforward: Some(2.0), ..x.into() };
+                black_box(controller_peek(&controller, x.into(), measurement));
+                black_box(controller_step(&mut controller, x.into(), measurement));
+                black_box(controller_plan(&mut controller, command, measurement));
+                black_box(controller_commit(&mut controller));
+            }
+            controller_changes(&mut controller, Mode::Feedforward, 2.0, 0.1)?;
+            black_box(controller_step(&mut controller, x.into(), 1.0));
+            controller_changes(&mut controller, Mode::Run, 2.0, 0.1)?;
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let kernel = Kernel::new(&paper::table_1_recovered());
     let zeros = vec![0.0; kernel.operators()];
@@ -88,6 +153,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         inverse_run(&mut stream, &samples, &mut output)?;
     }
+    controllers(&kernel)?;
     let kernels = [kernel.clone(), kernel.clone(), kernel];
     let mut actuators = StreamArray::forward(&kernels);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;

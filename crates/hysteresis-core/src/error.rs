@@ -93,6 +93,8 @@ pub enum Error {
         /// What the model has.
         got: f64,
     },
+    /// A controller whose feed-forward has no model cannot take over another.
+    NoModel,
     /// A saved state does not belong to this stream.
     State {
         /// What the state must satisfy.
@@ -108,6 +110,13 @@ pub enum Bound {
     Finite,
     /// Finite and not below zero.
     NonNegative,
+    /// Finite and above zero.
+    Positive,
+    /// A whole number up to this one.
+    UpTo {
+        /// The largest.
+        last: usize,
+    },
     /// `0 <= inner <= outer`: the inner threshold of a coupled play and the outer one that bounds it.
     Within {
         /// The name of the inner threshold.
@@ -138,6 +147,8 @@ impl fmt::Display for Bound {
         match *self {
             Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
             Self::NonNegative => write!(f, "a finite number >= 0"),
+            Self::Positive => write!(f, "a finite number > 0"),
+            Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
@@ -173,6 +184,7 @@ impl fmt::Display for Error {
             Self::OtherOperators { what, expected, got } => {
                 write!(f, "model: expected the {what} of the running stream, {expected}, got {got}")
             }
+            Self::NoModel => write!(f, "model: expected a feed-forward that has one, got a controller without"),
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }
     }
@@ -191,6 +203,15 @@ pub(crate) fn check_non_negative(parameter: &'static str, index: Option<usize>, 
         Ok(got)
     } else {
         Err(Error::Domain { parameter, index, expected: Bound::NonNegative, got })
+    }
+}
+
+/// Checks a number that must be above zero, or names it.
+pub(crate) fn check_positive(parameter: &'static str, got: f64) -> Result<f64, Error> {
+    if is_admissible(got) && got > 0.0 {
+        Ok(got)
+    } else {
+        Err(Error::Domain { parameter, index: None, expected: Bound::Positive, got })
     }
 }
 

@@ -18,6 +18,7 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+mod control;
 mod error;
 mod inverse;
 mod memory;
@@ -27,6 +28,10 @@ pub mod paper;
 mod process;
 mod stream;
 
+pub use control::{
+    AntiWindup, Command, ControllerOptions, ControllerState, Counters, FeedForward, HybridController, Law, LoopState,
+    Mode, Preview, PreviewState, Terms,
+};
 pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
 pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};
 #[cfg(feature = "json")]

@@ -3,7 +3,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use hysteresis_core::{Forward, Inverse, Kernel, Process, StreamArray, paper};
+use hysteresis_core::{
+    Command, ControllerOptions, FeedForward, Forward, HybridController, Inverse, Kernel, Mode, Preview, Process,
+    StreamArray, paper,
+};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -90,4 +93,37 @@ fn an_array_never_allocates_while_it_runs() {
         assert!(forward.step(&row, &mut output).is_err());
     });
     assert_eq!(count, 0);
+}
+
+#[test]
+fn a_controller_never_allocates_while_it_runs() {
+    let kernel = Kernel::new(&paper::table_1_recovered());
+    let limits = (-500.0, 500.0);
+    let sources: [FeedForward; 2] =
+        [Inverse::new(&kernel, Some(limits)).unwrap().into(), paper::table_2().forward().into()];
+    let options = ControllerOptions { slew: Some(1e6), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let signal = signal();
+    for source in sources {
+        let preview = Preview::new(&[-1.0, 3.0, -1.0], 1).unwrap();
+        let mut controller = HybridController::new(source.clone(), Some(preview), &options).unwrap();
+        let other =
+            if matches!(source, FeedForward::Inverse(_)) { kernel.clone() } else { Kernel::new(&paper::table_2()) };
+        let count = allocations(|| {
+            for (x, y) in signal.iter().zip(signal.iter().rev()) {
+                let command = Command { target: Some(0.9 * x), feedforward: None, reference: *x };
+                std::hint::black_box(controller.peek(command, *y));
+                std::hint::black_box(controller.step((*x).into(), *y));
+                std::hint::black_box(controller.plan(command, *y));
+                controller.commit();
+            }
+            for mode in [Mode::Hold, Mode::Feedforward, Mode::Run] {
+                controller.set_mode(mode);
+                controller.step(1.0.into(), 1.0);
+            }
+            controller.set_gains(1.0, 0.1).unwrap();
+            controller.set_model(&other).unwrap();
+            controller.reset();
+        });
+        assert_eq!(count, 0);
+    }
 }

@@ -15,11 +15,12 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
 }
 
 /// A whole number that is not negative.
-pub(crate) fn natural(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u64> {
-    value.extract().or_else(|_| {
-        let got = value.repr()?;
-        Err(PyValueError::new_err(format!("{name}: expected a whole number from 0 to 2^64 - 1, got {got}")))
-    })
+pub(crate) fn whole<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    if let Ok(number) = value.extract::<T>() {
+        return Ok(number);
+    }
+    let got = value.repr()?;
+    Err(PyValueError::new_err(format!("{name}: expected a whole number of at least zero, got {got}")))
 }
 
 /// Limits from any two numbers.

@@ -17,6 +17,8 @@ mod arguments;
 mod arrays;
 mod chains;
 mod closed_loop;
+mod controller;
+mod controller_terms;
 mod diagnostics;
 mod dynamics;
 mod errors;
@@ -33,6 +35,7 @@ mod operators;
 mod paper;
 mod plant;
 mod precompensate;
+mod preview;
 mod process;
 mod records;
 mod recursive;
@@ -58,6 +61,10 @@ mod _core {
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
     use crate::closed_loop::{Metrics, Run, simulate};
+    #[pymodule_export]
+    use crate::controller::HybridController;
+    #[pymodule_export]
+    use crate::controller_terms::ControllerTerms;
     #[pymodule_export]
     use crate::diagnostics::{Finding, diagnose, loop_width};
     #[pymodule_export]
@@ -87,9 +94,11 @@ mod _core {
     #[pymodule_export]
     use crate::precompensate::{precompensate, shape};
     #[pymodule_export]
+    use crate::preview::Preview;
+    #[pymodule_export]
     use crate::recursive::RecursiveIdentifier;
     #[pymodule_export]
-    use crate::shaping::{PreviewCoefficients, preview};
+    use crate::shaping::preview;
     #[pymodule_export]
     use crate::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]

@@ -5,7 +5,7 @@ use hysteresis_simulate::plant::Benchmark;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arguments::natural;
+use crate::arguments::whole;
 use crate::models::ModifiedPrandtlIshlinskii;
 use crate::plant::Plant;
 
@@ -88,7 +88,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 #[pyfunction]
 #[pyo3(signature = (name, seed=None), text_signature = "(name, seed=0)")]
 pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Plant> {
-    let seed = seed.map_or(Ok(0), |seed| natural("seed", seed))?;
+    let seed = seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?;
     Ok(Plant(benchmark(name)?.plant(seed)))
 }
 

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::actuators::kernel_of;
-use crate::arguments::{count, natural, pair};
+use crate::arguments::{count, pair, whole};
 use crate::arrays::{BLOCK, vector};
 use crate::errors;
 use crate::linear::{given_creep, given_dynamics, invalid};
@@ -105,7 +105,7 @@ impl Plant {
             creep: creep.map(given_creep).transpose()?,
             delay: Delay::new(delay).map_err(invalid)?,
             noise,
-            seed: seed.map_or(Ok(0), |seed| natural("seed", seed))?,
+            seed: seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?,
             limits: limits.map(|limits| pair("limits", limits)).transpose()?,
             dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
             adc: adc(adc_bits, adc_range)?,

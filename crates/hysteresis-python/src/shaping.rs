@@ -1,41 +1,12 @@
 //! Feed-forward through inverse dynamics, sample by sample.
 
-use hysteresis_simulate::shaping::{self, PreviewOptions, Shaper};
-use numpy::PyArray1;
+use hysteresis_simulate::shaping::{PreviewOptions, Shaper};
 use pyo3::prelude::*;
 
 use crate::arguments::samples;
-use crate::arrays::read_only;
 use crate::chains::LinearPart;
 use crate::linear::invalid;
-
-/// What makes the target of a window of references: target[k] = sum_j coefficients[j] r[k + ahead - j].
-#[pyclass(module = "mpi_hyst", frozen)]
-pub(crate) struct PreviewCoefficients(shaping::PreviewCoefficients);
-
-#[pymethods]
-impl PreviewCoefficients {
-    /// c_j, the newest reference's first, read-only.
-    #[getter]
-    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.coefficients.iter().copied())
-    }
-
-    /// How many samples ahead the newest reference is.
-    #[getter]
-    fn ahead(&self) -> usize {
-        self.0.ahead
-    }
-
-    /// The error of the target for a sine of this frequency in Hz, relative to the target.
-    fn error(&self, frequency: f64) -> f64 {
-        self.0.error(frequency)
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<PreviewCoefficients: {} references, {} ahead>", self.0.coefficients.len(), self.0.ahead)
-    }
-}
+use crate::preview::Preview;
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
 ///
@@ -66,7 +37,8 @@ impl PreviewCoefficients {
 ///
 /// Returns
 /// -------
-/// PreviewCoefficients
+/// Preview
+///     For a `HybridController`.
 ///
 /// Raises
 /// ------
@@ -78,7 +50,7 @@ impl PreviewCoefficients {
 /// >>> import mpi_hyst as mh
 /// >>> made = mh.preview(mh.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// >>> made
-/// <PreviewCoefficients: 8 references, 4 ahead>
+/// <Preview of 8 taps, ahead 4>
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
 /// (True, True)
 #[pyfunction]
@@ -91,7 +63,7 @@ pub(crate) fn preview(
     degree: Option<i64>,
     amplifier_pole: Option<f64>,
     delay: Option<f64>,
-) -> PyResult<PreviewCoefficients> {
+) -> PyResult<Preview> {
     let chain = LinearPart { dynamics, amplifier_pole, delay }.chain(dt)?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,
@@ -99,5 +71,5 @@ pub(crate) fn preview(
         degree: degree.map(|degree| samples("degree", degree)).transpose()?,
     };
     let made = Shaper::new(&chain, dt).and_then(|shaper| shaper.preview(&options));
-    made.map(PreviewCoefficients).map_err(invalid)
+    Preview::made(made.map_err(invalid)?)
 }

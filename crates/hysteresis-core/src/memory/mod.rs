@@ -45,8 +45,8 @@ fn check_same_count(expected: usize, got: usize) -> Result<(), Error> {
     check_same("number of operators", count_as_f64(expected), count_as_f64(got))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a number of operators, for a message")]
-fn count_as_f64(count: usize) -> f64 {
+#[expect(clippy::cast_precision_loss, reason = "a count, for a message")]
+pub(crate) fn count_as_f64(count: usize) -> f64 {
     count as f64
 }
 

@@ -1,6 +1,8 @@
 //! Random models and histories for the laws.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub(crate) mod control;
+
 use hysteresis_core::{Forward, Kernel, ModifiedPrandtlIshlinskii, Offsets};
 use proptest::collection::vec;
 use proptest::prelude::*;

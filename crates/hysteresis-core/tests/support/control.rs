@@ -1,0 +1,181 @@
+//! Random controllers and what may happen to them.
+
+use hysteresis_core::{
+    AntiWindup, Command, ControllerOptions, ControllerState, FeedForward, Forward, HybridController, Inverse, Kernel,
+    Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Ratios,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// Two actuators of the same operators, volts in and um out, or two banks that are roughly their inverses.
+pub(crate) fn kernel(which: usize, inverse: bool) -> Kernel {
+    let actuators = ([0.0, 60.0, 150.0, 300.0], [[4.3e-3, 6e-4, 5e-4, 4e-4], [5.0e-3, 2e-4, 9e-4, 0.0]]);
+    let banks = ([0.0, 0.25, 0.6, 1.4], [[235.0, -25.0, -20.0, -12.0], [200.0, -8.0, -30.0, 0.0]]);
+    let (r, weights) = if inverse { banks } else { actuators };
+    let ratios = if inverse { Ratios::PAPER_INVERSE } else { Ratios::PAPER };
+    Kernel::new(&ModifiedPrandtlIshlinskii::from_ratios(&weights[which], &r, ratios, Offsets::default()).unwrap())
+}
+
+/// Which feed-forward, and of which actuator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Source {
+    None,
+    Given,
+    Exact(usize),
+    Parametric(usize),
+}
+
+impl Source {
+    pub(crate) fn make(self, limits: (f64, f64)) -> FeedForward {
+        match self {
+            Self::None => FeedForward::None,
+            Self::Given => FeedForward::Given,
+            Self::Exact(which) => Inverse::new(&kernel(which, false), Some(limits)).unwrap().into(),
+            Self::Parametric(which) => Forward::new(&kernel(which, true)).into(),
+        }
+    }
+}
+
+pub(crate) fn source() -> impl Strategy<Value = Source> {
+    prop_oneof![
+        1 => Just(Source::None),
+        1 => Just(Source::Given),
+        3 => (0..2_usize).prop_map(Source::Exact),
+        2 => (0..2_usize).prop_map(Source::Parametric),
+    ]
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Setup {
+    pub(crate) source: Source,
+    pub(crate) window: Option<(Vec<f64>, usize)>,
+    pub(crate) options: ControllerOptions,
+}
+
+impl Setup {
+    pub(crate) fn make(&self) -> HybridController {
+        let preview = self.window.as_ref().map(|(c, ahead)| Preview::new(c, *ahead).unwrap());
+        HybridController::new(self.source.make(self.options.limits), preview, &self.options).unwrap()
+    }
+}
+
+pub(crate) fn gain() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 4 => 0.0..100.0, 1 => Just(1e90)]
+}
+
+fn law() -> impl Strategy<Value = (Law, AntiWindup)> {
+    let tracking = prop_oneof![Just(None), (1e-5..1.0).prop_map(Some)];
+    prop_oneof![
+        2 => Just((Law::Positional, AntiWindup::Conditional)),
+        2 => tracking.prop_map(|tracking_time| (Law::Positional, AntiWindup::BackCalculation { tracking_time })),
+        1 => Just((Law::Incremental, AntiWindup::Conditional)),
+        1 => Just((Law::Printed, AntiWindup::Conditional)),
+    ]
+}
+
+fn window() -> impl Strategy<Value = Option<(Vec<f64>, usize)>> {
+    let ahead = |c: Vec<f64>| (0..c.len()).prop_map(move |ahead| Some((c.clone(), ahead)));
+    prop_oneof![1 => Just(None), 1 => vec(-3.0..3.0, 1..6).prop_flat_map(ahead)]
+}
+
+pub(crate) fn setup() -> impl Strategy<Value = Setup> {
+    let slew = prop_oneof![1 => Just(None), 2 => (1e3..1e6).prop_map(Some)];
+    let limits = prop_oneof![Just((-500.0, 500.0)), Just((-20.0, 150.0)), Just((30.0, 100.0)), Just((-1e100, 1e100))];
+    let transition = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
+    (source(), window(), (gain(), gain()), limits, slew, law(), transition, 0..4_u32).prop_map(
+        |(source, window, (kp, ki), limits, slew, (law, anti_windup), transition, max_missing)| {
+            let set = ControllerOptions::new(kp, ki, limits);
+            let options = ControllerOptions { slew, law, anti_windup, transition, max_missing, ..set };
+            Setup { source, window, options }
+        },
+    )
+}
+
+/// Something that happens to a controller.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Event {
+    Sample(Command, f64),
+    /// A plan, and whether it is committed.
+    Plan(Command, f64, bool),
+    Mode(Mode),
+    Release,
+    Gains(f64, f64),
+    Model(usize),
+    Source(Source),
+    Reset,
+    ResetAt(f64),
+    Save,
+    Restore,
+}
+
+/// A number that anything may hand over.
+fn wild() -> impl Strategy<Value = f64> {
+    let bad = prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY), Just(1e300), Just(-1e99)];
+    prop_oneof![12 => -4.0..4.0, 2 => -1e3..1e3, 1 => -1e9..1e9, 2 => bad, 1 => Just(0.0)]
+}
+
+fn maybe<S: Strategy<Value = f64>>(number: S) -> impl Strategy<Value = Option<f64>> {
+    prop_oneof![3 => Just(None), 1 => number.prop_map(Some)]
+}
+
+pub(crate) fn command() -> impl Strategy<Value = Command> {
+    (wild(), maybe(wild()), maybe(prop_oneof![wild(), -600.0..600.0]))
+        .prop_map(|(reference, target, feedforward)| Command { reference, target, feedforward })
+}
+
+/// Samples, and changes of mode: what leaves the configuration as it is.
+pub(crate) fn event() -> impl Strategy<Value = Event> {
+    let mode = prop_oneof![Just(Mode::Run), Just(Mode::Feedforward), Just(Mode::Hold)];
+    prop_oneof![
+        20 => (command(), wild()).prop_map(|(command, y)| Event::Sample(command, y)),
+        4 => (command(), wild(), any::<bool>()).prop_map(|(command, y, commit)| Event::Plan(command, y, commit)),
+        1 => mode.prop_map(Event::Mode),
+        2 => Just(Event::Release),
+    ]
+}
+
+/// Another configuration.
+pub(crate) fn switch() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki)),
+        (0..2_usize).prop_map(Event::Model),
+        source().prop_map(Event::Source),
+    ]
+}
+
+/// Anything.
+pub(crate) fn upheaval() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        10 => event(),
+        3 => switch(),
+        1 => Just(Event::Reset),
+        1 => (-600.0..600.0).prop_map(Event::ResetAt),
+        1 => Just(Event::Save),
+        1 => Just(Event::Restore),
+    ]
+}
+
+/// Lets it happen. True if the amplifier is where the controller has just been told it is.
+pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mut Option<ControllerState>) -> bool {
+    let limits = controller.options().limits;
+    match event {
+        Event::Sample(command, y) => _ = controller.step(command, y),
+        Event::Plan(command, y, commit) => {
+            controller.plan(command, y);
+            assert!(!commit || controller.commit());
+        }
+        Event::Mode(mode) => controller.set_mode(mode),
+        Event::Release => controller.release(),
+        Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
+        Event::Model(which) => {
+            let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
+            _ = controller.set_model(&kernel(which, inverse));
+        }
+        Event::Source(source) => controller.set_feedforward(source.make(limits)),
+        Event::Reset => controller.reset(),
+        Event::ResetAt(drive) => return controller.reset_at(drive).is_ok(),
+        Event::Save => *saved = Some(controller.state()),
+        Event::Restore => return saved.as_ref().is_some_and(|state| controller.set_state(state).is_ok()),
+    }
+    false
+}
