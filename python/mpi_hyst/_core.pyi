@@ -837,6 +837,11 @@ def simulate(
     plant: Plant,
     reference: ArrayLike,
     *,
+    target: ArrayLike | None = None,
+    observer: Observer | None = None,
+    repetitive: RepetitiveControl | None = None,
+    identifier: RecursiveIdentifier | None = None,
+    swap_every: int = 1000,
     period: float | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Run: ...

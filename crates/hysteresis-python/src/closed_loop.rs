@@ -1,17 +1,13 @@
 //! Closed loops: a controller, a plant, a reference, and how well the plant followed.
 
-use hysteresis_simulate::closed_loop::Trial;
 use hysteresis_simulate::metrics::{self, Record};
 use numpy::PyArray1;
-use pyo3::exceptions::PyTypeError;
-use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arguments::pair;
 use crate::arrays::{read_only, vector};
 use crate::errors;
-use crate::plant::Plant;
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -118,7 +114,7 @@ impl Metrics {
 /// >>> run.metrics.hysteresis_percent, run.settled.max_error
 /// (12.5, 0.25)
 #[pyclass(module = "mpi_hyst", frozen)]
-pub(crate) struct Run(metrics::Run);
+pub(crate) struct Run(pub(crate) metrics::Run);
 
 #[pymethods]
 impl Run {
@@ -206,79 +202,4 @@ impl Run {
         keywords.set_item("period", self.period())?;
         Ok((PyTuple::new(py, arrays)?, keywords))
     }
-}
-
-/// Lets a plant follow a reference under a controller, from the state in which both are.
-///
-/// At sample k the controller's `step(reference[k], plant.measured)` gives the drive, which the plant holds for one
-/// sampling interval. A reference that is not finite is refused before anything moves. An exception of the controller ends
-/// the run and leaves both where they are. The controller cannot use the plant itself meanwhile.
-///
-/// Parameters
-/// ----------
-/// controller : object
-///     With a method step(reference, measurement) -> drive.
-/// plant : Plant
-///     What is driven.
-/// reference : array of n floats
-///     Where the position should be, um, at the plant's sampling interval.
-/// period : float, optional
-///     Of the reference, in samples: `settled` of the run leaves out the first.
-/// progress : callable, optional
-///     Called with the fraction done, now and then.
-///
-/// Returns
-/// -------
-/// Run
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     That name the argument, what was expected and what came.
-///
-/// Examples
-/// --------
-/// >>> import mpi_hyst as mh
-/// >>> class OpenLoop:
-/// ...     def __init__(self, inverse):
-/// ...         self.inverse = inverse
-/// ...     def step(self, reference, measurement):
-/// ...         return self.inverse.step(reference)
-/// >>> actuator = mh.paper.table_1_recovered()
-/// >>> reference = mh.signals.sine(3.0, 20.0, seconds=0.1)  # um
-/// >>> stage = mh.Plant(actuator, dynamics=mh.SecondOrder(2000.0, 0.03))
-/// >>> run = mh.simulate(OpenLoop(actuator.inverse()), stage, reference, period=500)
-/// >>> print(f"{1e3 * run.settled.max_position_error:.0f} nm")  # half a sample by the hold, and ringing
-/// 21 nm
-#[pyfunction]
-#[pyo3(signature = (controller, plant, reference, *, period=None, progress=None))]
-pub(crate) fn simulate(
-    controller: &Bound<'_, PyAny>,
-    plant: &Bound<'_, Plant>,
-    reference: &Bound<'_, PyAny>,
-    period: Option<f64>,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Run> {
-    let py = plant.py();
-    let Ok(step) = controller.getattr(intern!(py, "step")) else {
-        let got = controller.repr()?;
-        let expected = "an object with step(reference, measurement) -> drive";
-        return Err(PyTypeError::new_err(format!("controller: expected {expected}, got {got}")));
-    };
-    // A copy: the controller may change the array.
-    let reference = vector("reference", reference)?.as_slice()?.to_vec();
-    let trial = Trial::new(&reference, period).map_err(errors::core)?;
-    let drive = |k: usize, measured: f64| {
-        let drive = step.call1((reference[k], measured))?;
-        drive.extract::<f64>().map_err(|_| match drive.repr() {
-            Ok(got) => PyTypeError::new_err(format!("controller.step: expected a number at sample {k}, got {got}")),
-            Err(error) => error,
-        })
-    };
-    #[expect(clippy::cast_precision_loss, reason = "a fraction for the eye")]
-    let watch = |k: usize| {
-        py.check_signals()?;
-        progress.map_or(Ok(()), |progress| progress.call1((k as f64 / reference.len() as f64,)).map(drop))
-    };
-    trial.run(&mut plant.try_borrow_mut()?.0, drive, watch).map(Run)
 }

@@ -79,7 +79,7 @@ use crate::streams::{Forward, Inverse};
 /// >>> controller.commit(), controller.drive == drive
 /// (True, True)
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct HybridController(core::HybridController);
+pub(crate) struct HybridController(pub(crate) core::HybridController);
 
 /// The source of the feed-forward, as a copy.
 fn source(value: Option<&Bound<'_, PyAny>>) -> PyResult<FeedForward> {

@@ -178,7 +178,7 @@ impl IterativeLearning {
 /// (True, True)
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct RepetitiveControl {
-    control: learning::RepetitiveControl,
+    pub(crate) control: learning::RepetitiveControl,
     feedback: FeedbackLoop,
 }
 

@@ -45,6 +45,7 @@ mod signals;
 mod single_argument;
 mod stream_arrays;
 mod streams;
+mod tracking;
 mod trajectories;
 mod tuning;
 
@@ -60,7 +61,7 @@ mod _core {
     #[pymodule_export]
     use crate::actuators::ActuatorArray;
     #[pymodule_export]
-    use crate::closed_loop::{Metrics, Run, simulate};
+    use crate::closed_loop::{Metrics, Run};
     #[pymodule_export]
     use crate::controller::HybridController;
     #[pymodule_export]
@@ -105,6 +106,8 @@ mod _core {
     use crate::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
     use crate::streams::{Forward, Inverse};
+    #[pymodule_export]
+    use crate::tracking::simulate;
     #[pymodule_export]
     use crate::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]

@@ -43,7 +43,7 @@ use crate::linear::{given_dynamics, invalid};
 /// >>> 0.0 < estimate < 0.02
 /// True
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct Observer(hysteresis_simulate::Observer);
+pub(crate) struct Observer(pub(crate) hysteresis_simulate::Observer);
 
 #[pymethods]
 impl Observer {

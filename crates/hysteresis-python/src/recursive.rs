@@ -57,7 +57,7 @@ use crate::models::{self, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 /// >>> abs(error) < 1e-9, identifier.frozen  # the drive has died out
 /// (True, 'poor_excitation')
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct RecursiveIdentifier(identification::RecursiveIdentifier);
+pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdentifier);
 
 fn given(model: &Bound<'_, PyAny>) -> PyResult<Model> {
     if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {

@@ -63,6 +63,12 @@ impl<'a> Trial<'a> {
         Ok(Self { reference, period })
     }
 
+    /// What is to be followed.
+    #[must_use]
+    pub fn reference(&self) -> &'a [f64] {
+        self.reference
+    }
+
     /// [`simulate`] for long runs and controllers that may fail: `watch(k)` is called before every 4096th sample, to
     /// show progress or to stop.
     ///

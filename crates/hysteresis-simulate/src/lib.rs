@@ -13,6 +13,7 @@ mod observer;
 pub mod plant;
 pub mod shaping;
 pub mod signals;
+pub mod tracking;
 pub mod trajectory;
 pub mod tuning;
 

@@ -1,0 +1,98 @@
+//! A hybrid controller in its loop, with what may surround it.
+
+use hysteresis_core::{Command, HybridController};
+
+use crate::Observer;
+use crate::closed_loop::Trial;
+use crate::learning::RepetitiveControl;
+use crate::metrics::Run;
+use crate::plant::Plant;
+
+/// A controller and what may help it: targets of the feed-forward known beforehand, a filter for the measurement,
+/// learning in the loop.
+///
+/// ```
+/// use hysteresis_core::{ControllerOptions, HybridController, paper};
+/// use hysteresis_simulate::closed_loop::Trial;
+/// use hysteresis_simulate::plant::Benchmark;
+/// use hysteresis_simulate::signals::{Wave, sine};
+/// use hysteresis_simulate::tracking::Tracking;
+/// let reference = sine(Wave { amplitude: 3.3, frequency: 20.0, rate: 1e4, offset: 0.0 }, 0.15)?;
+/// let gains = Benchmark::A1.gains();
+/// let options = ControllerOptions::new(gains.kp, gains.ki, (-560.0, 560.0));
+/// let mut controller = HybridController::new(paper::table_2().forward().into(), None, &options)?;
+/// let trial = Trial::new(&reference, Some(500.0))?;
+/// let run = Tracking::of(&mut controller).run(&trial, &mut Benchmark::A1.plant(0), |_| Ok::<_, core::fmt::Error>(()))?;
+/// assert!((run.metrics().max_error / 0.293 - 1.0).abs() < 0.1); // as published
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Tracking<'a> {
+    /// What steps.
+    pub controller: &'a mut HybridController,
+    /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of it.
+    pub targets: Option<&'a [f64]>,
+    /// What turns the measurement into what the feedback sees.
+    pub observer: Option<&'a mut Observer>,
+    /// What corrects the targets; the reference where there are none, also behind a preview.
+    pub repetitive: Option<&'a mut RepetitiveControl>,
+}
+
+impl<'a> Tracking<'a> {
+    /// The controller alone.
+    pub fn of(controller: &'a mut HybridController) -> Self {
+        Self { controller, targets: None, observer: None, repetitive: None }
+    }
+
+    /// Lets the plant follow the reference of the trial; see [`Trial::run`] for `watch`.
+    ///
+    /// With a preview, references enter early: before the run, the plant stands at the first reference for as long.
+    ///
+    /// # Errors
+    /// Those of the watch, which end the run; controller and plant stay where they are then.
+    pub fn run<E>(
+        self,
+        trial: &Trial<'_>,
+        plant: &mut Plant,
+        watch: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        self.run_with(trial, plant, |_, _, _| Ok(()), watch)
+    }
+
+    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called at every sample before the controller
+    /// steps, with the drive that was held until now.
+    ///
+    /// # Errors
+    /// Those of `adapt` and the watch, which end the run; controller and plant stay where they are then.
+    pub fn run_with<E>(
+        mut self,
+        trial: &Trial<'_>,
+        plant: &mut Plant,
+        mut adapt: impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
+        watch: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        let ahead = self.controller.preview().map_or(0, hysteresis_core::Preview::ahead);
+        let reference = trial.reference();
+        // Past its end the reference stands still.
+        let coming = |k: usize| reference[k.min(reference.len() - 1)];
+        for k in 0..ahead {
+            let seen = self.see(plant.measured());
+            plant.step(self.controller.step(coming(k).into(), seen));
+        }
+        let step = |k: usize, measured: f64| {
+            adapt(self.controller, self.controller.drive(), measured)?;
+            let seen = self.see(measured);
+            let correction = self.repetitive.as_mut().map(|repetitive| repetitive.step(reference[k] - measured));
+            let given = self.targets.map(|targets| targets[k]);
+            let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
+            Ok(self.controller.step(Command { reference: coming(k + ahead), target, feedforward: None }, seen))
+        };
+        trial.run(plant, step, watch)
+    }
+
+    /// What the feedback sees of a measurement.
+    fn see(&mut self, measured: f64) -> f64 {
+        let drive = self.controller.drive();
+        self.observer.as_mut().map_or(measured, |observer| observer.step(drive, measured))
+    }
+}
