@@ -527,7 +527,7 @@ class HybridController:
         law: Literal["positional", "incremental", "printed"] = "positional",
         anti_windup: Literal["conditional", "back_calculation"] = "conditional",
         tracking_time: float | None = None,
-        transition: float = 0.01,
+        transition: float = 0.005,
         max_missing: int = 10,
         preview: Preview | None = None,
         start_drive: float | None = None,

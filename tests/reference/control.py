@@ -36,7 +36,7 @@ class Controller:
         law: str = "positional",
         anti_windup: str = "conditional",
         tracking_time: float | None = None,
-        transition: float = 0.01,
+        transition: float = 0.005,
         max_missing: int = 10,
         window: tuple[Sequence[float], int] | None = None,
     ) -> None:
@@ -46,7 +46,8 @@ class Controller:
         self.law, self.anti_windup = law, anti_windup
         integral_time = dt * kp / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
-        self.fading = transition / (transition + dt)
+        self.fading = int(transition / dt + 0.5)  # samples
+        self.left, self.resting = 0, False
         self.max_missing, self.window = max_missing, window
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
@@ -70,7 +71,7 @@ class Controller:
         """For anti-windup without a share of the gains."""
         if self.proportional is not None:
             proportional = kp * self.error
-            self.transition += self.proportional - proportional
+            self.carry(self.proportional - proportional)
             self.proportional = proportional
         self.kp, self.ki = kp, ki
 
@@ -129,20 +130,41 @@ class Controller:
         self.drive = drive
         return demanded - drive
 
+    def carry(self, volts: float) -> None:
+        """A difference that would be a jump, for the transition to take."""
+        if volts != 0.0:
+            self.transition += volts
+            self.left = self.fading
+
     def fade(self, error: Number) -> None:
-        self.transition *= self.fading
+        """One sample of a straight line to zero."""
+        self.transition -= self.transition / self.left if self.left > 1 else self.transition
+        self.left = max(0, self.left - 1)
         if error is None and self.proportional is not None:
-            self.transition += self.proportional
+            self.transition, self.left = self.transition + self.proportional, self.fading
         elif error is not None and self.proportional is None:
-            self.transition -= self.kp * error
+            self.transition, self.left = self.transition - self.kp * error, self.fading
+
+    def integrand(self, error: Number) -> float:
+        """Nothing at a start, and until its transition is gone."""
+        rests = self.resting or not self.started
+        return 0.0 if error is None or rests else self.ki * error
+
+    def begin(self, wanted: float) -> None:
+        """A motion, from the present drive."""
+        self.transition = self.drive - wanted
+        self.left = self.fading if self.transition != 0.0 else 0
+        self.resting = True
 
     def positional(self, volts: float, error: Number) -> None:
-        proportional, change = (0.0, 0.0) if error is None else (self.kp * error, self.ki * error)
+        proportional = 0.0 if error is None else self.kp * error
+        change = self.integrand(error)
         wanted = volts + proportional + self.integral + change
         if self.started:
             self.fade(error)
         else:
-            self.transition = self.drive - wanted
+            self.begin(wanted)
+        self.resting = self.resting and self.left > 0
         excess = self.limit(wanted + self.transition if self.started else self.drive)
         if self.anti_windup == "back_calculation":
             self.integral += change - (0.0 if error is None else self.share * excess)
@@ -153,12 +175,14 @@ class Controller:
         """Increments of the last drive, for one motion: no hold, no measurement missing."""
         assert error is not None
         if not self.started:
-            self.transition = self.drive - (volts + self.kp * error + self.ki * error)
+            self.begin(volts + self.kp * error)
+            self.resting = self.left > 0
             self.limit(self.drive)
             return
         assert self.proportional is not None
-        before = self.transition
+        before, integrand = self.transition, self.integrand(error)
         self.fade(error)
+        self.resting = self.resting and self.left > 0
         change = volts - self.volts if self.law == "incremental" else volts
         change += self.kp * error - self.proportional
-        self.limit(self.drive + change + self.ki * error + self.transition - before)
+        self.limit(self.drive + change + integrand + self.transition - before)

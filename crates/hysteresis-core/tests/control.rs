@@ -54,6 +54,27 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
 }
 
 #[test]
+fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
+    let mut controller = made(FeedForward::Given, ControllerOptions::new(5.0, 0.5, LIMITS));
+    let mut step = |volts| {
+        controller.step(Command { feedforward: Some(volts), ..1.0.into() }, 0.75);
+        controller.terms()
+    };
+    // 5 ms of 0.1 ms; the law wants 100 V and kp times 0.25 um
+    for left in (0..=50).rev() {
+        let terms = step(100.0);
+        let wanted = -101.25 * f64::from(left) / 50.0;
+        assert!((terms.transition - wanted).abs() < 1e-12 && terms.integral == 0.0, "{left}: {terms:?}");
+    }
+    assert_eq!(step(100.0).integral, 0.125);
+    // Where there is nothing to go over to, nothing rests.
+    let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 0.5, LIMITS));
+    controller.step(1.0.into(), 1.0);
+    controller.step(1.0.into(), 0.75);
+    assert_eq!(controller.terms().integral, 0.125);
+}
+
+#[test]
 fn the_printed_law_runs_to_the_rail() {
     // 5 Hz and 3.3 um, as in Fig. 14, from a start on the reference.
     let sine = |k: i32| 3.3 * (1e-4 * f64::from(k) * 5.0 * core::f64::consts::TAU).sin();

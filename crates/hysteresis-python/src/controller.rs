@@ -20,7 +20,7 @@ use crate::streams::{Forward, Inverse};
 ///
 /// u(k) = H^-1[target(k)] + kp e(k) + ki (e(0) + ... + e(k)) + transition(k), e = reference - measurement. The drive is
 /// finite, within `limits` and no farther than slew dt from the last one, whatever comes. A motion starts from the present
-/// drive, and switches while it runs are no jumps: `transition` takes the difference and fades.
+/// drive, and switches while it runs are no jumps: `transition` takes the difference and goes down to nothing.
 ///
 /// A reference, target or feed-forward that is not finite (or beyond 1e100) holds the drive and is counted in `rejected`. A
 /// measurement that is not finite does so too (`missing`); after `max_missing` in a row feed-forward goes on alone, the
@@ -48,7 +48,8 @@ use crate::streams::{Forward, Inverse};
 ///     Of the positional law, for limits and slew: the sum takes no error that pushes a limited drive further; or it also
 ///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki samples).
 /// transition : float
-///     The time constant, in seconds, with which the difference at a start or a switch fades.
+///     How long it takes, in seconds, until the difference at a start or a switch is gone, in a straight line. From a
+///     start until then the integral rests.
 /// max_missing : int
 ///     How many measurements in a row may be missing before feed-forward goes on alone.
 /// preview : Preview, optional
@@ -145,9 +146,9 @@ fn warn_of(py: Python<'_>, law: Law) -> PyResult<()> {
 impl HybridController {
     #[new]
     #[pyo3(signature = (feedforward, *, kp, ki, dt=1e-4, limits, slew=None, law="positional", anti_windup="conditional",
-        tracking_time=None, transition=0.01, max_missing=None, preview=None, start_drive=None),
+        tracking_time=None, transition=0.005, max_missing=None, preview=None, start_drive=None),
         text_signature = "(feedforward, *, kp, ki, dt=0.0001, limits, slew=None, law='positional', \
-        anti_windup='conditional', tracking_time=None, transition=0.01, max_missing=10, preview=None, start_drive=None)")]
+        anti_windup='conditional', tracking_time=None, transition=0.005, max_missing=10, preview=None, start_drive=None)")]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new(
         py: Python<'_>,

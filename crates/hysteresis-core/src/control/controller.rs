@@ -28,8 +28,9 @@ use crate::memory::Kernel;
 /// **No jumps.** A motion starts from the present drive: at the first sample, after [`reset`](Self::reset), after a hold and
 /// after samples that were held, `transition` makes the output equal the last one, to the bit. When gains, model or source
 /// change, it takes the difference that the change makes at the last sample, so the motion goes on; when feedback goes or
-/// returns, the proportional term. It fades by the factor transition / (transition + dt) per sample. The integral is kept in
-/// volts.
+/// returns, the proportional term. It goes down to nothing in a straight line, over the time
+/// [`transition`](ControllerOptions::transition). From a start until then the integral rests: what errs meanwhile is the
+/// start's, and would have to be unlearned slowly. The integral is kept in volts.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and the changes of gains and
 /// mode do not allocate, lock, panic, log or read a clock.
@@ -277,7 +278,7 @@ impl HybridController {
         (self.options.kp, self.options.ki) = (kp, ki);
         if self.now.feedback {
             let proportional = kp * self.now.terms.error;
-            self.now.terms.transition += self.now.terms.proportional - proportional;
+            self.now.carry(self.now.terms.proportional - proportional, self.rules.fading);
             self.now.terms.proportional = proportional;
         }
         Ok(())
@@ -294,7 +295,7 @@ impl HybridController {
         self.planned = None;
         if self.now.started && !self.now.given {
             let feedforward = self.source.peek(self.now.terms.target);
-            self.now.change_feedforward(feedforward);
+            self.now.change_feedforward(feedforward, self.rules.fading);
         }
         Ok(())
     }
@@ -308,7 +309,7 @@ impl HybridController {
             self.now.started = false;
         } else if self.now.started {
             let feedforward = self.source.step(self.now.terms.target);
-            self.now.change_feedforward(feedforward);
+            self.now.change_feedforward(feedforward, self.rules.fading);
         }
     }
 
@@ -375,9 +376,17 @@ impl LoopState {
         self.counters.missing = self.counters.missing.saturating_add(1);
     }
 
+    /// Lets the transition take what a switch would make the drive jump by. No difference starts no transition.
+    fn carry(&mut self, difference: f64, fading: u32) {
+        if difference != 0.0 {
+            self.terms.transition += difference;
+            self.fading = fading;
+        }
+    }
+
     /// Restates the last sample with another feed-forward.
-    fn change_feedforward(&mut self, feedforward: f64) {
-        self.terms.transition += self.terms.feedforward - feedforward;
+    fn change_feedforward(&mut self, feedforward: f64, fading: u32) {
+        self.carry(self.terms.feedforward - feedforward, fading);
         self.terms.feedforward = feedforward;
         self.given = false;
     }

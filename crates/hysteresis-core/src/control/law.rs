@@ -43,8 +43,8 @@ pub(super) enum Keep {
 pub(super) struct Rules {
     pub(super) gains: Gains,
     pub(super) keep: Keep,
-    /// What a sample leaves of the transition.
-    pub(super) fading: f64,
+    /// How many samples a transition takes.
+    pub(super) fading: u32,
     pub(super) max_missing: u32,
 }
 
@@ -65,15 +65,17 @@ impl Rules {
     pub(super) fn act(&self, before: &LoopState, limiter: &Limiter, sample: &Sample, feedforward: f64) -> LoopState {
         let feedback = sample.error.is_some() && before.mode == Mode::Run;
         let error = sample.error.unwrap_or(before.terms.error);
-        let (proportional, change) = if feedback { (self.gains.kp * error, self.gains.ki * error) } else { (0.0, 0.0) };
+        let rests = !before.started || before.resting;
+        let proportional = if feedback { self.gains.kp * error } else { 0.0 };
+        let change = if feedback && !rests { self.gains.ki * error } else { 0.0 };
         let integral = before.integral + change;
         let wanted = feedforward + proportional + integral;
         let last = before.terms.drive;
-        let (transition, demanded) = if before.started {
-            let transition = self.transition(before, feedback, proportional);
-            (transition, wanted + transition)
+        let (transition, fading, demanded) = if before.started {
+            let (transition, fading) = self.transition(before, feedback, proportional);
+            (transition, fading, wanted + transition)
         } else {
-            (last - wanted, last)
+            (last - wanted, if last == wanted { 0 } else { self.fading }, last)
         };
         let limited = limiter.limit(demanded, last);
         let kept = if feedback {
@@ -81,7 +83,9 @@ impl Rules {
         } else {
             before.integral
         };
-        let mut after = LoopState { integral: kept, started: true, feedback, given: sample.given.is_some(), ..*before };
+        let given = sample.given.is_some();
+        let resting = rests && fading > 0;
+        let mut after = LoopState { integral: kept, started: true, fading, resting, feedback, given, ..*before };
         after.terms = Terms {
             reference: sample.reference,
             target: sample.target,
@@ -100,19 +104,23 @@ impl Rules {
         after
     }
 
-    /// What is left of the transition. The proportional term fades in from nothing, and out of what it was.
+    /// What is left of the transition, and for how many samples: it goes down by the same amount at every sample. The
+    /// proportional term comes in from nothing, and goes out of what it was.
     #[inline]
-    fn transition(&self, before: &LoopState, feedback: bool, proportional: f64) -> f64 {
-        let mut transition = before.terms.transition * self.fading;
-        if transition.abs() < f64::MIN_POSITIVE {
-            transition = 0.0; // denormals are slow
-        }
+    fn transition(&self, before: &LoopState, feedback: bool, proportional: f64) -> (f64, u32) {
+        let (transition, fading) = if before.fading > 1 {
+            let left = before.fading - 1;
+            (before.terms.transition * (f64::from(left) / f64::from(before.fading)), left)
+        } else {
+            (0.0, 0)
+        };
         if feedback && !before.feedback {
-            transition -= proportional;
+            (transition - proportional, self.fading)
         } else if before.feedback && !feedback {
-            transition += before.terms.proportional;
+            (transition + before.terms.proportional, self.fading)
+        } else {
+            (transition, fading)
         }
-        transition
     }
 
     /// What the integral keeps, `excess` being what the limiter cut off.

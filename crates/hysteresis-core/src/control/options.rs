@@ -74,7 +74,7 @@ pub struct ControllerOptions {
     pub law: Law,
     /// Of the positional law.
     pub anti_windup: AntiWindup,
-    /// The time constant in seconds with which the difference at a start or a switch fades.
+    /// How long it takes, in seconds, until the difference at a start or a switch is gone: it goes down in a straight line.
     pub transition: f64,
     /// How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone.
     pub max_missing: u32,
@@ -83,7 +83,7 @@ pub struct ControllerOptions {
 }
 
 impl ControllerOptions {
-    /// 10 kHz, no limit of the slew, the positional law with conditional integration, transitions of 10 ms, at most 10
+    /// 10 kHz, no limit of the slew, the positional law with conditional integration, transitions of 5 ms, at most 10
     /// measurements missing.
     #[must_use]
     pub fn new(kp: f64, ki: f64, limits: (f64, f64)) -> Self {
@@ -95,7 +95,7 @@ impl ControllerOptions {
             slew: None,
             law: Law::default(),
             anti_windup: AntiWindup::default(),
-            transition: 10e-3,
+            transition: 5e-3,
             max_missing: 10,
             start_drive: None,
         }
@@ -136,7 +136,9 @@ impl ControllerOptions {
                 Keep::Tracking { share: Some((self.dt / check_positive("tracking_time", time)?).min(1.0)) }
             }
         };
-        Ok(Rules { gains, keep, fading: transition / (transition + self.dt), max_missing: self.max_missing })
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
+        let fading = (transition / self.dt + 0.5) as u32;
+        Ok(Rules { gains, keep, fading, max_missing: self.max_missing })
     }
 }
 

@@ -17,7 +17,9 @@ const LARGEST_TERM: f64 = 1e250;
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
 /// let options = ControllerOptions::new(2.0, 0.5, (-10.0, 10.0));
 /// let mut controller = HybridController::new(FeedForward::None, None, &options)?;
-/// controller.step(3.0.into(), 1.0);
+/// for _ in 0..52 {
+///     controller.step(3.0.into(), 1.0); // the start, 50 samples until it is over, and one of which the error counts
+/// }
 /// assert_eq!(controller.state().feedback_loop.integral, 0.5 * (3.0 - 1.0));
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
@@ -30,6 +32,10 @@ pub struct LoopState {
     pub integral: f64,
     /// Whether the next sample goes on from `terms`. Else it starts a motion from the present drive.
     pub started: bool,
+    /// At how many samples from now the transition will be gone.
+    pub fading: u32,
+    /// Whether the integral rests until then, as it does from the start of a motion.
+    pub resting: bool,
     /// Whether the last sample had a proportional term.
     pub feedback: bool,
     /// Whether the volts of the feed-forward came with the last sample.
@@ -51,6 +57,8 @@ impl LoopState {
             terms: Terms::at(drive),
             integral: 0.0,
             started: false,
+            fading: 0,
+            resting: false,
             feedback: false,
             given: false,
             mode: Mode::Run,

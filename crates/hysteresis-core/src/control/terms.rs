@@ -11,8 +11,8 @@
 /// let mut controller = HybridController::new(FeedForward::None, None, &options)?;
 /// controller.step(3.0.into(), 1.0);
 /// let terms = controller.terms();
-/// assert_eq!((terms.error, terms.proportional, terms.integral), (2.0, 4.0, 1.0));
-/// assert_eq!((terms.transition, terms.drive), (-4.0, 1.0)); // starts from the drive that the amplifier has
+/// assert_eq!((terms.error, terms.proportional, terms.integral), (2.0, 4.0, 0.0));
+/// assert_eq!((terms.transition, terms.drive), (-3.0, 1.0)); // starts from the drive that the amplifier has
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Terms {
     pub feedforward: f64,
     /// kp times the error.
     pub proportional: f64,
-    /// The sum of ki times the errors, this sample included.
+    /// The sum of ki times the errors, this sample included, those apart where the integral rests.
     pub integral: f64,
     /// What keeps starts and switches from being jumps; it fades.
     pub transition: f64,
