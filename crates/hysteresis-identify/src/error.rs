@@ -110,6 +110,11 @@ pub enum Error {
         /// The fitted samples of all records together.
         got: usize,
     },
+    /// To leave one loop out takes two.
+    TooFewLoops {
+        /// The loops of all records together.
+        got: usize,
+    },
     /// An option lies outside its domain.
     Domain {
         /// The name of the option.
@@ -139,6 +144,9 @@ impl fmt::Display for Error {
             Self::SplitRecursive => write!(f, "model: expected one weight for each operator, got a split model"),
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
+            }
+            Self::TooFewLoops { got } => {
+                write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }
             Self::Domain { parameter, index: None, expected, got } => {
                 write!(f, "{parameter}: expected {expected}, got {got:?}")

@@ -211,6 +211,13 @@ impl Linearised {
     pub(crate) fn below_offsets(&self) -> (Mat<f64>, Vec<f64>) {
         below_offsets(&self.factor, self.records)
     }
+
+    /// The means of the columns of unknowns and steps over the rows of the first record, and how many rows that are.
+    pub(crate) fn means(&self) -> (Vec<f64>, f64) {
+        let root = self.factor[(0, 0)];
+        let columns = self.records..self.factor.ncols() - 1;
+        (columns.map(|j| self.factor[(0, j)] / root).collect(), root * root)
+    }
 }
 
 /// The output offsets that go with these unknowns.
