@@ -15,6 +15,7 @@ WITHOUT_EXAMPLES = {
     "Finding": "made by diagnose, whose example reads it",
     "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "Identification": "made by identify, whose example reads it",
+    "LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
     "NotInvertibleError": "an exception",
 }

@@ -14,7 +14,9 @@ from click.testing import CliRunner, Result
 from mpi_hyst import _demo, _plots
 from mpi_hyst._commands import commands
 from mpi_hyst._demo_plots import STAIRCASE, WALK, WALK_THRESHOLDS, _lives, moves
-from mpi_hyst._identify import Request, fit, read, residuals
+from mpi_hyst._identify import fit
+from mpi_hyst._identify_records import judge, read
+from mpi_hyst._identify_request import Request
 from mpi_hyst._records import Quantity
 from mpi_hyst._report import Card, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits, text_table
@@ -168,8 +170,10 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     )
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
-    assert sections(root) == ["loops", "errors", "warnings", "residuals", "model"]
-    assert len(list(root.iter("img"))) == 4
+    assert sections(root) == [
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "model"),
+    ]
+    assert len(list(root.iter("img"))) == 7
     page = words(root)
     for said in ("400.0.csv", "300.0.csv", "drive (V)", "position (µm)", "all records", kind):
         assert said in page
@@ -237,15 +241,30 @@ def test_warnings_are_told_by_name_in_the_terminal_and_in_the_report(tmp_path: P
     assert "outliers second.csv" in page and "no_minor_loops all" in page
 
 
-def test_the_residuals_are_those_of_the_fit(tmp_path: Path) -> None:
-    paths = [record_csv(tmp_path / f"{volts}.csv", volts) for volts in (400.0, 300.0)]
-    request = Request(tuple(paths), "drive_v", "position_um", skip=("50",))
+@pytest.mark.parametrize("hold_out", ["nothing", "files", "ends"])
+def test_the_residuals_are_those_of_the_fit(tmp_path: Path, hold_out: str) -> None:
+    paths = tuple(record_csv(tmp_path / f"{volts}.csv", volts) for volts in (400.0, 300.0))
+    request = Request(
+        paths,
+        "drive_v",
+        "position_um",
+        skip=("50",),
+        validate=paths if hold_out == "files" else (),
+        validate_skip=("20",) if hold_out == "files" else (),
+        validate_from=("600", "2.8s") if hold_out == "ends" else (),
+    )
     records = read(request)
     found = fit(records, request, lambda _fraction, _best: None)
-    for index, (record, quality) in enumerate(zip(records, found.records, strict=True)):
-        residual = residuals(record, found, index)[record.skip :]
-        assert np.sqrt(np.mean(residual**2)) == pytest.approx(quality.rmse)
-        assert np.abs(residual).max() == pytest.approx(quality.max_error)
+    fitted, held_out = judge(records, found)
+    assert [one.record for one in fitted] == records.fitted and len(held_out) == 2 * (
+        hold_out != "nothing"
+    )
+    if hold_out == "ends":
+        assert [one.quality.samples for one in (*fitted, *held_out)] == [550, 650, 400, 300]
+    for one in (*fitted, *held_out):
+        residual = one.residuals(found)[one.record.skip :]
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(one.quality.rmse)
+        assert np.abs(residual).max() == pytest.approx(one.quality.max_error)
 
 
 def test_text_from_files_cannot_break_the_page() -> None:

@@ -17,10 +17,10 @@ from mpi_hyst._demo import (
     seconds,
     tracking_errors,
 )
-from mpi_hyst._identify_report import bank_table
 from mpi_hyst._records import Quantity
 from mpi_hyst._report import Card, Figure, Lines, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits
+from mpi_hyst._trust_sections import bank_table
 
 _DRIVE = Quantity("drive_v")
 _POSITION = Quantity("position_um")

@@ -33,7 +33,7 @@ GRID = "#e6eaee"
 _WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
 _LINE_POINTS = 2400
 _LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
-_CLOUD_POINTS = 4500
+CLOUD_POINTS = 4500
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
 
@@ -170,7 +170,7 @@ def loops(traces: Sequence[Trace]) -> Figure:
         line = np.polynomial.Polynomial.fit(drive, measured, 1)(drive)
         every = thinned(drive.size, _LOOP_POINTS)
         for axes, base in ((whole, np.zeros_like(line)), (width, line)):
-            cloud = thinned(drive.size, _CLOUD_POINTS)
+            cloud = thinned(drive.size, CLOUD_POINTS)
             axes.plot(
                 drive[cloud],
                 (measured - base)[cloud],
@@ -208,7 +208,7 @@ def residuals(trace: Trace) -> Figure:
     for curve in trace.curves:
         residual = trace.measured - curve.output
         extent = max(extent, float(np.abs(residual[fitted]).max()))
-        every = thinned(drive.size, _CLOUD_POINTS)
+        every = thinned(drive.size, CLOUD_POINTS)
         dots: dict[str, Any] = {
             "color": curve.colour,
             "marker": ".",
@@ -233,7 +233,7 @@ def residuals(trace: Trace) -> Figure:
     dress(panels["speed"], "over its speed", trace.speed_label, label)
     dress(panels["time"], "over time", trace.time_label, label)
     if trace.skip:
-        panels["time"].axvspan(time[0], time[trace.skip], color=GRID, label="not fitted", zorder=0)
+        panels["time"].axvspan(time[0], time[trace.skip], color=GRID, label="left aside", zorder=0)
     top_legend(figure, panels["time"])
     panels["time"].set_xlim(time[0], time[-1])
     panels["speed"].locator_params(axis="x", nbins=6)
@@ -253,6 +253,13 @@ class Bank:
     marker: str = "o"
 
     @property
+    def families(self) -> dict[str, Samples]:
+        """The weights by the line that they are drawn with: those below zero, if split, dashed."""
+        if isinstance(self.model, mh.ModifiedPrandtlIshlinskii) and self.model.split:
+            return {"-": self.model.weights, "--": self.model.weights_negative}
+        return {"-": self.model.weights}
+
+    @property
     def thresholds(self) -> Samples:
         """The thresholds r."""
         if isinstance(self.model, mh.ModifiedPrandtlIshlinskii):
@@ -267,11 +274,14 @@ def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Fig
     in_weight = f" ({weight_unit})" if weight_unit else ""
     in_threshold = f" ({threshold_unit})" if threshold_unit else ""
     for index, bank in enumerate(banks):
-        r, w = bank.thresholds, bank.model.weights
+        r = bank.thresholds
         look = {"color": bank.colour, "markersize": 4.5, "linewidth": 1.1, "label": bank.name}
         look |= {"marker": bank.marker, "markerfacecolor": "none" if index else bank.colour}
-        single.plot(r[1:], w[1:], **(look | {"linewidth": 0.6}))
-        total.plot(r, np.cumsum(w), **look)
+        for line, w in bank.families.items():
+            below = {"linestyle": line, "label": _below(bank.name) if line == "--" else bank.name}
+            below |= {"markerfacecolor": "none"} if line == "--" else {}
+            single.plot(r[1:], w[1:], **(look | below | {"linewidth": 0.6}))
+            total.plot(r, np.cumsum(w), **(look | below))
         if not isinstance(bank.model, mh.ModifiedPrandtlIshlinskii):
             continue
         named = {"ra": bank.model.ra, "rb": bank.model.rb, "rc": bank.model.rc}
@@ -282,9 +292,14 @@ def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Fig
     dress(single, "weights, but the first", f"threshold r{in_threshold}", f"w{in_weight}")
     dress(total, "sum of the weights up to r", f"threshold r{in_threshold}", f"Σ w{in_weight}")
     dress(thresholds, "other thresholds", f"r{in_threshold}", f"ra, rb, rc{in_threshold}")
-    single.set_ylim(bottom=0.0 if min(bank.model.weights.min() for bank in banks) >= 0 else None)
+    least = min(w.min() for bank in banks for w in bank.families.values())
+    single.set_ylim(bottom=0.0 if least >= 0.0 else None)
     legend(total, loc="lower right")
     return figure
+
+
+def _below(name: str) -> str:
+    return f"{name}, below zero"
 
 
 def _name_ends(axes: Axes, x: float, ends: dict[str, float]) -> None:

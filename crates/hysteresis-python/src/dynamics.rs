@@ -11,7 +11,8 @@ use pyo3::types::PyTuple;
 use crate::actuators::kernel;
 use crate::arrays::vector;
 use crate::errors;
-use crate::identify::{Quality, named, setting};
+use crate::identification::Quality;
+use crate::identify::{named, setting};
 use crate::linear::{Creep, dynamics};
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.

@@ -20,6 +20,7 @@ mod dynamics;
 mod errors;
 mod excitation;
 mod files;
+mod identification;
 mod identify;
 mod linear;
 mod model_values;
@@ -57,7 +58,9 @@ mod _core {
     #[pymodule_export]
     use crate::files::{load, write_file};
     #[pymodule_export]
-    use crate::identify::{Identification, Quality, identify};
+    use crate::identification::{Identification, LeftOutLoop, Quality};
+    #[pymodule_export]
+    use crate::identify::identify;
     #[pymodule_export]
     use crate::linear::{Creep, FirstOrder, SecondOrder};
     #[pymodule_export]
