@@ -224,7 +224,42 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["record.csv", *COLUMNS, "--ratios", "0.9,0.3,0.3", "--model", "conventional"],
             ["--ratios", "conventional"],
         ),
-        (["record.csv", *COLUMNS, "--operators", "0"], ["--operators"]),
+        (["record.csv", *COLUMNS, "--operators", "0"], ["--operators", "from 1 to", "'0'"]),
+        (["record.csv", *COLUMNS, "--operators", "many"], ["--operators", "auto", "'many'"]),
+        (["record.csv", *COLUMNS, "--operators", "-3"], ["--operators", "'-3'"]),
+        (
+            ["record.csv", *COLUMNS, "--operators", "auto", "--thresholds", "quantiles"],
+            ["--operators: expected a number with thresholds that are not uniform"],
+        ),
+        (["record.csv", *COLUMNS, "--validate", "none.csv"], ["none.csv", "No such file"]),
+        (
+            ["record.csv", *COLUMNS, "--validate", "trajectory.csv"],
+            ["trajectory.csv", "no column 'drive_v'"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-from", "500"],
+            ["--validate and --validate-from"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-skip", "1000"],
+            ["record.csv: --validate-skip 1000 leaves nothing of 1000 samples"],
+        ),
+        (["record.csv", *COLUMNS, "--validate-skip", "10"], ["--validate-skip", "no --validate"]),
+        (["record.csv", *COLUMNS, "--validate-from", "5s"], ["record.csv", "--validate-from 5s"]),
+        (["record.csv", *COLUMNS, "--validate-from", "0"], ["leaves nothing to fit"]),
+        (
+            ["record.csv", *COLUMNS, "--validate-from", "40", "--skip", "40"],
+            ["record.csv: --validate-from 40 leaves nothing to fit"],
+        ),
+        (["record.csv", *COLUMNS, "--validate-from", "half"], ["--validate-from", "'half'"]),
+        (
+            ["record.csv", *COLUMNS, "--validate-from", "30"],
+            ["at least", "got 30"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "-o", "./record.csv"],
+            ["overwritten"],
+        ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
         (["record.csv", *COLUMNS, "--delay", "-1"], ["--delay", "-1"]),
         (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
@@ -251,6 +286,61 @@ def test_identify_refuses_wrong_arguments(
         arguments = [*arguments, "-o", "out.json"]
     before = names_in(there)
     assert_refused(run("identify", *arguments), there, before, *said)
+
+
+def test_the_wrong_one_of_two_held_out_records_is_named(there: Path) -> None:
+    write_csv(there / "wrong.csv", HEADER, WRONG_RECORDS["constant output"][0])
+    slow = [[10 * k, *row[1:]] for k, row in enumerate(record_rows())]
+    write_csv(there / "slow.csv", HEADER, slow)
+    before = names_in(there)
+    for wrong, said in (("wrong.csv", "not sampled at the rate"), ("slow.csv", "not sampled")):
+        result = run(
+            *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
+            *("--validate", "record.csv", "--validate", wrong),
+        )
+        assert_refused(result, there, before, wrong, said)
+    flat = [[k / RATE, k, 7] for k in range(99)]
+    write_csv(there / "wrong.csv", HEADER, flat)
+    result = run(
+        *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
+        *("--validate", "record.csv", "--validate", "wrong.csv"),
+    )
+    assert_refused(result, there, before, "wrong.csv: column position_um: ", "vary, got 7.0")
+
+
+def test_held_out_files_are_predicted_and_not_fitted(there: Path) -> None:
+    write_csv(there / "other.csv", HEADER, record_rows(300.0))
+    options = ["--operators", "4"]
+    plain = run("identify", "record.csv", *COLUMNS, *options, "-o", "plain.json")
+    result = run(
+        *("identify", "record.csv", *COLUMNS, *options, "-o", "found.json"),
+        *("--validate", "other.csv", "--validate", "record.csv", "--validate-skip", "1s"),
+    )
+    assert result.exit_code == plain.exit_code == 0, result.output
+    assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
+    rows = [line.split() for line in result.stdout.splitlines() if "held out: " in line]
+    assert [row[2:4] for row in rows] == [["other.csv", "800"], ["record.csv", "800"],
+                                          ["all", "1600"]]  # fmt: skip
+
+
+@pytest.mark.parametrize("begin", ["600", "3s"])
+def test_the_end_of_a_record_is_predicted_and_not_fitted(there: Path, begin: str) -> None:
+    options = [*COLUMNS, "--operators", "4"]
+    result = run("identify", "record.csv", *options, "--validate-from", begin, "-o", "found.json")
+    assert result.exit_code == 0, result.output
+    run("identify", "record.csv", *options, "--rows", "600", "-o", "plain.json")
+    assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
+    row = next(line.split() for line in result.stdout.splitlines() if "held out: " in line)
+    assert row[2:4] == ["record.csv", "400"]
+    assert "loops, each left out in turn" in result.stdout
+
+
+@pytest.mark.usefixtures("there")
+def test_the_number_of_operators_is_chosen() -> None:
+    result = run("identify", "record.csv", *COLUMNS, "--operators", "auto")
+    assert result.exit_code == 0, result.output
+    assert "operators chosen by cross-validation" in result.stdout
+    assert "±" in result.stdout  # standard errors of the parameters
 
 
 def test_seconds_to_skip_need_a_time_column(there: Path) -> None:

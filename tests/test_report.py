@@ -83,9 +83,12 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
 def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, Result]) -> None:
     root = parsed(demo[0] / "report.html")
     assert sections(root) == [
-        *("operator", "loops", "errors", "residuals", "model", "compensation", "memory", "next"),
+        *("operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
+        *("memory", "next"),
     ]
-    assert len(list(root.iter("img"))) == 7
+    assert len(list(root.iter("img"))) == 8
+    assert "5.31 % for the conventional model" in words(root)
+    assert "depend on data that are not published" in words(root)
     table = words(next(root.iter("table")))
     for heading in ("max (nm)", "rms (nm)", "max (%)", "rms (%)", "base (µm)"):
         assert heading in table
@@ -177,6 +180,48 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     page = words(root)
     for said in ("400.0.csv", "300.0.csv", "drive (V)", "position (µm)", "all records", kind):
         assert said in page
+
+
+def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Path) -> None:
+    path = record_csv(tmp_path / "record.csv", 400.0)
+    report = tmp_path / "report.html"
+    options = ["--operators", "auto", "--weights", "split", "--validate-from", "800"]
+    result = CliRunner().invoke(
+        commands,
+        [
+            *("identify", str(path), "--input", "drive_v", "--output", "position_um"),
+            *("--report", str(report), *options),
+        ],
+        catch_exceptions=False,
+    )
+    assert result.exit_code == 0, result.output
+    root = parsed(report)
+    assert sections(root) == [
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "operators"),
+        "model",
+    ]
+    request = Request(
+        (path,), "drive_v", "position_um", operators="auto", weights="split",
+        validate_from=("800",),
+    )  # fmt: skip
+    records = read(request)
+    found = fit(records, request, lambda _fraction, _best: None)
+    validation, page = found.validation, words(root)
+    assert validation is not None and isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
+    left_out = found.leave_one_loop_out(records.fitted[0].input, records.fitted[0].output)
+    assert len(left_out) == 2
+    for said in (
+        *("held out", "NRMSE", digits(validation.rmse, 3), digits(validation.nrmse, 3)),
+        *(digits(row.left_out.rmse, 3) for row in left_out),
+        *(digits(rmse) for _, rmse in found.cross_validation),
+        *(digits(weight, 5) for weight in found.model.weights_negative.tolist()),
+        *(digits(std, 2) for std in found.weights_negative_std.tolist() if std > 0.0),
+        *(finding.name for finding in found.warnings),
+    ):
+        assert said in page, said
+    assert "v (µm/V)" in page
+    figures = [image.get("alt") or "" for image in root.iter("img")]
+    assert any("held out" in words for words in figures)
 
 
 def test_a_report_without_time_or_units(tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ def report(
     sections.append(model(result))
     return render(
         Report(
-            title=f"Hysteresis of {shown_names(records, _SHOWN)}",
+            title=f"Hysteresis of {shown_names(records, _SHOWN)}"
+            f"{' (partial)' if found.partial else ''}",
             subtitle=f"{title(found, len(records.fitted))}, "
             f"{request.input.label} to {request.output.label}",
             cards=_cards(result),

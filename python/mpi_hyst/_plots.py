@@ -32,8 +32,9 @@ GRID = "#e6eaee"
 
 _WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
 _LINE_POINTS = 2400
-_LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
+LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
 CLOUD_POINTS = 4500
+_SAME_END = 0.05  # of the height: names nearer to each other would overlap
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
 
@@ -168,7 +169,7 @@ def loops(traces: Sequence[Trace]) -> Figure:
         fitted = slice(trace.skip, None)
         drive, measured = trace.input[fitted], trace.measured[fitted]
         line = np.polynomial.Polynomial.fit(drive, measured, 1)(drive)
-        every = thinned(drive.size, _LOOP_POINTS)
+        every = thinned(drive.size, LOOP_POINTS)
         for axes, base in ((whole, np.zeros_like(line)), (width, line)):
             cloud = thinned(drive.size, CLOUD_POINTS)
             axes.plot(
@@ -269,7 +270,7 @@ class Bank:
 
 def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Figure:
     """Draw the weights, their sum, and the thresholds of models side by side."""
-    figure = new_figure(3.5)
+    figure = new_figure(3.7)
     single, total, thresholds = figure.subplots(1, 3)
     in_weight = f" ({weight_unit})" if weight_unit else ""
     in_threshold = f" ({threshold_unit})" if threshold_unit else ""
@@ -294,7 +295,7 @@ def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Fig
     dress(thresholds, "other thresholds", f"r{in_threshold}", f"ra, rb, rc{in_threshold}")
     least = min(w.min() for bank in banks for w in bank.families.values())
     single.set_ylim(bottom=0.0 if least >= 0.0 else None)
-    legend(total, loc="lower right")
+    top_legend(figure, total)
     return figure
 
 
@@ -303,9 +304,13 @@ def _below(name: str) -> str:
 
 
 def _name_ends(axes: Axes, x: float, ends: dict[str, float]) -> None:
-    """Name lines at their right end; those that end at the same place share one name."""
-    for y in dict.fromkeys(ends.values()):
-        names = ", ".join(name for name, end in ends.items() if end == y)
+    """Name lines at their right end; those that end at about the same place share one name."""
+    near = _SAME_END * max(ends.values())
+    apart: dict[float, str] = {}
+    for name, end in ends.items():
+        y = next((other for other in apart if abs(other - end) <= near), end)
+        apart[y] = f"{apart[y]}, {name}" if y in apart else name
+    for y, names in apart.items():
         axes.annotate(
             names,
             (x, y),

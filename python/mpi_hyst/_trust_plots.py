@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 import mpi_hyst as mh
 from mpi_hyst import _plots
@@ -14,25 +15,21 @@ from mpi_hyst._records import Quantity, Samples
 _BAND = 1.96  # standard deviations: 95 % of a normal distribution
 
 
-def left_out(
-    loops: Sequence[mh.LeftOutLoop], input_quantity: Quantity, output_quantity: Quantity
-) -> Figure:
-    """Draw the rms error of every loop over its amplitude, fitted and left out."""
-    figure = _plots.new_figure(3.4)
+def left_out(loops: Sequence[mh.LeftOutLoop], output_quantity: Quantity) -> Figure:
+    """Draw the rms error of every loop in the order of the records, fitted and left out."""
+    figure = _plots.new_figure(3.2)
     axes = figure.subplots()
-    amplitude = [row.amplitude for row in loops]
+    number = np.arange(1, len(loops) + 1)
     fitted = [row.fitted.rmse for row in loops]
     left = [row.left_out.rmse for row in loops]
-    axes.vlines(amplitude, fitted, left, color=_plots.MEASURED, linewidth=1.0)
-    axes.plot(amplitude, fitted, "o", color=_plots.BLUE, markersize=4.5, label="fitted")
-    axes.plot(amplitude, left, "D", color=_plots.ORANGE, markersize=4.5, label="left out")
+    axes.vlines(number, fitted, left, color=_plots.MEASURED, linewidth=1.0)
+    axes.plot(number, fitted, "o", color=_plots.BLUE, markersize=4.5, label="fitted")
+    axes.plot(number, left, "D", color=_plots.ORANGE, markersize=4.0, label="left out")
     axes.set_ylim(bottom=0.0)
-    x_unit, y_unit = input_quantity.shown_unit, output_quantity.shown_unit
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    unit = output_quantity.shown_unit
     _plots.dress(
-        axes,
-        "rms error of every loop",
-        f"amplitude of the loop{f' ({x_unit})' if x_unit else ''}",
-        f"rms error{f' ({y_unit})' if y_unit else ''}",
+        axes, "rms error of every loop", "loop", f"rms error{f' ({unit})' if unit else ''}"
     )
     _plots.top_legend(figure, axes)
     return figure
@@ -42,25 +39,23 @@ def deviation(trace: _plots.Trace, std: Samples) -> Figure:
     """Draw the band of the prediction over time, and its standard deviation over the input."""
     figure = _plots.new_figure(3.4)
     course, plane = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
-    time, unit = trace.time, trace.output_quantity.shown_unit
-    kept = np.union1d(_plots.envelope(std), [0, std.size - 1])
-    course.axvspan(time[0], time[trace.skip], color=_plots.GRID, linewidth=0, zorder=0)
+    fitted = slice(trace.skip, None)
+    time, judged = trace.time[fitted], std[fitted]
+    kept = np.union1d(_plots.envelope(judged), [0, judged.size - 1])
     course.fill_between(
         time[kept],
-        -_BAND * std[kept],
-        _BAND * std[kept],
+        -_BAND * judged[kept],
+        _BAND * judged[kept],
         color=_plots.BLUE,
-        alpha=0.25,
+        alpha=0.3,
         linewidth=0,
-        label=f"± {_BAND} standard deviations of the prediction",
     )
     course.axhline(0.0, color=_plots.SOFT, linewidth=0.8)
     course.set_xlim(time[0], time[-1])
-    fitted = slice(trace.skip, None)
-    every = _plots.thinned(std[fitted].size, _plots.CLOUD_POINTS)
+    every = _plots.thinned(judged.size, _plots.LOOP_POINTS)
     plane.plot(
         trace.input[fitted][every],
-        std[fitted][every],
+        judged[every],
         ".",
         color=_plots.BLUE,
         markersize=2.4,
@@ -68,7 +63,7 @@ def deviation(trace: _plots.Trace, std: Samples) -> Figure:
         rasterized=True,
     )
     plane.set_ylim(bottom=0.0)
-    of_unit = f" ({unit})" if unit else ""
+    of_unit = f" ({trace.output_quantity.shown_unit})" if trace.output_quantity.unit else ""
     _plots.dress(course, "band of the prediction over time", trace.time_label, f"Δ{of_unit}")
     _plots.dress(
         plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"

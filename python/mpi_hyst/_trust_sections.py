@@ -61,8 +61,8 @@ def left_out(loops: Sequence[mh.LeftOutLoop], records: Records, request: Request
         ],
         [
             Figure(
-                _plots.data_uri(_trust_plots.left_out(loops, request.input, request.output)),
-                "Rms error of every loop over its amplitude, fitted and left out",
+                _plots.data_uri(_trust_plots.left_out(loops, request.output)),
+                "Rms error of every loop, fitted and left out",
                 "A line joins what the same loop has when it is fitted and when it is left out.",
             ),
             table,
