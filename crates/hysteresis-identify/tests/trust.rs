@@ -148,6 +148,30 @@ fn a_search_that_is_stopped_hands_over_its_best() {
     }
 }
 
+/// Forty noisy records: how far their predictions lie apart is what each says of itself.
+#[test]
+fn the_deviation_of_a_prediction_is_its_spread() {
+    let unseen = decaying_triangle(400, 420.0, 3.0, 20.0);
+    for law in [Weights::Free, Weights::Quadratic, Weights::Split] {
+        let (mut sums, mut squares, mut told) = (vec![0.0; 400], vec![0.0; 400], 0.0);
+        for seed in 0..40 {
+            let (input, output) = noisy(1_200, 6.0, 100 + seed);
+            let options = Options { ratios: Setting::Fit, delay: Setting::Fixed(0.0), ..known(law) };
+            let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
+            let deviation = found.predict_std(&unseen).unwrap();
+            for (k, y) in found.predict(&unseen).unwrap().iter().enumerate() {
+                sums[k] += y / 40.0;
+                squares[k] += y * y / 39.0;
+                told += deviation[k] * deviation[k] / 40.0;
+            }
+        }
+        let spread: f64 = squares.iter().zip(&sums).map(|(square, mean)| square - mean * mean * 40.0 / 39.0).sum();
+        let ratio = (told / spread).sqrt();
+        // 40 runs tell a deviation to 11 % (1 sigma), and the samples share few parameters.
+        assert!((0.75..1.3).contains(&ratio), "{law:?}: {ratio}");
+    }
+}
+
 #[test]
 fn the_deviation_of_a_prediction_wants_finite_samples() {
     let (input, output) = noisy(1_500, 8.0, 9);
