@@ -48,7 +48,8 @@ def test_warnings_are_those_of_diagnose() -> None:
 
 
 def test_the_deviation_of_a_linear_fit_is_the_textbook_one() -> None:
-    u, y = DRIVE, measured(DRIVE, 3)
+    u = 0.5 * DRIVE + 250.0  # where offset and weights make up for each other
+    y = measured(u, 3)
     found = mh.identify(u, y, skip=30, **KNOWN)
     assert found.model.weights.min() > 0.0  # no bound counts
     columns = [np.ones(u.size), *(mh.CoupledPlay(*row).run(u) for row in _rows())]
