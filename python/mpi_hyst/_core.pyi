@@ -22,6 +22,7 @@ __all__ = [
     "Identification",
     "Inverse",
     "InverseArray",
+    "LeftOutLoop",
     "ModifiedPrandtlIshlinskii",
     "NotInvertibleError",
     "Play",

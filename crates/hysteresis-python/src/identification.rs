@@ -288,7 +288,7 @@ impl Identification {
     /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, delay=0.0)
     /// >>> rows = found.leave_one_loop_out(u, y)
     /// >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
-    /// (11, 0, True)
+    /// (10, 0, True)
     #[pyo3(signature = (u, y=None, *, skip=None), text_signature = "($self, u, y=None, *, skip=0)")]
     fn leave_one_loop_out(
         &self,

@@ -77,20 +77,23 @@ impl HeldOut {
 
     /// The records to validate with.
     pub(crate) fn records<'a>(&'a self, fitted: &'a Signals) -> PyResult<Vec<Record<'a>>> {
-        let refused = |error: RecordError| PyValueError::new_err(format!("validate: {}", named(&error.to_string())));
-        let numbered = |place, error: RecordError| match self {
-            Self::Records(records) if records.len() > 1 => {
-                PyValueError::new_err(format!("validate: {}", named(&error.in_record(place).to_string())))
-            }
-            _ => refused(error),
+        let several = match self {
+            Self::Records(records) => records.len() > 1,
+            Self::Share(_) | Self::From(_) => fitted.len() > 1,
+        };
+        let refused = |place, error: RecordError| {
+            let message = if several { error.in_record(place).to_string() } else { error.to_string() };
+            PyValueError::new_err(format!("validate: {}", named(&message)))
         };
         match self {
             Self::Share(_) | Self::From(_) => (fitted.iter().enumerate())
-                .map(|(place, (u, y))| Record::new(u, y, self.begins(place, u.len())).map_err(refused))
+                .map(|(place, (u, y))| {
+                    Record::new(u, y, self.begins(place, u.len())).map_err(|error| refused(place, error))
+                })
                 .collect(),
             Self::Records(records) => {
                 let record = |(place, (u, y, skip)): (usize, &'a (Vec<f64>, Vec<f64>, usize))| {
-                    Record::new(u, y, *skip).map_err(|error| numbered(place, error))
+                    Record::new(u, y, *skip).map_err(|error| refused(place, error))
                 };
                 records.iter().enumerate().map(record).collect()
             }
