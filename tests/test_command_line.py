@@ -1,86 +1,24 @@
-"""The command line: what it writes, what it says, and how it refuses."""
+"""The command line: what `identify` writes, what it says, and how it refuses."""
 
 from __future__ import annotations
 
-import csv
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 import mpi_hyst as mh
 import numpy as np
-import numpy.typing as npt
 import pytest
-from click.testing import CliRunner, Result
-from mpi_hyst._commands import commands
-
-Array = npt.NDArray[np.float64]
-
-COLUMNS = ["--input", "drive_v", "--output", "position_um"]
-RATIOS = {"ra": 0.9, "rb": 0.3, "rc": 0.4}
-RATE = 200.0
-
-
-def actuator() -> mh.ModifiedPrandtlIshlinskii:
-    return mh.ModifiedPrandtlIshlinskii.from_ratios(
-        [4e-3, 3e-4, 2e-4, 4e-4], [0.0, 100.0, 200.0, 300.0], **RATIOS
-    )
-
-
-def write_csv(path: Path, header: str, rows: Sequence[Sequence[object]]) -> Path:
-    lines = [header, *(",".join(map(str, row)) for row in rows)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
-
-
-def record_rows(amplitude: float = 400.0) -> list[list[object]]:
-    drive = mh.signals.decaying_triangle(amplitude, 1.0, cycles=5, rate=RATE)
-    position = actuator().forward().run(drive)
-    return [
-        [sample / RATE, *pair]
-        for sample, pair in enumerate(zip(drive.tolist(), position.tolist(), strict=True))
-    ]
-
-
-HEADER = "time_s,drive_v,position_um"
-
-
-@pytest.fixture
-def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A directory to be in, with a record, a model and a trajectory."""
-    monkeypatch.chdir(tmp_path)
-    write_csv(tmp_path / "record.csv", HEADER, record_rows())
-    actuator().save(tmp_path / "stage.json")
-    target = 1.2 * np.sin(np.arange(300) / 20.0)
-    write_csv(
-        tmp_path / "trajectory.csv",
-        "time_s,target_um",
-        [[sample / RATE, value] for sample, value in enumerate(target.tolist())],
-    )
-    return tmp_path
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(commands, arguments, catch_exceptions=False)
-
-
-def column(path: Path, name: str) -> Array:
-    with path.open(newline="", encoding="utf-8") as file:
-        return np.array([float(row[name]) for row in csv.DictReader(file)])
-
-
-def assert_refused(result: Result, directory: Path, before: set[str], *said: str) -> None:
-    assert result.exit_code == 2, result.output
-    assert result.stdout == ""
-    assert result.stderr.startswith("mpi-hyst: error: ")
-    assert result.stderr.count("\n") == 1 and result.stderr.endswith("\n")
-    for words in said:
-        assert words in result.stderr
-    assert {path.name for path in directory.iterdir()} == before
-
-
-def names_in(directory: Path) -> set[str]:
-    return {path.name for path in directory.iterdir()}
+from commands import (
+    COLUMNS,
+    HEADER,
+    RATE,
+    assert_refused,
+    column,
+    names_in,
+    record_rows,
+    run,
+    write_csv,
+)
 
 
 def test_identify_recovers_the_model_of_a_record(there: Path) -> None:
@@ -357,76 +295,6 @@ def test_records_of_different_rates_are_refused(there: Path) -> None:
     before = names_in(there)
     result = run("identify", "record.csv", "slow.csv", *COLUMNS, "-o", "out.json")
     assert_refused(result, there, before, "slow.csv", "0.005000 s and 0.01000 s")
-
-
-def test_precompensate_makes_the_model_follow(there: Path) -> None:
-    result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
-    assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive")
-    target = column(there / "trajectory.csv", "target_um")
-    assert np.abs(actuator().forward().run(drive) - target).max() < 1e-14
-    np.testing.assert_array_equal(
-        column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
-    )
-    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, from rest" in result.stdout
-
-
-def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
-    result = run(
-        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
-        *("--column", "target_um", "--limits", "-150,200"),
-    )
-    assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive")
-    saturated = column(there / "drive.csv", "saturated").astype(bool)
-    target = column(there / "trajectory.csv", "target_um")
-    assert (drive.min(), drive.max()) == (-150.0, 200.0)
-    missed = np.abs(actuator().forward().run(drive) - target)
-    assert missed[~saturated].max() < 1e-14 < missed[saturated].min()
-    assert f"{saturated.sum()} of 300 samples" in result.stdout
-
-
-@pytest.mark.parametrize(
-    ("files", "options", "said"),
-    [
-        ({}, ["missing.json", "trajectory.csv"], ["missing.json", "No such file"]),
-        ({}, ["stage.json", "missing.csv"], ["missing.csv", "No such file"]),
-        ({"cut.json": '{"schema": "mpi_h'}, ["cut.json", "trajectory.csv"], ["cut.json"]),
-        ({"old.json": '{"schema": "mpi_hyst/model/0"}'}, ["old.json", "trajectory.csv"],
-         ["old.json", "schema"]),
-        ({}, ["record.csv", "trajectory.csv"], ["record.csv", "not a model file"]),
-        ({"flat.csv": "time_s,target_um\n0,text\n"}, ["stage.json", "flat.csv"], ["no numeric"]),
-        ({"nan.csv": "time_s,target_um\n0,1\n1,nan\n"}, ["stage.json", "nan.csv"],
-         ["nan.csv, line 3, column target_um"]),
-        ({}, ["stage.json", "record.csv"], ["--column", "drive_v, position_um"]),
-        ({}, ["stage.json", "trajectory.csv", "--column", "x"], ["no column 'x'", "target_um"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "5"], ["--limits", "LOW,HIGH"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "5,-5"], ["--limits:", "-5"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "nan,5"], ["--limits:", "NaN"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "stage.json"], ["overwritten"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "trajectory.csv"], ["overwritten"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "no/drive.csv"], ["does not exist"]),
-    ],
-)  # fmt: skip
-def test_precompensate_refuses(
-    there: Path, files: dict[str, str], options: list[str], said: list[str]
-) -> None:
-    for name, text in files.items():
-        (there / name).write_text(text, encoding="utf-8")
-    before = names_in(there)
-    contents = {path: path.read_bytes() for path in there.iterdir()}
-    given = [] if "-o" in options else ["-o", "drive.csv"]
-    assert_refused(run("precompensate", *options, *given), there, before, *said)
-    assert contents == {path: path.read_bytes() for path in there.iterdir()}
-
-
-def test_precompensate_says_why_a_model_has_no_inverse(there: Path) -> None:
-    wrong = mh.ModifiedPrandtlIshlinskii.from_ratios([1e-3, -2e-3], [0.0, 10.0], **RATIOS)
-    wrong.save(there / "wrong.json")
-    before = names_in(there)
-    result = run("precompensate", "wrong.json", "trajectory.csv", "-o", "drive.csv")
-    assert_refused(result, there, before, "wrong.json", "not invertible")
 
 
 @pytest.mark.parametrize(
