@@ -126,11 +126,13 @@ fn quantiles_lie_where_the_input_turns_round() {
 
 #[test]
 fn cross_validation_chooses_few_operators_for_few() {
-    let r = [0.0, 125.0, 250.0, 375.0];
+    let input = decaying_triangle(4_000, 500.0, 16.0, 0.0);
+    // Where four uniform thresholds lie: 2 V beside them would be told from the noise.
+    let reach = input.iter().fold(0.0_f64, |reach, u| reach.max(u.abs()));
+    let r = [0.0, 0.25 * reach, 0.5 * reach, 0.75 * reach];
     let actuator =
         ModifiedPrandtlIshlinskii::from_ratios(&[4e-3, 1e-3, 5e-4, 5e-4], &r, Ratios::PAPER, Offsets::default())
             .unwrap();
-    let input = decaying_triangle(4_000, 500.0, 16.0, 0.0);
     let output: Vec<f64> =
         output(&actuator, &input, 0.0).iter().zip(noise(4_000, 0.01, 3)).map(|(y, e)| y + e).collect();
     let options = Options { thresholds: Thresholds::Auto, delay: Setting::Fixed(0.0), ..Options::default() };
