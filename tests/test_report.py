@@ -197,7 +197,7 @@ def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Pa
     assert result.exit_code == 0, result.output
     root = parsed(report)
     assert sections(root) == [
-        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "operators"),
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen"),
         "model",
     ]
     request = Request(

@@ -50,7 +50,7 @@ def test_warnings_are_those_of_diagnose() -> None:
 def test_the_deviation_of_a_linear_fit_is_the_textbook_one() -> None:
     u = 0.5 * DRIVE + 250.0  # where offset and weights make up for each other
     y = measured(u, 3)
-    found = mh.identify(u, y, skip=30, **KNOWN)
+    found = mh.identify(u, y, weights="free", skip=30, **KNOWN)
     assert found.model.weights.min() > 0.0  # no bound counts
     columns = [np.ones(u.size), *(mh.CoupledPlay(*row).run(u) for row in _rows())]
     x = np.stack(columns, axis=1)[30:]
@@ -116,9 +116,10 @@ def test_weights_at_their_bound_count_as_known() -> None:
     drive = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=100.0)
     thresholds = 25.0 * np.arange(20)
     clean = ACTUATOR.forward().run(drive)
-    found = mh.identify(drive, measured(drive, 1), thresholds=thresholds, delay=0.0)
+    options: dict[str, Any] = {"weights": "free", "thresholds": thresholds}
+    found = mh.identify(drive, measured(drive, 1), delay=0.0, **options)
     assert np.isnan(found.weights_std).sum() == np.sum(found.model.weights == 0.0) >= 2
-    spread, told = spread_and_told(clean, drive, UNSEEN, 30, thresholds=thresholds)
+    spread, told = spread_and_told(clean, drive, UNSEEN, 30, **options)
     # 30 runs tell a deviation to 13 % (1 sigma); what a bound that is met now and then takes away
     # from the one and the other is less than that here
     assert 0.75 < rms(told) / rms(spread) < 1.3

@@ -95,6 +95,19 @@ def _operators(
     return number
 
 
+def _smoothness(
+    context: click.Context, option: click.Parameter, value: str
+) -> float | Literal["auto"]:
+    """Read how smooth the weights are to be, or auto."""
+    if value == "auto":
+        return "auto"
+    try:
+        return float(value)
+    except ValueError:
+        message = f"expected auto or a number >= 0, got {value!r}"
+        raise click.BadParameter(message, context, option) from None
+
+
 def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function], _Function]:
     def decorate(function: _Function) -> _Function:
         for option in reversed(options):
@@ -162,10 +175,20 @@ def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
     ),
     click.option(
         "--weights",
-        type=click.Choice(["free", "quadratic", "split"]),
-        default="free",
+        type=click.Choice(["auto", "free", "quadratic", "split"]),
+        default="auto",
         show_default=True,
-        help="Any w >= 0, four numbers, or other weights below zero than above.",
+        help="Any w >= 0, four numbers, or other weights below zero than above; auto: the simplest "
+        "that predicts held-out stretches of the records as well as any.",
+    ),
+    click.option(
+        "--smoothness",
+        metavar="NUMBER|auto",
+        default="0",
+        show_default=True,
+        callback=_smoothness,
+        help="How much second differences of the weights cost; auto: what predicts held-out "
+        "stretches best.",
     ),
     click.option(
         "--thresholds",

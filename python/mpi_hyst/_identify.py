@@ -56,6 +56,7 @@ def fit(
             operators=request.operators,
             weights=weights,
             thresholds=request.thresholds,
+            smoothness=request.smoothness,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
             delay="fit" if request.delay is None else request.delay,
@@ -113,7 +114,7 @@ def _in_terms_of_the_options(message: str, request: Request) -> str:
     if match := re.match(r"record (\d+): ", message):
         paths, message = (paths[int(match[1])],), message[match.end() :]
     argument, _, rest = message.partition(": ")
-    if argument in ("operators", "delay", "skip", "ratios", "input_offset"):
+    if argument in ("operators", "delay", "skip", "ratios", "input_offset", "smoothness"):
         return f"--{argument.replace('_', '-')}: {rest}"
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"

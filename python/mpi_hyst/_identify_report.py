@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import mpi_hyst as mh
 from mpi_hyst import _findings, _plots
+from mpi_hyst._identify_choices import choices
 from mpi_hyst._identify_records import Judged, Records, judge
 from mpi_hyst._identify_request import Request
 from mpi_hyst._identify_sections import (
@@ -21,8 +22,8 @@ from mpi_hyst._identify_sections import (
 from mpi_hyst._identify_summary import title
 from mpi_hyst._report import Card, Report, render
 from mpi_hyst._tables import digits, in_unit
+from mpi_hyst._trust_sections import chosen, uncertainty
 from mpi_hyst._trust_sections import left_out as left_out_section
-from mpi_hyst._trust_sections import operators, uncertainty
 
 _SHOWN = 3  # records with figures of their own; the table has all
 
@@ -46,8 +47,8 @@ def report(
     if left_out:
         sections.append(left_out_section(left_out, records, request))
     sections.append(uncertainty(found, fitted, request))
-    if found.cross_validation:
-        sections.append(operators(found, request))
+    if made := choices(found):
+        sections.append(chosen(made, request))
     sections.append(model(result))
     return render(
         Report(

@@ -11,7 +11,8 @@ from mpi_hyst._outputs import check_outputs
 from mpi_hyst._records import Quantity
 
 Kind = Literal["modified", "conventional"]
-Weights = Literal["free", "quadratic", "split"]
+Weights = Literal["auto", "free", "quadratic", "split"]
+Smoothness = float | Literal["auto"]
 Operators = int | Literal["auto"]
 
 
@@ -32,7 +33,8 @@ class Request:
     validate_from: tuple[str, ...] = ()
     model: Kind = "modified"
     operators: Operators = 20
-    weights: Weights = "free"
+    weights: Weights = "auto"
+    smoothness: Smoothness = 0.0
     thresholds: Literal["uniform", "quantiles"] = "uniform"
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import mpi_hyst as mh
 from mpi_hyst import _findings
+from mpi_hyst._identify_choices import choices
 from mpi_hyst._identify_records import Judged, Record, Records, judge
 from mpi_hyst._identify_request import Request
 from mpi_hyst._tables import digits, in_unit, text_pairs, text_table
@@ -40,8 +41,9 @@ def summary(
         text_pairs(parameters(records.fitted, found, request)),
         text_table(header, rows) + "\n" + base,
     ]
-    if found.cross_validation:
-        parts.append(_operators(found, unit))
+    for choice in choices(found):
+        table = text_table([choice.header, f"rms {unit}".rstrip()], choice.rows)
+        parts.append(f"{choice.said}\n\n{table}")
     if left_out:
         fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
         parts.append(
@@ -71,8 +73,12 @@ def parameters(
 ) -> list[tuple[str, str]]:
     """Name the parameters of the model beside its weights, with units and standard errors."""
     pairs: list[tuple[str, str]] = []
-    if request.weights != "free":
-        pairs.append(("weights", request.weights))
+    chosen = "  (by cross-validation)"
+    law = found.weights_law + (chosen if found.weights_validation else "")
+    pairs.append(("weights", law))
+    if found.smoothness or found.smoothness_validation:
+        smoothness = f"{found.smoothness:g}" + (chosen if found.smoothness_validation else "")
+        pairs.append(("smoothness", smoothness))
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
         ratios = "  ".join(
             with_error(ratio, std)
@@ -117,12 +123,6 @@ def _rows(prefix: str, judged: Sequence[Judged], total: mh.Quality) -> list[list
     if len(rows) > 1:
         rows.append([f"{prefix}all", *_quality(total), ""])
     return rows
-
-
-def _operators(found: mh.Identification, unit: str) -> str:
-    rows = [[str(count), digits(rmse)] for count, rmse in found.cross_validation]
-    chosen = f"{found.model.operators} operators chosen by cross-validation"
-    return f"{chosen}\n\n" + text_table(["operators", f"rms {unit}".rstrip()], rows)
 
 
 def _given(value: object) -> str:

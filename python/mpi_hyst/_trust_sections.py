@@ -9,6 +9,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst import _plots, _trust_plots
+from mpi_hyst._identify_choices import Choice
 from mpi_hyst._identify_records import Records
 from mpi_hyst._identify_request import Request
 from mpi_hyst._identify_summary import pooled
@@ -103,24 +104,25 @@ def uncertainty(
     )
 
 
-def operators(found: mh.Identification, request: Request) -> Section:
-    """Tell what cross-validation said of every number of operators."""
-    counts = [count for count, _ in found.cross_validation]
-    chosen = found.model.operators
+def chosen(made: Sequence[Choice], request: Request) -> Section:
+    """Tell what cross-validation chose, and what it said of every candidate."""
+    header = f"rms{_of(request.output.shown_unit)}"
     return Section(
-        "operators",
-        "The number of operators",
+        "chosen",
+        "Chosen by cross-validation",
         [
-            f"Cross-validation over stretches of the records chose {chosen} operators: the fewest "
-            "whose mean square error is within one standard error of the least.",
+            "Stretches of the records were held out in turn, and predicted from fits to the "
+            "others.",
+            *(f"{choice.said[0].upper()}{choice.said[1:]}." for choice in made),
         ],
         [
             Table(
-                "Prediction of stretches that were held out",
-                ["operators", f"rms{_of(request.output.shown_unit)}"],
-                [[str(count), digits(rmse)] for count, rmse in found.cross_validation],
-                best=[counts.index(chosen)] if chosen in counts else [],
+                f"Prediction of held-out stretches: {choice.header}",
+                [choice.header, header],
+                choice.rows,
+                best=choice.best,
             )
+            for choice in made
         ],
     )
 
