@@ -1,4 +1,4 @@
-"""The progress bar of an identification."""
+"""Progress bars: of an identification, and of a number of equal steps."""
 
 from __future__ import annotations
 
@@ -26,3 +26,21 @@ def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
             bar.update(fraction - bar.n)
 
         yield show
+
+
+@contextmanager
+def step_bar(what: str, steps: int) -> Iterator[Callable[[], None]]:
+    """Show how many of the steps are done, on standard error, if that is a terminal."""
+    with tqdm(
+        total=steps,
+        desc=what,
+        bar_format="{desc} {percentage:3.0f}% |{bar}| {elapsed}",
+        file=sys.stderr,
+        leave=False,
+        disable=None,
+    ) as bar:
+
+        def advance() -> None:
+            bar.update()
+
+        yield advance
