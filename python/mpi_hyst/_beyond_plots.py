@@ -29,7 +29,7 @@ _SHOWN = {
 
 
 def over_frequency(outcomes: Sequence[Outcome]) -> Figure:
-    """Draw the largest true error over the frequency of the sine, for the schemes that tell most."""
+    """Draw the largest true error over the frequency, for the schemes that tell most."""
     figure = _plots.new_figure(4.6)
     axes = figure.subplots()
     sines = [motion for motion in MOTIONS if motion is not TRIANGLE]
@@ -41,7 +41,13 @@ def over_frequency(outcomes: Sequence[Outcome]) -> Figure:
         label, colour, marker = look
         largest = [1e3 * outcome.errors[motion.name].max for motion in sines]
         axes.loglog(
-            frequencies, largest, color=colour, marker=marker, markersize=5, label=label, linewidth=1.5
+            frequencies,
+            largest,
+            color=colour,
+            marker=marker,
+            markersize=5,
+            label=label,
+            linewidth=1.5,
         )
     values = {frequency: 1e3 * largest for frequency, largest in published.SINES.items()}
     axes.loglog(
@@ -71,7 +77,11 @@ def in_time(runs: Sequence[tuple[str, mh.Run]], name: str) -> Figure:
         time = 1e3 * DT * np.arange(true.size)
         shown = slice(0, round(0.2 / DT))
         axes.plot(
-            time[shown], measured[shown], color=MEASURED, linewidth=0.5, label="measured, with noise"
+            time[shown],
+            measured[shown],
+            color=MEASURED,
+            linewidth=0.5,
+            label="measured, with noise",
         )
         axes.plot(time[shown], true[shown], color=colour, linewidth=1.3, label="true position")
         _plots.dress(axes, f"{name}: {title}", "", "error (nm)")
@@ -108,8 +118,14 @@ def saturation(cases: Sequence[Saturation]) -> Figure:
     beyond = np.abs(reference) > REACHED
     for axes in (positions, drives, errors):
         axes.fill_between(
-            time, 0.0, 1.0, where=beyond, transform=axes.get_xaxis_transform(), color=_plots.GRID,
-            linewidth=0, zorder=0,
+            time,
+            0.0,
+            1.0,
+            where=beyond,
+            transform=axes.get_xaxis_transform(),
+            color=_plots.GRID,
+            linewidth=0,
+            zorder=0,
         )
     _plots.dress(positions, "position", "", "position (µm)")
     _plots.dress(drives, "drive", "", "drive (V)")

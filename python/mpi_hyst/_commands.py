@@ -244,3 +244,20 @@ def demo(directory: Path) -> None:
     from mpi_hyst import _demo
 
     click.echo(_demo.run(directory))
+
+
+@commands.command()
+@click.option(
+    "--out",
+    "directory",
+    type=_File,
+    default=Path("mpi-hyst-reproduce"),
+    show_default=True,
+    help="Directory for the report and results.json.",
+)
+@click.option("--quick", is_flag=True, help="3 seeds of noise instead of 10.")
+def reproduce(directory: Path, quick: bool) -> None:
+    """Recompute every table and figure of the paper, and go beyond it; needs no data."""
+    from mpi_hyst import _reproduce
+
+    click.echo(_reproduce.run(directory, quick=quick))

@@ -1,4 +1,4 @@
-"""What the paper publishes and what is to be said of it, and how far off ours is."""
+"""What the paper publishes, what is to be said of it, and how far off ours is."""
 
 from __future__ import annotations
 

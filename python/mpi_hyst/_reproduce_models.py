@@ -91,9 +91,7 @@ def compute() -> Models:
 
 def _fits(drive: Samples, measured: Samples, position: Samples) -> list[Fit]:
     modified = mh.identify(drive, measured, input_offset=0.0, delay=0.0)
-    conventional = mh.identify(
-        drive, measured, model="conventional", input_offset=0.0, delay=0.0
-    )
+    conventional = mh.identify(drive, measured, model="conventional", input_offset=0.0, delay=0.0)
     unfitted = same_weights()
     found = (
         ("modified, identified", "Fig. 8", modified.predict(drive), modified.model),
@@ -107,16 +105,17 @@ def _fits(drive: Samples, measured: Samples, position: Samples) -> list[Fit]:
 
 
 def _of_tables(
-    printed: Sequence[mh.ModifiedPrandtlIshlinskii], computed: Sequence[mh.ModifiedPrandtlIshlinskii]
+    printed: Sequence[mh.ModifiedPrandtlIshlinskii],
+    computed: Sequence[mh.ModifiedPrandtlIshlinskii],
 ) -> list[Comparison]:
     return [
         Comparison(
             table,
-            f"largest difference of {20 * len(columns)} printed numbers, {what}",
+            f"{20 * len(columns)} numbers, {what}: largest difference",
             "V/um, V" if table == "Table II" else "um/V",
             None,
             _largest_difference(one, other, columns),
-            note="printed to four decimals: half of the last is 5e-5",
+            note="rounding to the four printed decimals alone makes 5e-5",
         )
         for table, what, columns, one, other in (
             ("Table I", "recovered from Table II", _COLUMNS[:1], printed[0], computed[0]),

@@ -16,6 +16,7 @@ from mpi_hyst._reproduce_loops import Trial
 from mpi_hyst._reproduce_models import RECORD_RATE, WALK_THRESHOLDS, Fit, Models
 
 _COLOURS = (BLUE, GREEN, ORANGE)
+_PANEL_POINTS = 1000  # of half the width of the page
 
 
 def loop(models: Models) -> Figure:
@@ -39,7 +40,11 @@ def operators() -> Figure:
     r = WALK_THRESHOLDS[0]
     named = (
         (classical, f"play, r = {r:g} V", mh.Play(r).run(x)),
-        (coupled, "coupled play, r, ra, rb, rc = 10, 8, 3, 4 V", mh.CoupledPlay(*WALK_THRESHOLDS).run(x)),
+        (
+            coupled,
+            "coupled play, r, ra, rb, rc = 10, 8, 3, 4 V",
+            mh.CoupledPlay(*WALK_THRESHOLDS).run(x),
+        ),
     )
     for axes, title, z in named:
         axes.plot(x, z, color=BLUE, linewidth=1.5)
@@ -88,7 +93,7 @@ def errors(trials: Sequence[Trial]) -> Figure:
         true = 1e3 * (run.reference - run.position)
         time = DT * np.arange(error.size)
         for values, colour, label in ((error, MEASURED, "measured"), (true, BLUE, "true position")):
-            kept = _plots.envelope(values)
+            kept = _plots.envelope(values, _PANEL_POINTS)
             axes.plot(time[kept], values[kept], color=colour, linewidth=0.8, label=label)
         for sign in (-1.0, 1.0):
             axes.axhline(
@@ -113,7 +118,7 @@ def tracks(trials: Sequence[Trial]) -> Figure:
     for axes, trial in zip(panels.flat, trials, strict=True):
         run = trial.shown
         time = DT * np.arange(run.reference.size)
-        kept = _plots.envelope(run.position)
+        kept = _plots.envelope(run.position, _PANEL_POINTS)
         axes.plot(time[kept], run.reference[kept], color=SOFT, linewidth=1.8, label="reference")
         axes.plot(time[kept], run.position[kept], color=BLUE, linewidth=1.0, label="position")
         axes.set_xlim(0.0, time[-1])

@@ -72,7 +72,7 @@ def run_cases(seeds: int, advance: Callable[[], None]) -> list[Saturation]:
 def _run(feedforward: mh.Forward | mh.Inverse, options: dict[str, Any], seed: int) -> mh.Run:
     with warnings.catch_warnings():
         # The law as printed is what is to be shown here.
-        warnings.filterwarnings("ignore", message="law=\"printed\"", category=UserWarning)
+        warnings.filterwarnings("ignore", message='law="printed"', category=UserWarning)
         law = controller(feedforward, mh.paper.gains("A1"), limits=DRIVE_LIMITS, **options)
     return mh.simulate(law, mh.paper.plant("A1", seed=seed), TRIANGLE.reference(_SECONDS))
 

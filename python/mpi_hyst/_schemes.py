@@ -79,10 +79,7 @@ def schemes() -> list[Scheme]:
     return [
         Scheme("the paper's law: Table II + P-I", "-", _published),
         Scheme(f"{inverse} + same P-I", "right", _without_dynamics),
-        *(
-            Scheme(f"{full} + same P-I", belief.name, _shaped(belief))
-            for belief in named.values()
-        ),
+        *(Scheme(f"{full} + same P-I", belief.name, _shaped(belief)) for belief in named.values()),
         Scheme(f"the same, {AHEAD} samples of preview", "right", _previewed(right)),
         *(Scheme("tuned gains", belief.name, _tuned(belief, 1.0, 1.0)) for belief in (right, both)),
         Scheme("half the tuned kp, a quarter of ki", both.name, _tuned(both, 0.5, 0.25)),
@@ -140,9 +137,7 @@ def _without_dynamics(motion: Motion, seed: int) -> Floor:
     return Floor.of(_after_a_period(law, _plant(seed), motion))
 
 
-def _shaped(
-    belief: Belief, gains: tuple[float, float] = GAINS
-) -> Callable[[Motion, int], Floor]:
+def _shaped(belief: Belief, gains: tuple[float, float] = GAINS) -> Callable[[Motion, int], Floor]:
     def run(motion: Motion, seed: int) -> Floor:
         target = motion.target(_seconds(motion), belief.dynamics)
         law = controller(belief.inverse(), gains)
@@ -207,9 +202,7 @@ def _learned(belief: Belief) -> Callable[[Motion, int], Floor]:
             learning.update(period.reference - period.measured)
         times = max(1, round(JUDGED * RATE / motion.samples))
         target = np.tile(learning.target, times)
-        return Floor.of(
-            mh.simulate(law, plant, np.tile(reference, times), target=target).metrics
-        )
+        return Floor.of(mh.simulate(law, plant, np.tile(reference, times), target=target).metrics)
 
     return run
 
@@ -282,5 +275,8 @@ def example(motion: Motion) -> Sequence[tuple[str, mh.Run]]:
     full = controller(right.inverse(), GAINS)
     return (
         ("the paper's law", mh.simulate(paper, _plant(0), reference)),
-        ("exact inverse and inverse dynamics", mh.simulate(full, _plant(0), reference, target=target)),
+        (
+            "exact inverse and inverse dynamics",
+            mh.simulate(full, _plant(0), reference, target=target),
+        ),
     )
