@@ -111,6 +111,15 @@ def mismatched() -> mh.ModifiedPrandtlIshlinskii:
     )
 
 
+def mismatch_percent() -> float:
+    """Return how far the wrong model leaves the actuator off in open loop, in % of the triangle."""
+    believed = beliefs()
+    target = TRIANGLE.reference(3.0)
+    drive = believed["model wrong"].inverse().run(target)
+    position = believed["right"].model.forward().run(drive)
+    return float(100.0 * np.abs(position - target).max() / np.ptp(target))
+
+
 def same_weights() -> mh.PrandtlIshlinskii:
     """Return the conventional model with the weights and thresholds r of the actuator."""
     actuator = mh.paper.table_1_recovered()

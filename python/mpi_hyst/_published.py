@@ -66,8 +66,10 @@ class Comparison:
     def deviation_text(self) -> str:
         """In %, with its sign."""
         deviation = self.deviation_percent
-        if deviation is None:
+        if self.published is None or deviation is None:
             return "-"
+        if self.published == (self.ours, self.ours):
+            return "none"
         return "within" if deviation == 0.0 else f"{deviation:+.1f} %"
 
     def as_json(self) -> dict[str, Any]:

@@ -22,6 +22,8 @@ from mpi_hyst._published import Comparison, single
 
 _PERIODS = 3
 
+Model = mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -54,7 +56,7 @@ def trials_to_run() -> int:
 def run_trials(seeds: int, advance: Callable[[], None]) -> list[Trial]:
     """Run all figures on both plants."""
     conventional, modified = same_weights().closed_form_inverse(), mh.paper.table_2()
-    figures = [
+    figures: list[tuple[str, str, Model, Motion, tuple[float, float]]] = [
         ("Fig. 12", "CPI inverse", conventional, TRIANGLE, published.TRIANGLE_CONVENTIONAL),
         ("Fig. 13", "Table II", modified, TRIANGLE, published.TRIANGLE_MODIFIED),
         *(
@@ -73,7 +75,7 @@ def run_trials(seeds: int, advance: Callable[[], None]) -> list[Trial]:
 
 def _run(
     plant: PlantName,
-    bank: mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii,
+    bank: Model,
     motion: Motion,
     seed: int,
 ) -> mh.Run:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import mpi_hyst as mh
@@ -55,27 +56,27 @@ def operators() -> Figure:
 def fits(models: Models) -> Figure:
     """Fig. 8, 9, 10: the record with both identified models, and what each leaves."""
     figure = _plots.new_figure(3.2 + 1.9 * len(models.fits))
+    below = [str(index) for index in range(len(models.fits))]
     panels = figure.subplot_mosaic(
-        [["loop", "time"], *([f"error {index}"] * 2 for index in range(len(models.fits)))],
-        height_ratios=(1.9, *(1.0 for _ in models.fits)),
+        ";".join(["LT", *(2 * name for name in below)]), height_ratios=(1.9, *(1.0 for _ in below))
     )
     time = np.arange(models.drive.size) / RECORD_RATE
     shown = (models.fits[1], models.fits[0])
-    for axes, x in ((panels["loop"], models.drive), (panels["time"], time)):
+    for axes, x in ((panels["L"], models.drive), (panels["T"], time)):
         axes.plot(x, models.fits[0].wanted, ".", color=MEASURED, markersize=2.5, rasterized=True)
         for fit, colour in zip(shown, (GREEN, BLUE), strict=True):
             axes.plot(x, fit.predicted, color=colour, linewidth=0.9)
-    _plots.dress(panels["loop"], "record and models over the drive", "drive (V)", "position (µm)")
-    _plots.dress(panels["time"], "the same over time", "time (s)", "position (µm)")
-    panels["time"].set_xlim(time[0], time[-1])
+    _plots.dress(panels["L"], "record and models over the drive", "drive (V)", "position (µm)")
+    _plots.dress(panels["T"], "the same over time", "time (s)", "position (µm)")
+    panels["T"].set_xlim(time[0], time[-1])
     extent = 1.1e3 * max(float(np.abs(fit.measured_error).max()) for fit in models.fits)
     for index, (fit, colour) in enumerate(zip(models.fits, _COLOURS, strict=True)):
-        _error_panel(panels[f"error {index}"], time, fit, colour, extent)
-    panels[f"error {len(models.fits) - 1}"].set_xlabel("time (s)", fontsize=10, color=INK)
+        _error_panel(panels[below[index]], time, fit, colour, extent)
+    panels[below[-1]].set_xlabel("time (s)", fontsize=10, color=INK)
     return figure
 
 
-def _error_panel(axes: _plots.Axes, time: Samples, fit: Fit, colour: str, extent: float) -> None:
+def _error_panel(axes: Axes, time: Samples, fit: Fit, colour: str, extent: float) -> None:
     kept = _plots.envelope(fit.measured_error)
     axes.plot(time[kept], 1e3 * fit.measured_error[kept], color=colour, linewidth=0.6)
     title = f"{fit.figure}, {fit.name}: at most {fit.max_percent:.2f} % of peak-to-peak"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mpi_hyst import _reproduce_loops as loops
+from mpi_hyst._benchmark import median
 from mpi_hyst._published import WALK_OUTPUT, Comparison, single
 from mpi_hyst._reproduce_loops import Trial
 from mpi_hyst._reproduce_models import WALK_INPUT, Models
@@ -117,7 +118,7 @@ def summary(made: Reproduction) -> Rows:
             [
                 name,
                 numbers,
-                *(f"{1e3 * loops.median(trial.maxima):.0f}" for trial in pair),
+                *(f"{1e3 * median(trial.maxima):.0f}" for trial in pair),
                 *(_nanometres(outcome.errors[name].max) for outcome in chosen),
             ]
         )
