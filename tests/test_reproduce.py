@@ -196,7 +196,8 @@ def test_deviations_are_from_the_nearest_published_number() -> None:
 
 
 def test_the_mismatch_is_as_large_as_it_says() -> None:
-    assert mismatch_percent() == pytest.approx(0.76, abs=0.02)  # the digest's is 0.76 %
+    # the digest's 0.76 % are of a mismatch like this one, on a stroke that it does not name
+    assert mismatch_percent() == pytest.approx(0.76, abs=0.03)
     assert beliefs()["dynamics wrong"].dynamics == mh.SecondOrder(420.0, 0.76)
 
 

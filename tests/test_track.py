@@ -80,7 +80,7 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert names_in(here) == FILES
     full, plain = errors(*STAGE), errors(*STAGE, "--no-preview")
     feedback = errors(*STAGE, "--feedforward", "none")
-    assert 5.0 * full < plain and 5.0 * plain < feedback
+    assert 5.0 * full < plain and 1.3 * plain < feedback
     # what the controller does not know of the stage
     assert errors(*STAGE, "--plant", "other.json") > 5.0 * full
     delayed = [*STAGE, "--delay", "2.5", "--amplifier-pole", "1000"]
