@@ -176,3 +176,16 @@ def test_models_without_a_range_of_slopes_are_refused() -> None:
         mh.tune(mh.PrandtlIshlinskii([1.0, -1.5], [0.0, 1.0]), dt=DT)
     with pytest.raises(TypeError, match=r"^model: expected a PrandtlIshlinskii or a Modified"):
         mh.tune(0.006, dt=DT)  # type: ignore[arg-type]
+
+
+def test_a_plant_knows_everything_but_the_sensitivity() -> None:
+    plant = mh.Plant(MODEL, dynamics=mh.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0)
+    expected = mh.tune(
+        MODEL, dt=1e-4, dynamics=mh.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0
+    )
+    tuning = mh.tune(plant)
+    assert (tuning.kp, tuning.ki) == (expected.kp, expected.ki)
+    with pytest.raises(TypeError, match="model: expected a model beside dt, dynamics"):
+        mh.tune(plant, dt=1e-4)
+    with pytest.raises(TypeError, match="dt: expected the sampling interval in seconds beside a"):
+        mh.tune(MODEL)

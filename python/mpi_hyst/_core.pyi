@@ -1042,9 +1042,9 @@ class Tuning:
     def peak_sensitivity(self) -> float: ...
 
 def tune(
-    model: _Model,
+    model: _Model | Plant,
     *,
-    dt: float,
+    dt: float | None = None,
     dynamics: _Dynamics | None = None,
     amplifier_pole: float | None = None,
     delay: float | None = None,

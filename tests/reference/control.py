@@ -47,7 +47,7 @@ class Controller:
         integral_time = dt * kp / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
         self.fading = int(transition / dt + 0.5)  # samples
-        self.left, self.resting = 0, False
+        self.left = self.resting = 0
         self.max_missing, self.window = max_missing, window
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
@@ -147,14 +147,14 @@ class Controller:
 
     def integrand(self, error: Number) -> float:
         """Nothing at a start, and until its transition is gone."""
-        rests = self.resting or not self.started
+        rests = self.resting > 0 or not self.started
         return 0.0 if error is None or rests else self.ki * error
 
     def begin(self, wanted: float) -> None:
         """A motion, from the present drive."""
         self.transition = self.drive - wanted
         self.left = self.fading if self.transition != 0.0 else 0
-        self.resting = True
+        self.resting = self.left + 1  # this sample is one of them
 
     def positional(self, volts: float, error: Number) -> None:
         proportional = 0.0 if error is None else self.kp * error
@@ -164,7 +164,7 @@ class Controller:
             self.fade(error)
         else:
             self.begin(wanted)
-        self.resting = self.resting and self.left > 0
+        self.resting = max(0, self.resting - 1)
         excess = self.limit(wanted + self.transition if self.started else self.drive)
         if self.anti_windup == "back_calculation":
             self.integral += change - (0.0 if error is None else self.share * excess)
@@ -176,13 +176,13 @@ class Controller:
         assert error is not None
         if not self.started:
             self.begin(volts + self.kp * error)
-            self.resting = self.left > 0
+            self.resting -= 1
             self.limit(self.drive)
             return
         assert self.proportional is not None
         before, integrand = self.transition, self.integrand(error)
         self.fade(error)
-        self.resting = self.resting and self.left > 0
+        self.resting = max(0, self.resting - 1)
         change = volts - self.volts if self.law == "incremental" else volts
         change += self.kp * error - self.proportional
         self.limit(self.drive + change + integrand + self.transition - before)

@@ -1,40 +1,9 @@
 //! `step`, `peek`, `reset` and `run` into a given slice never allocate.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use hysteresis_core::{
     Command, ControllerOptions, FeedForward, Forward, HybridController, Inverse, Kernel, Mode, Preview, Process,
     StreamArray, paper,
 };
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: every request goes to the system allocator as it came; counting touches a thread-local number only.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
 
 /// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
 fn signal() -> Vec<f64> {
@@ -46,7 +15,6 @@ fn signal() -> Vec<f64> {
 
 #[test]
 fn the_hot_path_never_allocates() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
     let kernel = Kernel::new(&paper::table_1_recovered());
     let zeros = vec![0.0; kernel.operators()];
     let limits = Some((-500.0, 500.0));
@@ -59,7 +27,7 @@ fn the_hot_path_never_allocates() {
     let signal = signal();
     let mut output = vec![0.0; signal.len()];
     for mut stream in streams {
-        let count = allocations(|| {
+        let count = allocations::count(|| {
             for x in &signal {
                 std::hint::black_box(stream.peek(*x));
                 std::hint::black_box(stream.step(*x));
@@ -79,7 +47,7 @@ fn an_array_never_allocates_while_it_runs() {
     let signal = &signal()[..10_000];
     let mut output = vec![0.0; signal.len()];
     let mut row = vec![0.0; 10];
-    let count = allocations(|| {
+    let count = allocations::count(|| {
         for x in signal.chunks_exact(10) {
             forward.peek(x, &mut row).unwrap();
             forward.step(x, &mut row).unwrap();
@@ -108,7 +76,7 @@ fn a_controller_never_allocates_while_it_runs() {
         let mut controller = HybridController::new(source.clone(), Some(preview), &options).unwrap();
         let other =
             if matches!(source, FeedForward::Inverse(_)) { kernel.clone() } else { Kernel::new(&paper::table_2()) };
-        let count = allocations(|| {
+        let count = allocations::count(|| {
             for (x, y) in signal.iter().zip(signal.iter().rev()) {
                 let command = Command { target: Some(0.9 * x), feedforward: None, reference: *x };
                 std::hint::black_box(controller.peek(command, *y));

@@ -1,38 +1,7 @@
 //! What runs beside a controller never allocates: an update, and a model swapped into a running inverse.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use hysteresis_core::{Inverse, Kernel, Process, paper};
 use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: every request goes to the system allocator as it came; counting touches a thread-local number only.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
 
 /// Swings over the whole range that decay and grow again.
 fn signal() -> impl Iterator<Item = f64> {
@@ -41,12 +10,11 @@ fn signal() -> impl Iterator<Item = f64> {
 
 #[test]
 fn update_never_allocates() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
     for forgotten in [1.0, 0.999] {
         let options = RecursiveOptions { forgetting: forgotten, ..RecursiveOptions::default() };
         let mut identifier = RecursiveIdentifier::new(&paper::table_1().into(), &options).unwrap();
         let mut held = 0;
-        let count = allocations(|| {
+        let count = allocations::count(|| {
             for (k, u) in signal().enumerate() {
                 // An output that no weights give, so that some are held at zero.
                 let y = if k % 100 == 0 {
@@ -73,6 +41,6 @@ fn a_swap_into_a_running_inverse_allocates_nothing() {
         for k in 0..200 {
             inverse.step(3.0 * (0.1 * f64::from(k)).sin() * (1.0 - 0.005 * f64::from(k)));
         }
-        assert_eq!(allocations(|| inverse.set_model(&new).unwrap()), 0);
+        assert_eq!(allocations::count(|| inverse.set_model(&new).unwrap()), 0);
     }
 }

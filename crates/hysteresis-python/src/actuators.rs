@@ -70,17 +70,6 @@ fn no_model(name: &str, model: &Bound<'_, PyAny>) -> PyErr {
     }
 }
 
-/// The least and the greatest slope of the argument `model`.
-pub(crate) fn slope_range(model: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-    if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
-        Ok(model.get().model.slope_range())
-    } else if let Ok(model) = model.cast::<PrandtlIshlinskii>() {
-        Ok(model.get().model.slope_range())
-    } else {
-        Err(no_model("model", model))
-    }
-}
-
 /// The limits of the drives: none, the same for all, or each its own.
 enum Limits {
     Shared(Option<(f64, f64)>),

@@ -1,12 +1,15 @@
 //! Gains of the feedback.
 
+use hysteresis_simulate::linear::Chain;
+use hysteresis_simulate::plant;
 use hysteresis_simulate::tuning::{self, TuningOptions};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::actuators::slope_range;
+use crate::actuators::kernel_of;
 use crate::chains::LinearPart;
 use crate::linear::invalid;
+use crate::plant::Plant;
 
 /// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
 #[pyclass(module = "mpi_hyst", frozen)]
@@ -116,8 +119,8 @@ impl Margins {
 ///
 /// Parameters
 /// ----------
-/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
-///     Whose range of slopes counts.
+/// model : PrandtlIshlinskii, ModifiedPrandtlIshlinskii or Plant
+///     Whose range of slopes counts. Of a plant all else is known, but for the sensitivity.
 /// dt : float
 ///     Sampling interval in seconds.
 /// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
@@ -145,25 +148,44 @@ impl Margins {
 /// >>> tuning = mh.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.SecondOrder(400.0, 0.95))
 /// >>> round(tuning.kp), round(tuning.ki), round(tuning.peak_sensitivity, 3)
 /// (185, 36, 1.7)
+/// >>> mh.tune(mh.paper.plant("A1")).kp == tuning.kp
+/// True
 /// >>> tuning.most
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
 #[pyfunction]
-#[pyo3(signature = (model, *, dt, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=1.7))]
+#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=1.7))]
 pub(crate) fn tune(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
-    dt: f64,
+    dt: Option<f64>,
     dynamics: Option<&Bound<'_, PyAny>>,
     amplifier_pole: Option<f64>,
     delay: Option<f64>,
     peak_sensitivity: f64,
 ) -> PyResult<Tuning> {
-    let chain = LinearPart { dynamics, amplifier_pole, delay }.chain(dt)?;
-    let slopes = slope_range(model)?;
+    let given = LinearPart { dynamics, amplifier_pole, delay };
+    let (chain, slopes, dt) = match (model.cast::<Plant>(), dt) {
+        (Ok(plant), dt) => of_plant(&plant.try_borrow()?.0, &given, dt)?,
+        (Err(_), Some(dt)) => (given.chain(dt)?, kernel_of("model", model)?.slope_range(), dt),
+        (Err(_), None) => {
+            kernel_of("model", model)?;
+            return Err(PyTypeError::new_err("dt: expected the sampling interval in seconds beside a model, got None"));
+        }
+    };
     if slopes.0 <= 0.0 {
         let expected = "a slope that is positive everywhere";
         return Err(PyValueError::new_err(format!("model: expected {expected}, got one down to {:?}", slopes.0)));
     }
     let options = TuningOptions { slopes, dt, peak_sensitivity };
     py.detach(|| tuning::tune(&chain, &options)).map(Tuning).map_err(invalid)
+}
+
+/// What a plant says of itself: nothing else may be given.
+fn of_plant(plant: &plant::Plant, given: &LinearPart<'_, '_>, dt: Option<f64>) -> PyResult<(Chain, (f64, f64), f64)> {
+    if dt.is_some() || !given.is_absent() {
+        let message =
+            "model: expected a model beside dt, dynamics, amplifier_pole or delay, got a Plant, which has its own";
+        return Err(PyTypeError::new_err(message));
+    }
+    Ok((*plant.linear_part(), plant.slope_range(), plant.dt()))
 }

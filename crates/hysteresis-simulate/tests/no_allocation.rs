@@ -1,52 +1,20 @@
 //! What runs sample by sample never allocates: linear streams, plants, learning in the loop, the observer.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use hysteresis_core::{Kernel, Process, paper};
 use hysteresis_simulate::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_simulate::linear::{Cascade, Creep, Delay, FirstOrder, SecondOrder, Stream};
 use hysteresis_simulate::plant::{Design, Plant};
 use hysteresis_simulate::{Observer, ObserverOptions};
 
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: every request goes to the system allocator as it came; counting touches a thread-local number only.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
-
 #[test]
 fn linear_streams_never_allocate() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
     let creep = Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap().block(1e-4).unwrap();
     let lags = Cascade(FirstOrder::new(279.0).unwrap().block(1e-4).unwrap(), Delay::new(2.4).unwrap().block());
     let stage = Cascade(SecondOrder::new(2000.0, 0.03).unwrap().block(1e-4).unwrap(), creep);
     let mut stream = Stream::new(Cascade(lags, stage), 0.5);
     let input: Vec<f64> = (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) }).collect();
     let mut output = vec![0.0; input.len()];
-    let count = allocations(|| {
+    let count = allocations::count(|| {
         for u in &input {
             std::hint::black_box((stream.peek(*u), stream.step(*u)));
         }
@@ -64,7 +32,7 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
     let options = ObserverOptions { delay: 1.5, ..ObserverOptions::new(0.016, 0.5) };
     let mut observer = Observer::new(&Kernel::new(&paper::table_1_recovered()), &dynamics, 1e-4, &options).unwrap();
-    let count = allocations(|| {
+    let count = allocations::count(|| {
         for k in 0..1000 {
             let x = if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) };
             std::hint::black_box((repetitive.step(1e-3 * x), observer.step(40.0 * x, 0.1 * x)));
@@ -92,7 +60,7 @@ fn plants_never_allocate() {
     let drives: Vec<f64> =
         (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k * k % 1201) - 600.0 }).collect();
     let (mut measured, mut position) = (vec![0.0; drives.len()], vec![0.0; drives.len()]);
-    let count = allocations(|| {
+    let count = allocations::count(|| {
         for u in &drives {
             std::hint::black_box(plant.step(*u));
         }

@@ -110,6 +110,7 @@ pub enum Method {
 pub struct Kernel {
     pub(crate) offsets: Offsets,
     pub(crate) invertible: Result<(), Error>,
+    slopes: (f64, f64),
     families: Option<Arc<Families>>,
     members: Arc<Members>,
 }
@@ -121,6 +122,7 @@ impl Kernel {
         Self {
             offsets: model.offsets(),
             invertible: model.check_invertible(),
+            slopes: model.slope_range(),
             families: Families::of(model).map(Arc::new),
             members: Arc::new(Members::of(model)),
         }
@@ -136,6 +138,13 @@ impl Kernel {
     #[must_use]
     pub fn operators(&self) -> usize {
         self.members.len()
+    }
+
+    /// The least and the greatest slope of the model:
+    /// [`ModifiedPrandtlIshlinskii::slope_range`].
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        self.slopes
     }
 
     /// The memory of a stream at rest.

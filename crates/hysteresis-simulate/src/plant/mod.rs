@@ -22,7 +22,7 @@ use hysteresis_core::{Bound, Error as CoreError, Kernel, MAX_MAGNITUDE, is_admis
 
 use self::actuator::Actuator;
 use self::noise::Noise;
-use crate::linear::{Creep, Delay, Dynamics, FirstOrder, check_positive};
+use crate::linear::{Chain, Creep, Delay, Dynamics, FirstOrder, check_positive};
 
 /// Everything about a plant but its hysteresis. The default is a plant of hysteresis alone, sampled at 10 kHz.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,6 +113,8 @@ pub struct Plant {
     position: f64,
     measured: f64,
     events: Events,
+    linear_part: Chain,
+    slopes: (f64, f64),
     dt: f64,
 }
 
@@ -153,10 +155,24 @@ impl Plant {
             position: 0.0,
             measured: 0.0,
             events: Events::default(),
+            linear_part: Chain { amplifier: design.amplifier_pole, dynamics: design.dynamics, delay: design.delay },
+            slopes: kernel.slope_range(),
             dt: check_positive("dt", None, design.dt)?,
         };
         plant.reset();
         Ok(plant)
+    }
+
+    /// Amplifier, dynamics and delay: what feedback has to reckon with.
+    #[must_use]
+    pub fn linear_part(&self) -> &Chain {
+        &self.linear_part
+    }
+
+    /// The least and the greatest slope of the hysteresis.
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        self.slopes
     }
 
     /// The drive that the D/A converter puts out for an admissible one.
