@@ -325,7 +325,7 @@ def reproduce(directory: Path, quick: bool) -> None:
 def track(**options: Any) -> None:
     """Let a simulated stage follow a reference with feed-forward and feedback.
 
-    Dynamics, amplifier, delay and noise are those of the stage; the controller knows all but noise.
+    The options say what the stage is; the controller knows all of it but the noise and --plant.
     """
     from mpi_hyst import _track
 
