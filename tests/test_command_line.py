@@ -1,86 +1,24 @@
-"""The command line: what it writes, what it says, and how it refuses."""
+"""The command line: what `identify` writes, what it says, and how it refuses."""
 
 from __future__ import annotations
 
-import csv
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 import mpi_hyst as mh
 import numpy as np
-import numpy.typing as npt
 import pytest
-from click.testing import CliRunner, Result
-from mpi_hyst._commands import commands
-
-Array = npt.NDArray[np.float64]
-
-COLUMNS = ["--input", "drive_v", "--output", "position_um"]
-RATIOS = {"ra": 0.9, "rb": 0.3, "rc": 0.4}
-RATE = 200.0
-
-
-def actuator() -> mh.ModifiedPrandtlIshlinskii:
-    return mh.ModifiedPrandtlIshlinskii.from_ratios(
-        [4e-3, 3e-4, 2e-4, 4e-4], [0.0, 100.0, 200.0, 300.0], **RATIOS
-    )
-
-
-def write_csv(path: Path, header: str, rows: Sequence[Sequence[object]]) -> Path:
-    lines = [header, *(",".join(map(str, row)) for row in rows)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
-
-
-def record_rows(amplitude: float = 400.0) -> list[list[object]]:
-    drive = mh.signals.decaying_triangle(amplitude, 1.0, cycles=5, rate=RATE)
-    position = actuator().forward().run(drive)
-    return [
-        [sample / RATE, *pair]
-        for sample, pair in enumerate(zip(drive.tolist(), position.tolist(), strict=True))
-    ]
-
-
-HEADER = "time_s,drive_v,position_um"
-
-
-@pytest.fixture
-def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A directory to be in, with a record, a model and a trajectory."""
-    monkeypatch.chdir(tmp_path)
-    write_csv(tmp_path / "record.csv", HEADER, record_rows())
-    actuator().save(tmp_path / "stage.json")
-    target = 1.2 * np.sin(np.arange(300) / 20.0)
-    write_csv(
-        tmp_path / "trajectory.csv",
-        "time_s,target_um",
-        [[sample / RATE, value] for sample, value in enumerate(target.tolist())],
-    )
-    return tmp_path
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(commands, arguments, catch_exceptions=False)
-
-
-def column(path: Path, name: str) -> Array:
-    with path.open(newline="", encoding="utf-8") as file:
-        return np.array([float(row[name]) for row in csv.DictReader(file)])
-
-
-def assert_refused(result: Result, directory: Path, before: set[str], *said: str) -> None:
-    assert result.exit_code == 2, result.output
-    assert result.stdout == ""
-    assert result.stderr.startswith("mpi-hyst: error: ")
-    assert result.stderr.count("\n") == 1 and result.stderr.endswith("\n")
-    for words in said:
-        assert words in result.stderr
-    assert {path.name for path in directory.iterdir()} == before
-
-
-def names_in(directory: Path) -> set[str]:
-    return {path.name for path in directory.iterdir()}
+from commands import (
+    COLUMNS,
+    HEADER,
+    RATE,
+    assert_refused,
+    column,
+    names_in,
+    record_rows,
+    run,
+    write_csv,
+)
 
 
 def test_identify_recovers_the_model_of_a_record(there: Path) -> None:
@@ -224,7 +162,42 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["record.csv", *COLUMNS, "--ratios", "0.9,0.3,0.3", "--model", "conventional"],
             ["--ratios", "conventional"],
         ),
-        (["record.csv", *COLUMNS, "--operators", "0"], ["--operators"]),
+        (["record.csv", *COLUMNS, "--operators", "0"], ["--operators", "from 1 to", "'0'"]),
+        (["record.csv", *COLUMNS, "--operators", "many"], ["--operators", "auto", "'many'"]),
+        (["record.csv", *COLUMNS, "--operators", "-3"], ["--operators", "'-3'"]),
+        (
+            ["record.csv", *COLUMNS, "--operators", "auto", "--thresholds", "quantiles"],
+            ["--operators: expected a number with thresholds that are not uniform"],
+        ),
+        (["record.csv", *COLUMNS, "--validate", "none.csv"], ["none.csv", "No such file"]),
+        (
+            ["record.csv", *COLUMNS, "--validate", "trajectory.csv"],
+            ["trajectory.csv", "no column 'drive_v'"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-from", "500"],
+            ["--validate and --validate-from"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-skip", "1000"],
+            ["record.csv: --validate-skip 1000 leaves nothing of 1000 samples"],
+        ),
+        (["record.csv", *COLUMNS, "--validate-skip", "10"], ["--validate-skip", "no --validate"]),
+        (["record.csv", *COLUMNS, "--validate-from", "5s"], ["record.csv", "--validate-from 5s"]),
+        (["record.csv", *COLUMNS, "--validate-from", "0"], ["leaves nothing to fit"]),
+        (
+            ["record.csv", *COLUMNS, "--validate-from", "40", "--skip", "40"],
+            ["record.csv: --validate-from 40 leaves nothing to fit"],
+        ),
+        (["record.csv", *COLUMNS, "--validate-from", "half"], ["--validate-from", "'half'"]),
+        (
+            ["record.csv", *COLUMNS, "--validate-from", "30"],
+            ["at least", "got 30"],
+        ),
+        (
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "-o", "./record.csv"],
+            ["overwritten"],
+        ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
         (["record.csv", *COLUMNS, "--delay", "-1"], ["--delay", "-1"]),
         (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
@@ -253,6 +226,61 @@ def test_identify_refuses_wrong_arguments(
     assert_refused(run("identify", *arguments), there, before, *said)
 
 
+def test_the_wrong_one_of_two_held_out_records_is_named(there: Path) -> None:
+    write_csv(there / "wrong.csv", HEADER, WRONG_RECORDS["constant output"][0])
+    slow = [[10 * k, *row[1:]] for k, row in enumerate(record_rows())]
+    write_csv(there / "slow.csv", HEADER, slow)
+    before = names_in(there)
+    for wrong, said in (("wrong.csv", "not sampled at the rate"), ("slow.csv", "not sampled")):
+        result = run(
+            *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
+            *("--validate", "record.csv", "--validate", wrong),
+        )
+        assert_refused(result, there, before, wrong, said)
+    flat = [[k / RATE, k, 7] for k in range(99)]
+    write_csv(there / "wrong.csv", HEADER, flat)
+    result = run(
+        *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
+        *("--validate", "record.csv", "--validate", "wrong.csv"),
+    )
+    assert_refused(result, there, before, "wrong.csv: column position_um: ", "vary, got 7.0")
+
+
+def test_held_out_files_are_predicted_and_not_fitted(there: Path) -> None:
+    write_csv(there / "other.csv", HEADER, record_rows(300.0))
+    options = ["--operators", "4"]
+    plain = run("identify", "record.csv", *COLUMNS, *options, "-o", "plain.json")
+    result = run(
+        *("identify", "record.csv", *COLUMNS, *options, "-o", "found.json"),
+        *("--validate", "other.csv", "--validate", "record.csv", "--validate-skip", "1s"),
+    )
+    assert result.exit_code == plain.exit_code == 0, result.output
+    assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
+    rows = [line.split() for line in result.stdout.splitlines() if "held out: " in line]
+    assert [row[2:4] for row in rows] == [["other.csv", "800"], ["record.csv", "800"],
+                                          ["all", "1600"]]  # fmt: skip
+
+
+@pytest.mark.parametrize("begin", ["600", "3s"])
+def test_the_end_of_a_record_is_predicted_and_not_fitted(there: Path, begin: str) -> None:
+    options = [*COLUMNS, "--operators", "4"]
+    result = run("identify", "record.csv", *options, "--validate-from", begin, "-o", "found.json")
+    assert result.exit_code == 0, result.output
+    run("identify", "record.csv", *options, "--rows", "600", "-o", "plain.json")
+    assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
+    row = next(line.split() for line in result.stdout.splitlines() if "held out: " in line)
+    assert row[2:4] == ["record.csv", "400"]
+    assert "loops, each left out in turn" in result.stdout
+
+
+@pytest.mark.usefixtures("there")
+def test_the_number_of_operators_is_chosen() -> None:
+    result = run("identify", "record.csv", *COLUMNS, "--operators", "auto")
+    assert result.exit_code == 0, result.output
+    assert "operators chosen by cross-validation" in result.stdout
+    assert "±" in result.stdout  # standard errors of the parameters
+
+
 def test_seconds_to_skip_need_a_time_column(there: Path) -> None:
     rows = [row[1:] for row in record_rows()]
     write_csv(there / "untimed.csv", "drive_v,position_um", rows)
@@ -267,133 +295,6 @@ def test_records_of_different_rates_are_refused(there: Path) -> None:
     before = names_in(there)
     result = run("identify", "record.csv", "slow.csv", *COLUMNS, "-o", "out.json")
     assert_refused(result, there, before, "slow.csv", "0.005000 s and 0.01000 s")
-
-
-def test_precompensate_makes_the_model_follow(there: Path) -> None:
-    result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
-    assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive")
-    target = column(there / "trajectory.csv", "target_um")
-    assert np.abs(actuator().forward().run(drive) - target).max() < 1e-14
-    np.testing.assert_array_equal(
-        column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
-    )
-    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, from rest" in result.stdout
-
-
-def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
-    result = run(
-        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
-        *("--column", "target_um", "--limits", "-150,200"),
-    )
-    assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive")
-    saturated = column(there / "drive.csv", "saturated").astype(bool)
-    target = column(there / "trajectory.csv", "target_um")
-    assert (drive.min(), drive.max()) == (-150.0, 200.0)
-    missed = np.abs(actuator().forward().run(drive) - target)
-    assert missed[~saturated].max() < 1e-14 < missed[saturated].min()
-    assert f"{saturated.sum()} of 300 samples" in result.stdout
-
-
-def test_precompensate_inverts_dynamics(there: Path) -> None:
-    result = run(
-        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
-        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-pole", "60"),
-    )
-    assert result.exit_code == 0, result.output
-    target = column(there / "trajectory.csv", "target_um")
-    expected = mh.precompensate(
-        *(actuator(), target, 1 / RATE),
-        dynamics=mh.SecondOrder(40.0, 0.7),
-        delay=1.0,
-        amplifier_pole=60.0,
-    )
-    # the times in the file are rounded, and with them the sampling interval
-    np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
-    assert "inverse dynamics, 5 ms per sample" in result.stdout and "warning" not in result.stdout
-
-
-def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
-    rows = [[k / RATE, float(k // 20 % 2)] for k in range(300)]
-    write_csv(there / "steps.csv", "time_s,target_um", rows)
-    result = run(
-        *("precompensate", "stage.json", "steps.csv", "-o", "drive.csv", "--dynamics", "40,0.7")
-    )
-    assert result.exit_code == 0, result.output
-    assert "warning: steps.csv: too rough for its dynamics" in result.stdout
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
-        (["--dynamics", "400"], ["FREQ,DAMPING"]),
-        (["--delay", "-1"], ["--delay: expected 0 to 2^20 samples"]),
-        (["--amplifier-pole", "0"], ["--amplifier-pole: expected a finite number above 0"]),
-    ],
-)
-def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: list[str]) -> None:
-    before = names_in(there)
-    given = ("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", *options)
-    assert_refused(run(*given), there, before, *said)
-
-
-@pytest.mark.parametrize(
-    ("header", "times", "said"),
-    [("target_um", None, "expected a column time_s"), ("time_s,target_um", 0.7, "equal steps")],
-)
-def test_precompensate_needs_to_know_the_sampling(
-    there: Path, header: str, times: float | None, said: str
-) -> None:
-    rows: list[list[object]] = [[0.0] if times is None else [k**times, 0.0] for k in range(20)]
-    write_csv(there / "other.csv", header, rows)
-    before = names_in(there)
-    given = ("precompensate", "stage.json", "other.csv", "-o", "drive.csv", "--delay", "0")
-    assert_refused(run(*given), there, before, "other.csv", said)
-
-
-@pytest.mark.parametrize(
-    ("files", "options", "said"),
-    [
-        ({}, ["missing.json", "trajectory.csv"], ["missing.json", "No such file"]),
-        ({}, ["stage.json", "missing.csv"], ["missing.csv", "No such file"]),
-        ({"cut.json": '{"schema": "mpi_h'}, ["cut.json", "trajectory.csv"], ["cut.json"]),
-        ({"old.json": '{"schema": "mpi_hyst/model/0"}'}, ["old.json", "trajectory.csv"],
-         ["old.json", "schema"]),
-        ({}, ["record.csv", "trajectory.csv"], ["record.csv", "not a model file"]),
-        ({"flat.csv": "time_s,target_um\n0,text\n"}, ["stage.json", "flat.csv"], ["no numeric"]),
-        ({"nan.csv": "time_s,target_um\n0,1\n1,nan\n"}, ["stage.json", "nan.csv"],
-         ["nan.csv, line 3, column target_um"]),
-        ({}, ["stage.json", "record.csv"], ["--column", "drive_v, position_um"]),
-        ({}, ["stage.json", "trajectory.csv", "--column", "x"], ["no column 'x'", "target_um"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "5"], ["--limits", "LOW,HIGH"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "5,-5"], ["--limits:", "-5"]),
-        ({}, ["stage.json", "trajectory.csv", "--limits", "nan,5"], ["--limits:", "NaN"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "stage.json"], ["overwritten"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "trajectory.csv"], ["overwritten"]),
-        ({}, ["stage.json", "trajectory.csv", "-o", "no/drive.csv"], ["does not exist"]),
-    ],
-)  # fmt: skip
-def test_precompensate_refuses(
-    there: Path, files: dict[str, str], options: list[str], said: list[str]
-) -> None:
-    for name, text in files.items():
-        (there / name).write_text(text, encoding="utf-8")
-    before = names_in(there)
-    contents = {path: path.read_bytes() for path in there.iterdir()}
-    given = [] if "-o" in options else ["-o", "drive.csv"]
-    assert_refused(run("precompensate", *options, *given), there, before, *said)
-    assert contents == {path: path.read_bytes() for path in there.iterdir()}
-
-
-def test_precompensate_says_why_a_model_has_no_inverse(there: Path) -> None:
-    wrong = mh.ModifiedPrandtlIshlinskii.from_ratios([1e-3, -2e-3], [0.0, 10.0], **RATIOS)
-    wrong.save(there / "wrong.json")
-    before = names_in(there)
-    result = run("precompensate", "wrong.json", "trajectory.csv", "-o", "drive.csv")
-    assert_refused(result, there, before, "wrong.json", "not invertible")
 
 
 @pytest.mark.parametrize(

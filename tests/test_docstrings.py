@@ -17,6 +17,7 @@ WITHOUT_EXAMPLES = {
     "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "Identification": "made by identify, whose example reads it",
     "Metrics": "made by Run, whose example reads it",
+    "LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
     "Quality": "made by identify: numbers without arguments",
     "Margins": "made by tune, whose example reads it",
     "Tuning": "made by tune, whose example reads it",

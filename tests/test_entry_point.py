@@ -6,10 +6,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import mpi_hyst as mh
+import numpy as np
 import pytest
 
 COLUMNS = ["--input", "drive_v", "--output", "position_um"]
@@ -66,17 +66,32 @@ def test_the_library_needs_no_extra() -> None:
     assert ended.stdout == "[]\n", ended.stderr
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals")
-def test_an_interrupt_leaves_nothing_behind(tmp_path: Path) -> None:
+def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
+    """Identify a long record, send a real SIGINT into the search, return status and what it said.
+
+    Only the search is long: what is left to do for a partial model takes seconds.
+    """
     drive = mh.signals.decaying_triangle(400.0, 1.0, cycles=300, rate=400.0)
     position = mh.paper.table_1_recovered().forward().run(drive)
+    position += np.random.default_rng(1).normal(0.0, 0.015, drive.size)
     rows = [f"{x!r},{y!r}" for x, y in zip(drive.tolist(), position.tolist(), strict=True)]
-    (tmp_path / "long.csv").write_text("\n".join(["drive_v,position_um", *rows]), encoding="utf-8")
-    command = ["identify", "long.csv", *COLUMNS, "--operators", "200", "-o", "out.json"]
+    (directory / "long.csv").write_text("\n".join(["drive_v,position_um", *rows]), encoding="utf-8")
+    command = ["identify", "long.csv", *COLUMNS, "-o", "out.json", *options]
     code = [
-        f"import sys; sys.argv[1:] = {command!r}",
+        "import signal, sys",
+        # where the tests run in the background it would be ignored
+        "signal.signal(signal.SIGINT, signal.default_int_handler)",
+        f"sys.argv[1:] = {command!r}",
         "from mpi_hyst import _command_line, _commands, _identify",
-        "print('ready', flush=True)",
+        # said as soon as the search has a first result
+        "def show(fraction, best):",
+        "    if not said: said.append(print('searching', flush=True))",
+        "said = []",
+        "from contextlib import contextmanager",
+        "@contextmanager",
+        "def bar(*_):",
+        "    yield show",
+        "_identify.progress_bar = bar",
         "_command_line.main()",
     ]
     with subprocess.Popen(
@@ -84,14 +99,35 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        cwd=tmp_path,
+        cwd=directory,
     ) as running:
         assert running.stdout is not None
-        assert running.stdout.readline() == "ready\n"
-        time.sleep(1.0)  # into the search, which takes most of a minute
-        assert running.poll() is None
+        assert running.stdout.readline() == "searching\n"
         running.send_signal(signal.SIGINT)
-        _, said = running.communicate(timeout=30)
-    assert running.returncode == 130, said
-    assert "interrupted, nothing written" in said
+        told, said = running.communicate(timeout=300)
+    return running.returncode, told, said
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_an_interrupt_leaves_nothing_behind(tmp_path: Path) -> None:
+    status, told, said = interrupted(tmp_path, "--operators", "auto", "--report", "out.html")
+    assert (status, told) == (130, ""), said
+    assert said.strip() == "mpi-hyst: error: interrupted, nothing written"
     assert names_in(tmp_path) == {"long.csv"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("operators", ["30", "auto"])
+def test_an_interrupt_keeps_the_best_if_told_to(tmp_path: Path, operators: str) -> None:
+    status, told, said = interrupted(
+        tmp_path, "--operators", operators, "--report", "out.html", "--keep-partial"
+    )
+    assert status == 130, said
+    assert said == "mpi-hyst: interrupted, what was found until then is kept\n"
+    assert told.startswith("PARTIAL, the search was interrupted: ")
+    assert names_in(tmp_path) == {"long.csv", "out.json", "out.html"}
+    found = mh.load(tmp_path / "out.json")
+    assert found.operators == (4 if operators == "auto" else 30) and found.invertible
+    page = (tmp_path / "out.html").read_text("utf-8")
+    assert "<h1>Hysteresis of long.csv (partial)</h1>" in page
+    assert "PARTIAL, the search was interrupted" in page

@@ -7,7 +7,7 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from test_command_line import assert_refused, column, names_in, run
+from commands import assert_refused, column, names_in, run
 from test_report import parsed, words
 
 PLAN = ["--limits", "-20,120", "--rate", "100", "--slew", "200", "--cycles", "10"]

@@ -14,7 +14,9 @@ from click.testing import CliRunner, Result
 from mpi_hyst import _demo, _plots
 from mpi_hyst._commands import commands
 from mpi_hyst._demo_plots import STAIRCASE, WALK, WALK_THRESHOLDS, _lives, moves
-from mpi_hyst._identify import Request, fit, read, residuals
+from mpi_hyst._identify import fit
+from mpi_hyst._identify_records import judge, read
+from mpi_hyst._identify_request import Request
 from mpi_hyst._records import Quantity
 from mpi_hyst._report import Card, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits, text_table
@@ -81,9 +83,12 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
 def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, Result]) -> None:
     root = parsed(demo[0] / "report.html")
     assert sections(root) == [
-        *("operator", "loops", "errors", "residuals", "model", "compensation", "memory", "next"),
+        *("operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
+        *("memory", "next"),
     ]
-    assert len(list(root.iter("img"))) == 7
+    assert len(list(root.iter("img"))) == 8
+    assert "5.31 % for the conventional model" in words(root)
+    assert "depend on data that are not published" in words(root)
     table = words(next(root.iter("table")))
     for heading in ("max (nm)", "rms (nm)", "max (%)", "rms (%)", "base (µm)"):
         assert heading in table
@@ -168,11 +173,55 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     )
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
-    assert sections(root) == ["loops", "errors", "warnings", "residuals", "model"]
-    assert len(list(root.iter("img"))) == 4
+    assert sections(root) == [
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "model"),
+    ]
+    assert len(list(root.iter("img"))) == 7
     page = words(root)
     for said in ("400.0.csv", "300.0.csv", "drive (V)", "position (µm)", "all records", kind):
         assert said in page
+
+
+def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Path) -> None:
+    path = record_csv(tmp_path / "record.csv", 400.0)
+    report = tmp_path / "report.html"
+    options = ["--operators", "auto", "--weights", "split", "--validate-from", "800"]
+    result = CliRunner().invoke(
+        commands,
+        [
+            *("identify", str(path), "--input", "drive_v", "--output", "position_um"),
+            *("--report", str(report), *options),
+        ],
+        catch_exceptions=False,
+    )
+    assert result.exit_code == 0, result.output
+    root = parsed(report)
+    assert sections(root) == [
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "operators"),
+        "model",
+    ]
+    request = Request(
+        (path,), "drive_v", "position_um", operators="auto", weights="split",
+        validate_from=("800",),
+    )  # fmt: skip
+    records = read(request)
+    found = fit(records, request, lambda _fraction, _best: None)
+    validation, page = found.validation, words(root)
+    assert validation is not None and isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
+    left_out = found.leave_one_loop_out(records.fitted[0].input, records.fitted[0].output)
+    assert len(left_out) == 2
+    for said in (
+        *("held out", "NRMSE", digits(validation.rmse, 3), digits(validation.nrmse, 3)),
+        *(digits(row.left_out.rmse, 3) for row in left_out),
+        *(digits(rmse) for _, rmse in found.cross_validation),
+        *(digits(weight, 5) for weight in found.model.weights_negative.tolist()),
+        *(digits(std, 2) for std in found.weights_negative_std.tolist() if std > 0.0),
+        *(finding.name for finding in found.warnings),
+    ):
+        assert said in page, said
+    assert "v (µm/V)" in page
+    figures = [image.get("alt") or "" for image in root.iter("img")]
+    assert any("held out" in words for words in figures)
 
 
 def test_a_report_without_time_or_units(tmp_path: Path) -> None:
@@ -237,15 +286,30 @@ def test_warnings_are_told_by_name_in_the_terminal_and_in_the_report(tmp_path: P
     assert "outliers second.csv" in page and "no_minor_loops all" in page
 
 
-def test_the_residuals_are_those_of_the_fit(tmp_path: Path) -> None:
-    paths = [record_csv(tmp_path / f"{volts}.csv", volts) for volts in (400.0, 300.0)]
-    request = Request(tuple(paths), "drive_v", "position_um", skip=("50",))
+@pytest.mark.parametrize("hold_out", ["nothing", "files", "ends"])
+def test_the_residuals_are_those_of_the_fit(tmp_path: Path, hold_out: str) -> None:
+    paths = tuple(record_csv(tmp_path / f"{volts}.csv", volts) for volts in (400.0, 300.0))
+    request = Request(
+        paths,
+        "drive_v",
+        "position_um",
+        skip=("50",),
+        validate=paths if hold_out == "files" else (),
+        validate_skip=("20",) if hold_out == "files" else (),
+        validate_from=("600", "2.8s") if hold_out == "ends" else (),
+    )
     records = read(request)
     found = fit(records, request, lambda _fraction, _best: None)
-    for index, (record, quality) in enumerate(zip(records, found.records, strict=True)):
-        residual = residuals(record, found, index)[record.skip :]
-        assert np.sqrt(np.mean(residual**2)) == pytest.approx(quality.rmse)
-        assert np.abs(residual).max() == pytest.approx(quality.max_error)
+    fitted, held_out = judge(records, found)
+    assert [one.record for one in fitted] == records.fitted and len(held_out) == 2 * (
+        hold_out != "nothing"
+    )
+    if hold_out == "ends":
+        assert [one.quality.samples for one in (*fitted, *held_out)] == [550, 650, 400, 300]
+    for one in (*fitted, *held_out):
+        residual = one.residuals(found)[one.record.skip :]
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(one.quality.rmse)
+        assert np.abs(residual).max() == pytest.approx(one.quality.max_error)
 
 
 def test_text_from_files_cannot_break_the_page() -> None:

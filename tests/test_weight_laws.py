@@ -141,7 +141,7 @@ def test_wrong_choices_are_named(keywords: dict[str, Any], message: str) -> None
     with pytest.raises(TypeError, match=r'^smoothness: expected a number >= 0 or "auto", got'):
         mh.identify(u, u, smoothness="much")  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"^validate: expected \(u, y\)"):
-        mh.identify(u, u, validate=[1.0])  # type: ignore[list-item]
+        mh.identify(u, u, validate=[1.0])  # type: ignore[arg-type]
 
 
 def test_operators_by_cross_validation() -> None:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, Literal, NoReturn, TypeVar
 
 import click
 
@@ -14,6 +14,7 @@ from mpi_hyst._errors import CommandError, one_line
 
 _INTERRUPTED = 130
 _WRONG = 2
+_MOST_OPERATORS = 100_000
 
 _File = click.Path(path_type=Path)
 _Function = TypeVar("_Function", bound=Callable[..., object])
@@ -81,6 +82,19 @@ def _numbers(names: str) -> dict[str, Any]:
     return {"metavar": names, "callback": convert}
 
 
+def _operators(
+    context: click.Context, option: click.Parameter, value: str
+) -> int | Literal["auto"]:
+    """Read a number of operators, or auto."""
+    if value == "auto":
+        return "auto"
+    number = int(value) if value.isascii() and value.isdigit() else 0
+    if not 1 <= number <= _MOST_OPERATORS:
+        message = f"expected auto or a whole number from 1 to {_MOST_OPERATORS}, got {value!r}"
+        raise click.BadParameter(message, context, option)
+    return number
+
+
 def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function], _Function]:
     def decorate(function: _Function) -> _Function:
         for option in reversed(options):
@@ -112,13 +126,40 @@ def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
     ),
     click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
     click.option(
+        "--validate",
+        multiple=True,
+        type=_File,
+        metavar="FILE",
+        help="Record with the same columns that is not fitted but predicted. May be repeated.",
+    ),
+    click.option(
+        "--validate-skip",
+        multiple=True,
+        metavar="ROWS|SECONDSs",
+        help="Leading part of the --validate files that sets the memory but is not judged.",
+    ),
+    click.option(
+        "--validate-from",
+        multiple=True,
+        metavar="ROWS|SECONDSs",
+        help="Do not fit but predict each file from there on. Once for all files, or once per "
+        "file.",
+    ),
+    click.option(
         "--model",
         type=click.Choice(["modified", "conventional"]),
         default="modified",
         show_default=True,
         help="Coupled plays, or plays for comparison.",
     ),
-    click.option("--operators", type=click.IntRange(1, 100_000), default=20, show_default=True),
+    click.option(
+        "--operators",
+        metavar="NUMBER|auto",
+        default="20",
+        show_default=True,
+        callback=_operators,
+        help="How many; auto: as few as predict held-out stretches of the records about as well.",
+    ),
     click.option(
         "--weights",
         type=click.Choice(["free", "quadratic", "split"]),
@@ -138,15 +179,26 @@ def _options(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
     ),
     click.option("--input-offset", type=float, help="Where the model's zero lies.  [fitted]"),
     click.option("--delay", type=float, help="Samples by which the output lags.  [fitted]"),
+    click.option(
+        "--keep-partial",
+        is_flag=True,
+        help="On Ctrl-C write the best so far, marked as partial, instead of nothing.",
+    ),
 )
-def identify(**options: Any) -> None:
+def identify(**options: Any) -> int:
     """Fit a model to measured records in CSV files.
 
     Each record starts from rest, or has its unknown start left out by --skip.
+    Exit status 130 after Ctrl-C, with or without --keep-partial.
     """
     from mpi_hyst import _identify
+    from mpi_hyst._identify_request import Request
 
-    click.echo(_identify.run(_identify.Request(**options)))
+    text, interrupted = _identify.run(Request(**options))
+    click.echo(text)
+    if interrupted:
+        click.echo("mpi-hyst: interrupted, what was found until then is kept", err=True)
+    return _INTERRUPTED if interrupted else 0
 
 
 @commands.command(no_args_is_help=False)

@@ -1,7 +1,16 @@
 # The compiled core. Docstrings are in the module itself: help(mpi_hyst).
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
-from typing import Any, Literal, Protocol, SupportsFloat, TypeAlias, final, type_check_only
+from typing import (
+    Any,
+    Literal,
+    Protocol,
+    SupportsFloat,
+    TypeAlias,
+    final,
+    overload,
+    type_check_only,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +34,7 @@ __all__ = [
     "Inverse",
     "InverseArray",
     "IterativeLearning",
+    "LeftOutLoop",
     "Margins",
     "Metrics",
     "ModifiedPrandtlIshlinskii",
@@ -312,7 +322,34 @@ class Quality:
     @property
     def rmse_percent(self) -> float: ...
     @property
+    def amplitude(self) -> float: ...
+    @property
+    def max_error_percent_of_amplitude(self) -> float: ...
+    @property
+    def rmse_percent_of_amplitude(self) -> float: ...
+    @property
+    def nrmse(self) -> float: ...
+    @property
+    def loop_width(self) -> float | None: ...
+    @property
+    def loop_width_error(self) -> float | None: ...
+    @property
     def samples(self) -> int: ...
+
+@final
+class LeftOutLoop:
+    @property
+    def record(self) -> int: ...
+    @property
+    def start(self) -> int: ...
+    @property
+    def stop(self) -> int: ...
+    @property
+    def amplitude(self) -> float: ...
+    @property
+    def fitted(self) -> Quality: ...
+    @property
+    def left_out(self) -> Quality: ...
 
 @final
 class Identification:
@@ -358,7 +395,21 @@ class Identification:
     def kkt_residual(self) -> float: ...
     @property
     def evaluations(self) -> int: ...
-    def predict(self, u: ArrayLike) -> _Vector: ...
+    @property
+    def warnings(self) -> list[Finding]: ...
+    @property
+    def partial(self) -> bool: ...
+    @overload
+    def predict(self, u: ArrayLike, *, return_std: Literal[False] = False) -> _Vector: ...
+    @overload
+    def predict(self, u: ArrayLike, *, return_std: Literal[True]) -> tuple[_Vector, _Vector]: ...
+    def leave_one_loop_out(
+        self,
+        u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]],
+        y: ArrayLike | None = None,
+        *,
+        skip: int | Sequence[int] = 0,
+    ) -> list[LeftOutLoop]: ...
 
 @final
 class IterativeLearning:
@@ -609,8 +660,9 @@ def identify(
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = 0.0,
     skip: int | Sequence[int] = 0,
-    validate: _HeldOut | Sequence[_HeldOut] | float | None = None,
+    validate: _HeldOut | Sequence[_HeldOut] | float | Sequence[int] | None = None,
     progress: Callable[[float, float], object] | None = None,
+    keep_partial: bool = False,
 ) -> Identification: ...
 
 @final

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -174,4 +175,29 @@ def tracking(time: Samples, target: Samples, schemes: Sequence[Tracking], unit: 
         _plots.dress(axes, f"{scheme.name}: {said}", "", "error (nm)")
     panels[-1].set_xlim(time[0], time[-1])
     panels[-1].set_xlabel("time (s)", fontsize=10, color=_plots.INK)
+    return figure
+
+
+def side_by_side(trace: _plots.Trace) -> Figure:
+    """Draw loop, time course and error of each model in a row, as Fig. 8 to 10 of the paper do."""
+    figure = _plots.new_figure(2.9 * len(trace.curves) + 0.4)
+    panels = figure.subplots(len(trace.curves), 3, sharey="col", squeeze=False)
+    time, unit = trace.time, trace.output_quantity.shown_unit
+    cloud = _plots.thinned(time.size, _plots.CLOUD_POINTS)
+    dots: dict[str, Any] = {"color": _plots.MEASURED, "markersize": 3.5, "markeredgewidth": 0}
+    dots |= {"rasterized": True, "label": "measured"}
+    for (loop, course, error), curve in zip(panels, trace.curves, strict=True):
+        line: dict[str, Any] = {"color": curve.colour, "linewidth": 1.0, "label": curve.name}
+        for axes, x in ((loop, trace.input), (course, time)):
+            axes.plot(x[cloud], trace.measured[cloud], ".", **dots)
+            axes.plot(x, curve.output, rasterized=True, **line)
+        left = 1e3 * (trace.measured - curve.output)
+        kept = _plots.envelope(left)
+        error.plot(time[kept], left[kept], color=curve.colour, linewidth=0.7)
+        error.axhline(0.0, color=_plots.SOFT, linewidth=0.8)
+        _plots.dress(loop, curve.name, trace.input_quantity.label, trace.output_quantity.label)
+        _plots.dress(course, "time course", trace.time_label, f"position ({unit})")
+        _plots.dress(error, "error: measured − model", trace.time_label, "error (nm)")
+        for axes in (course, error):
+            axes.set_xlim(time[0], time[-1])
     return figure

@@ -32,8 +32,9 @@ GRID = "#e6eaee"
 
 _WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
 _LINE_POINTS = 2400
-_LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
-_CLOUD_POINTS = 4500
+LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
+CLOUD_POINTS = 4500
+_SAME_END = 0.05  # of the height: names nearer to each other would overlap
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
 
@@ -168,9 +169,9 @@ def loops(traces: Sequence[Trace]) -> Figure:
         fitted = slice(trace.skip, None)
         drive, measured = trace.input[fitted], trace.measured[fitted]
         line = np.polynomial.Polynomial.fit(drive, measured, 1)(drive)
-        every = thinned(drive.size, _LOOP_POINTS)
+        every = thinned(drive.size, LOOP_POINTS)
         for axes, base in ((whole, np.zeros_like(line)), (width, line)):
-            cloud = thinned(drive.size, _CLOUD_POINTS)
+            cloud = thinned(drive.size, CLOUD_POINTS)
             axes.plot(
                 drive[cloud],
                 (measured - base)[cloud],
@@ -208,7 +209,7 @@ def residuals(trace: Trace) -> Figure:
     for curve in trace.curves:
         residual = trace.measured - curve.output
         extent = max(extent, float(np.abs(residual[fitted]).max()))
-        every = thinned(drive.size, _CLOUD_POINTS)
+        every = thinned(drive.size, CLOUD_POINTS)
         dots: dict[str, Any] = {
             "color": curve.colour,
             "marker": ".",
@@ -233,7 +234,7 @@ def residuals(trace: Trace) -> Figure:
     dress(panels["speed"], "over its speed", trace.speed_label, label)
     dress(panels["time"], "over time", trace.time_label, label)
     if trace.skip:
-        panels["time"].axvspan(time[0], time[trace.skip], color=GRID, label="not fitted", zorder=0)
+        panels["time"].axvspan(time[0], time[trace.skip], color=GRID, label="left aside", zorder=0)
     top_legend(figure, panels["time"])
     panels["time"].set_xlim(time[0], time[-1])
     panels["speed"].locator_params(axis="x", nbins=6)
@@ -253,6 +254,13 @@ class Bank:
     marker: str = "o"
 
     @property
+    def families(self) -> dict[str, Samples]:
+        """The weights by the line that they are drawn with: those below zero, if split, dashed."""
+        if isinstance(self.model, mh.ModifiedPrandtlIshlinskii) and self.model.split:
+            return {"-": self.model.weights, "--": self.model.weights_negative}
+        return {"-": self.model.weights}
+
+    @property
     def thresholds(self) -> Samples:
         """The thresholds r."""
         if isinstance(self.model, mh.ModifiedPrandtlIshlinskii):
@@ -262,16 +270,19 @@ class Bank:
 
 def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Figure:
     """Draw the weights, their sum, and the thresholds of models side by side."""
-    figure = new_figure(3.5)
+    figure = new_figure(3.7)
     single, total, thresholds = figure.subplots(1, 3)
     in_weight = f" ({weight_unit})" if weight_unit else ""
     in_threshold = f" ({threshold_unit})" if threshold_unit else ""
     for index, bank in enumerate(banks):
-        r, w = bank.thresholds, bank.model.weights
+        r = bank.thresholds
         look = {"color": bank.colour, "markersize": 4.5, "linewidth": 1.1, "label": bank.name}
         look |= {"marker": bank.marker, "markerfacecolor": "none" if index else bank.colour}
-        single.plot(r[1:], w[1:], **(look | {"linewidth": 0.6}))
-        total.plot(r, np.cumsum(w), **look)
+        for line, w in bank.families.items():
+            below = {"linestyle": line, "label": _below(bank.name) if line == "--" else bank.name}
+            below |= {"markerfacecolor": "none"} if line == "--" else {}
+            single.plot(r[1:], w[1:], **(look | below | {"linewidth": 0.6}))
+            total.plot(r, np.cumsum(w), **(look | below))
         if not isinstance(bank.model, mh.ModifiedPrandtlIshlinskii):
             continue
         named = {"ra": bank.model.ra, "rb": bank.model.rb, "rc": bank.model.rc}
@@ -282,15 +293,24 @@ def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Fig
     dress(single, "weights, but the first", f"threshold r{in_threshold}", f"w{in_weight}")
     dress(total, "sum of the weights up to r", f"threshold r{in_threshold}", f"Σ w{in_weight}")
     dress(thresholds, "other thresholds", f"r{in_threshold}", f"ra, rb, rc{in_threshold}")
-    single.set_ylim(bottom=0.0 if min(bank.model.weights.min() for bank in banks) >= 0 else None)
-    legend(total, loc="lower right")
+    least = min(w.min() for bank in banks for w in bank.families.values())
+    single.set_ylim(bottom=0.0 if least >= 0.0 else None)
+    top_legend(figure, total)
     return figure
 
 
+def _below(name: str) -> str:
+    return f"{name}, below zero"
+
+
 def _name_ends(axes: Axes, x: float, ends: dict[str, float]) -> None:
-    """Name lines at their right end; those that end at the same place share one name."""
-    for y in dict.fromkeys(ends.values()):
-        names = ", ".join(name for name, end in ends.items() if end == y)
+    """Name lines at their right end; those that end at about the same place share one name."""
+    near = _SAME_END * max(ends.values())
+    apart: dict[float, str] = {}
+    for name, end in ends.items():
+        y = next((other for other in apart if abs(other - end) <= near), end)
+        apart[y] = f"{apart[y]}, {name}" if y in apart else name
+    for y, names in apart.items():
         axes.annotate(
             names,
             (x, y),

@@ -206,10 +206,10 @@ def _beyond(made: Reproduction) -> Section:
             "inverse and the same gains leave what feedback makes of the sensor noise.",
             "A wrong model or wrong dynamics give part of that back. Where the motion repeats, "
             "learning takes it again; where it does not, adaptation of the model does, and higher "
-            "gains do at the price of more noise. At 100 Hz the learning schemes, made for periods "
-            f"of up to {schemes.BANDWIDTH:g} Hz, take back a part only.",
-            "An observer keeps noise from the feedback where the model is right; what a wrong model "
-            "or wrong dynamics leave it cannot know.",
+            "gains do at the price of more noise. At 100 Hz the learning schemes, whose "
+            f"bandwidth is {schemes.BANDWIDTH:g} Hz, take back a part only.",
+            "An observer keeps noise from the feedback where the model is right; it cannot know "
+            "what a wrong model or wrong dynamics leave.",
         ],
         [
             _table("Schemes on plant A1 with 16 nm of noise", rows, note, best),

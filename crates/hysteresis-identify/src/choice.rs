@@ -7,7 +7,7 @@ use crate::options::{Options, Setting, Thresholds, Weights};
 use crate::projection::{Fit, Projection};
 use crate::record::Record;
 use crate::search::{Monitor, search};
-use crate::space::Space;
+use crate::space::{Point, Space};
 
 /// The scan uses about this many samples per unknown, however long the records are.
 const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
@@ -33,11 +33,54 @@ pub(crate) struct Choice {
     pub(crate) smoothness_tried: Vec<CrossValidation>,
     /// The fit of the choice on many of the samples, if there was a choice: where to go on.
     pub(crate) start: Option<Fit>,
+    /// Where the choice was stopped, if it was and the best is to be kept.
+    pub(crate) stopped: Option<Point>,
+}
+
+/// What to keep if the choice is stopped: the best candidate so far, or before there is one the candidate in work.
+struct Underway {
+    options: Options,
+    best: Option<(f64, Point)>,
 }
 
 /// Chooses what `options` leave open, each candidate at the ratios, offset and delay that suit it: first the weight law,
-/// then the number of operators, the smoothness of each on the way.
+/// then the number of operators, the smoothness of each on the way. Stopped and told to keep the best, it chooses from what
+/// it has tried until then.
 pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Choice, Error> {
+    let mut underway = Underway { options: options.clone(), best: None };
+    match (choose_all(records, options, &mut underway, monitor), monitor.kept()) {
+        (Err(Error::Interrupted), Some(point)) => {
+            let Underway { options, best } = underway;
+            let (smoothness, point) = best.unwrap_or((given_smoothness(&options), point));
+            let nothing = Vec::new;
+            Ok(Choice {
+                options,
+                smoothness,
+                weights_tried: nothing(),
+                operators_tried: nothing(),
+                smoothness_tried: nothing(),
+                start: None,
+                stopped: Some(point),
+            })
+        }
+        (choice, _) => choice,
+    }
+}
+
+/// The smoothness that was given; none while it is left to cross-validation.
+fn given_smoothness(options: &Options) -> f64 {
+    match options.smoothness {
+        Setting::Fixed(smoothness) => smoothness,
+        Setting::Fit => 0.0,
+    }
+}
+
+fn choose_all(
+    records: &[Record<'_>],
+    options: &Options,
+    underway: &mut Underway,
+    monitor: &mut Monitor<'_>,
+) -> Result<Choice, Error> {
     let placed: Option<fn(usize) -> Thresholds> = match options.thresholds {
         Thresholds::Auto => Some(Thresholds::Uniform),
         Thresholds::AutoQuantiles => Some(Thresholds::Quantiles),
@@ -54,7 +97,7 @@ pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Mo
         let free = with(Weights::Free);
         enough(records, &Space::new(records, &free), &Law::new(&free))?;
         let possible = LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).collect();
-        let (candidate, tried) = simplest_good(records, possible, 0, searches, monitor)?;
+        let (candidate, tried) = simplest_good(records, possible, (0, searches), underway, monitor)?;
         options.weights = candidate.options.weights;
         weights_tried = tried;
         best = Some(candidate);
@@ -63,28 +106,26 @@ pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Mo
         let with = |operators| Options { thresholds: placed(operators), ..options.clone() };
         let done = usize::from(laws) * LAWS.len();
         let possible = OPERATORS.into_iter().map(with).collect();
-        let (candidate, tried) = simplest_good(records, possible, done, searches, monitor)?;
+        let (candidate, tried) = simplest_good(records, possible, (done, searches), underway, monitor)?;
         operators_tried = tried;
         best = Some(candidate);
     }
     if best.is_none() && options.smoothness == Setting::Fit {
         monitor.within(0, 2);
+        underway.options = options.clone();
         best = Some(candidate(records, &options, monitor)?);
         monitor.within(1, 2);
     } else {
         monitor.within(searches - 1, searches);
     }
-    let given = match options.smoothness {
-        Setting::Fixed(smoothness) => smoothness,
-        Setting::Fit => 0.0,
-    };
     let choice = Choice {
+        smoothness: given_smoothness(&options),
         options,
-        smoothness: given,
         weights_tried,
         operators_tried,
         smoothness_tried: Vec::new(),
         start: None,
+        stopped: None,
     };
     Ok(match best {
         None => choice,
@@ -108,21 +149,33 @@ struct Candidate {
 fn simplest_good(
     records: &[Record<'_>],
     options: Vec<Options>,
-    done: usize,
-    searches: usize,
+    (done, searches): (usize, usize),
+    underway: &mut Underway,
     monitor: &mut Monitor<'_>,
 ) -> Result<(Candidate, Vec<CrossValidation>), Error> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for (number, options) in options.into_iter().enumerate() {
         monitor.within(done + number, searches);
+        if underway.best.is_none() {
+            underway.options = options.clone();
+        }
         match candidate(records, &options, monitor) {
             Err(Error::TooFewSamples { .. }) if !candidates.is_empty() => break,
             candidate => candidates.push(candidate?),
         }
+        let best = &candidates[good(&candidates)];
+        underway.options = best.options.clone();
+        underway.best = Some((best.validation.smoothness, best.fit.point));
     }
-    let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
-    let good = CrossValidation::good(&tried).next().unwrap_or(0);
+    let good = good(&candidates);
+    let tried = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
     Ok((candidates.swap_remove(good), tried))
+}
+
+/// The first of the candidates that is as good as the best.
+fn good(candidates: &[Candidate]) -> usize {
+    let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
+    CrossValidation::good(&tried).next().unwrap_or(0)
 }
 
 fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Candidate, Error> {

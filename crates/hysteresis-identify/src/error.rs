@@ -108,6 +108,11 @@ pub enum Error {
         /// The fitted samples of all records together.
         got: usize,
     },
+    /// To leave one loop out takes two.
+    TooFewLoops {
+        /// The loops of all records together.
+        got: usize,
+    },
     /// An option lies outside its domain.
     Domain {
         /// The name of the option.
@@ -136,6 +141,9 @@ impl fmt::Display for Error {
             }
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
+            }
+            Self::TooFewLoops { got } => {
+                write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }
             Self::Domain { parameter, index: None, expected, got } => {
                 write!(f, "{parameter}: expected {expected}, got {got:?}")

@@ -2,20 +2,23 @@
 
 use std::ops::ControlFlow;
 
+use faer::Mat;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::choice::{Choice, choose, levels};
+use crate::diagnostics::{Finding, diagnose};
 use crate::error::{Error, RecordError};
 use crate::folds::CrossValidation;
 use crate::law::Law;
 use crate::options::{Form, Options, Weights};
-use crate::projection::Fit;
+use crate::projection::{Fit, Linearised, Projection};
 use crate::quality::{Quality, as_f64};
 use crate::record::{Record, check_finite};
 use crate::regressor::{Bank, Regressor};
-use crate::search::{Monitor, Progress, search};
-use crate::space::{Parameter, Space};
-use crate::uncertainty::StandardErrors;
+use crate::search::{Monitor, Progress, Stop, search};
+use crate::space::{Parameter, Point, Space};
+use crate::spread::Spread;
+use crate::uncertainty::{Root, StandardErrors};
 
 /// An identified model, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +54,15 @@ pub struct Identification {
     pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.
     pub evaluations: usize,
+    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`].
+    pub warnings: Vec<Finding>,
+    /// Whether the search was stopped: the model is the best until then, its weights the best for its thresholds.
+    pub partial: bool,
+    spread: Spread,
+    /// As asked for, with the number of operators that was chosen.
+    pub(crate) options: Options,
+    /// The rows that ask for smooth weights at the thresholds found, one column for each unknown.
+    pub(crate) penalty: Mat<f64>,
 }
 
 impl Identification {
@@ -62,6 +74,22 @@ impl Identification {
     pub fn predict(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
         Ok(predict(&self.model, self.delay, self.output_offsets[0], input))
+    }
+
+    /// The standard deviation of every sample of [`predict`](Self::predict), in the unit of the output, from the
+    /// covariance of weights, ratios, input offset, delay and output offset, linearised at the fit.
+    ///
+    /// It tells how far the prediction may be from what the true parameters would predict; the noise of a measurement
+    /// comes on top. Like the [`standard_errors`](Self::standard_errors) it takes the errors of successive samples for
+    /// independent and the model for true. What was given, and what lies at a bound (a weight of zero, a ratio at its
+    /// limit), counts as known. So does what the records do not tell at all: where the input goes further than they
+    /// did, the truth may be further away.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(self.spread.of(input))
     }
 
     /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that
@@ -80,7 +108,8 @@ impl Identification {
         for p in predicted.iter_mut() {
             *p += offset;
         }
-        Quality::of(measured, predicted, record.output_range())
+        let quality = Quality::of(measured, predicted, record.output_range());
+        quality.with_loops(&record.input()[record.skip()..], measured, predicted)
     }
 
     /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
@@ -101,7 +130,8 @@ impl Identification {
 /// The sum of squared errors over all fitted samples is minimised. Weights and output offsets are exact at every
 /// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle);
 /// ratios, input offset and delay go from the best of several starts on a selection of the samples to Gauss-Newton
-/// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops.
+/// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops, with the
+/// best so far as the result ([`Stop::KeepBest`]) or without one.
 ///
 /// Input and output may have any unit; weights come in output unit per input unit, the delay in samples.
 ///
@@ -126,26 +156,46 @@ impl Identification {
 /// # Errors
 /// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Domain`] for bad thresholds, offset or delay,
 /// [`Error::Core`] for bad ratios, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights,
-/// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said so.
+/// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said to stop and discard.
 pub fn identify(
     records: &[Record<'_>],
     options: &Options,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
 ) -> Result<Identification, Error> {
     let Some(shortest) = records.iter().map(|record| record.input().len()).min() else {
         return Err(Error::NoRecords);
     };
     options.check(as_f64(shortest))?;
     let mut monitor = Monitor::new(progress);
-    let Choice { options: chosen, smoothness, weights_tried, operators_tried, smoothness_tried, start } =
+    let Choice { options: chosen, smoothness, weights_tried, operators_tried, smoothness_tried, start, stopped } =
         choose(records, options, &mut monitor)?;
     let (space, law) = (Space::new(records, &chosen), Law::new(&chosen));
     let levels = levels(records, &space, &law, smoothness, false)?;
-    let (fit, linearised) = search(&levels, &law, start.as_ref(), &mut monitor)?;
     let all = &levels[levels.len() - 1];
-    let standard_errors = StandardErrors::of(&fit, &linearised, &law, &space, all.rows());
-    let found = assemble(records, &chosen, &space, &law, fit)?;
+    let (found, partial) = match stopped {
+        Some(point) => (at(all, &point), true),
+        None => match (search(&levels, &law, start.as_ref(), &mut monitor), monitor.kept()) {
+            (Err(Error::Interrupted), Some(best)) => (at(all, &best), true),
+            (found, _) => (found?, false),
+        },
+    };
+    let root = Root::of(&found.0, &found.1, &space, all.rows());
+    let standard_errors = StandardErrors::of(&found.0, &root, &law, &space);
+    let spread = Spread::new(&found.0, &root, &found.1, &law, &space);
+    let (model, ratios) = assemble(&chosen, &space, &law, &found.0)?;
+    let Fit { point, output_offsets, kkt_residual, .. } = found.0;
+    let delay = point.get(Parameter::Delay);
+    let quality = |(record, offset): (&Record<'_>, &f64)| quality(record, &model, delay, *offset);
+    let record_fits: Vec<_> = records.iter().zip(&output_offsets).map(quality).collect();
     Ok(Identification {
+        warnings: diagnose(records, &model, delay)?,
+        model,
+        ratios,
+        delay,
+        output_offsets,
+        fit: Quality::pooled(&record_fits),
+        record_fits,
+        kkt_residual,
         standard_errors,
         weights: chosen.weights,
         smoothness,
@@ -153,17 +203,20 @@ pub fn identify(
         cross_validation: operators_tried,
         smoothness_validation: smoothness_tried,
         evaluations: monitor.evaluations(),
-        ..found
+        partial,
+        spread,
+        options: chosen,
+        penalty: found.1.into_penalty(),
     })
 }
 
-fn assemble(
-    records: &[Record<'_>],
-    options: &Options,
-    space: &Space,
-    law: &Law,
-    fit: Fit,
-) -> Result<Identification, Error> {
+/// The fit at a point and its derivatives there.
+fn at(all: &Projection<'_>, point: &Point) -> (Fit, Linearised) {
+    let fit = all.fit(point, None);
+    all.linearise(point, &fit.weights, Some(&fit))
+}
+
+fn assemble(options: &Options, space: &Space, law: &Law, fit: &Fit) -> Result<(Model, Ratios), Error> {
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
     let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output: fit.output_offsets[0] };
     let model = match (options.form, law.families(&fit.weights)) {
@@ -173,29 +226,14 @@ fn assemble(
             Model::from(if let Some(below) = below { model.with_negative_weights(below)? } else { model })
         }
     };
-    let delay = fit.point.get(Parameter::Delay);
-    let quality = |(record, offset): (&Record<'_>, &f64)| {
-        let predicted = predict(&model, delay, *offset, record.input());
-        Quality::of(&record.output()[record.skip()..], &predicted[record.skip()..], record.output_range())
-    };
-    let record_fits: Vec<_> = records.iter().zip(&fit.output_offsets).map(quality).collect();
-    let fit_of_all = Quality::pooled(&record_fits);
-    Ok(Identification {
-        model,
-        ratios,
-        delay,
-        output_offsets: fit.output_offsets,
-        fit: fit_of_all,
-        record_fits,
-        kkt_residual: fit.kkt_residual,
-        standard_errors: StandardErrors::default(),
-        weights: options.weights,
-        smoothness: 0.0,
-        weights_validation: Vec::new(),
-        cross_validation: Vec::new(),
-        smoothness_validation: Vec::new(),
-        evaluations: 0,
-    })
+    Ok((model, ratios))
+}
+
+fn quality(record: &Record<'_>, model: &Model, delay: f64, output_offset: f64) -> Quality {
+    let predicted = predict(model, delay, output_offset, record.input());
+    let fitted = record.skip()..;
+    let (measured, predicted) = (&record.output()[fitted.clone()], &predicted[fitted.clone()]);
+    Quality::of(measured, predicted, record.output_range()).with_loops(&record.input()[fitted], measured, predicted)
 }
 
 fn predict(model: &Model, delay: f64, output_offset: f64, input: &[f64]) -> Vec<f64> {

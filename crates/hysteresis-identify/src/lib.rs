@@ -20,6 +20,7 @@ mod factor;
 mod folds;
 mod identification;
 mod law;
+mod left_out;
 mod loop_width;
 mod options;
 mod projection;
@@ -30,6 +31,7 @@ mod regressor;
 mod search;
 mod smoothness;
 mod space;
+mod spread;
 mod uncertainty;
 
 pub use diagnostics::{Defect, Finding, diagnose};
@@ -39,10 +41,11 @@ pub use dynamics::{
 pub use error::{Error, RecordError};
 pub use folds::CrossValidation;
 pub use identification::{Identification, identify};
+pub use left_out::LeftOutLoop;
 pub use loop_width::loop_width;
 pub use options::{Form, Options, Setting, Thresholds, Weights};
 pub use quality::Quality;
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
-pub use search::{Progress, Stage};
+pub use search::{Progress, Stage, Stop};
 pub use uncertainty::StandardErrors;

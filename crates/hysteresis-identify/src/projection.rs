@@ -243,6 +243,18 @@ impl Linearised {
         let (a, b) = below_offsets(&self.factor, self.records);
         penalised(&a, &b, &self.penalty)
     }
+
+    /// The rows that ask for smooth weights; none for smoothness zero.
+    pub(crate) fn into_penalty(self) -> Mat<f64> {
+        self.penalty
+    }
+
+    /// The means of the columns of unknowns and steps over the rows of the first record, and how many rows that are.
+    pub(crate) fn means(&self) -> (Vec<f64>, f64) {
+        let root = self.factor[(0, 0)];
+        let columns = self.records..self.factor.ncols() - 1;
+        (columns.map(|j| self.factor[(0, j)] / root).collect(), root * root)
+    }
 }
 
 /// The problem with a penalty, or as it is without one.

@@ -3,7 +3,7 @@
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
 /// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bank {
     r: Vec<f64>,
     ra: Vec<f64>,

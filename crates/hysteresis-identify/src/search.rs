@@ -56,18 +56,35 @@ pub struct Progress {
     pub fraction: f64,
 }
 
+/// What an identification that is told to stop leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Nothing: [`Error::Interrupted`].
+    Discard,
+    /// The best that was found so far, marked as partial.
+    KeepBest,
+}
+
 /// Counts evaluations and reports them.
 pub(crate) struct Monitor<'a> {
-    report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
     now: Progress,
+    /// Where the smallest error of this stage was found.
+    best: Option<Point>,
+    keeps_best: bool,
     /// The share of the whole work that the present search is.
     span: Span,
 }
 
 impl<'a> Monitor<'a> {
-    pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
+    pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
         let now = Progress { stage: Stage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now, span: Span { from: 0.0, to: 1.0 } }
+        Self { report, now, best: None, keeps_best: false, span: Span { from: 0.0, to: 1.0 } }
+    }
+
+    /// The best point so far, if the search was stopped and that is to be kept.
+    pub(crate) fn kept(&self) -> Option<Point> {
+        self.best.filter(|_| self.keeps_best)
     }
 
     /// Makes the next search the part number `part` of so many.
@@ -88,13 +105,19 @@ impl<'a> Monitor<'a> {
     }
 
     /// Counts one evaluation.
-    fn evaluated(&mut self, rmse: f64, fraction: f64) -> Result<(), Error> {
+    fn evaluated(&mut self, projection: &Projection<'_>, fit: &Fit, fraction: f64) -> Result<(), Error> {
         self.now.evaluations += 1;
-        self.now.best_rmse = self.now.best_rmse.min(rmse);
+        let rmse = projection.rmse(fit.squares);
+        if rmse < self.now.best_rmse {
+            (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
+        }
         self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Error::Interrupted),
+            ControlFlow::Break(stop) => {
+                self.keeps_best = stop == Stop::KeepBest;
+                Err(Error::Interrupted)
+            }
         }
     }
 }
@@ -171,7 +194,7 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
     let mut fit_at = |point: &Point| {
         let fit = thinned.fit(point, None);
         done += 1;
-        monitor.evaluated(thinned.rmse(fit.squares), span.at(done, total)).map(|()| fit)
+        monitor.evaluated(thinned, &fit, span.at(done, total)).map(|()| fit)
     };
     let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
     fits.sort_by(by_objective);
@@ -230,12 +253,12 @@ fn improve(
 ) -> Result<(Fit, Linearised), Error> {
     let first = if like.is_none() { Some(projection.fit(start, None)) } else { None };
     if let Some(first) = &first {
-        monitor.evaluated(projection.rmse(first.squares), span.from)?;
+        monitor.evaluated(projection, first, span.from)?;
     }
     let like = first.as_ref().or(like);
     let weights = like.map_or(&[][..], |fit| &fit.weights);
     let (mut here, mut linearised) = projection.linearise(start, weights, like);
-    monitor.evaluated(projection.rmse(here.squares), span.from)?;
+    monitor.evaluated(projection, &here, span.from)?;
     let mut radius = FIRST_RADIUS;
     let passes = patience.passes;
     while !projection.space().axes().is_empty() && here.objective > ROUNDING_SQUARES * here.base_squares {
@@ -244,7 +267,7 @@ fn improve(
         let Some(there) = found else { break };
         (here, linearised) = there;
     }
-    monitor.evaluated(projection.rmse(here.squares), span.to)?;
+    monitor.evaluated(projection, &here, span.to)?;
     Ok((here, linearised))
 }
 
@@ -273,7 +296,7 @@ fn step_down(
         }
         let point = projection.space().moved(&here.point, &step.along);
         let (there, next) = projection.linearise(&point, &step.weights, Some(here));
-        monitor.evaluated(projection.rmse(there.squares), fraction)?;
+        monitor.evaluated(projection, &there, fraction)?;
         let decrease = here.objective - there.objective;
         if decrease > 0.75 * promised_decrease {
             *radius = radius.max(2.0 * size);

@@ -44,14 +44,30 @@ impl PartialEq for StandardErrors {
     }
 }
 
-/// The root of the covariance of the free parameters: the covariance is X X'.
-struct Root {
-    x: Mat<f64>,
+/// The root of the covariance of the free parameters, unknowns first, then searched ones: the covariance is X X'.
+///
+/// What lies at a bound has no place in it, and neither has what depends on others.
+pub(crate) struct Root {
+    pub(crate) x: Mat<f64>,
     /// The place of every parameter in it.
-    places: Vec<Option<usize>>,
+    pub(crate) places: Vec<Option<usize>>,
+    /// The standard deviation s of one sample.
+    pub(crate) deviation: f64,
 }
 
 impl Root {
+    pub(crate) fn of(fit: &Fit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
+        let unknowns = fit.unknowns.len();
+        let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
+        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] > 0.0).collect();
+        for (k, axis) in space.axes().iter().enumerate() {
+            if inside(fit.point.get(axis.parameter), axis.lower, axis.upper) {
+                free.push(unknowns + k);
+            }
+        }
+        root(fit, linearised, free, rows)
+    }
+
     /// The standard error of a sum of parameters, each with its factor.
     fn error(&self, gradient: impl Iterator<Item = (usize, f64)>) -> f64 {
         let mut sum = vec![0.0; self.x.ncols()];
@@ -65,16 +81,8 @@ impl Root {
 }
 
 impl StandardErrors {
-    pub(crate) fn of(fit: &Fit, linearised: &Linearised, law: &Law, space: &Space, rows: usize) -> Self {
+    pub(crate) fn of(fit: &Fit, root: &Root, law: &Law, space: &Space) -> Self {
         let unknowns = fit.unknowns.len();
-        let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
-        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] > 0.0).collect();
-        for (k, axis) in space.axes().iter().enumerate() {
-            if inside(fit.point.get(axis.parameter), axis.lower, axis.upper) {
-                free.push(unknowns + k);
-            }
-        }
-        let root = root(fit, linearised, free, rows);
         let weights: Vec<f64> = fit
             .weights
             .iter()
@@ -134,5 +142,5 @@ fn root(fit: &Fit, linearised: &Linearised, mut free: Vec<usize>, rows: usize) -
     }
     let mut places = vec![None; a.ncols()];
     free.iter().enumerate().for_each(|(place, parameter)| places[*parameter] = Some(place));
-    Root { x, places }
+    Root { x, places, deviation: s }
 }

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, output, paper_actuator, run};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Error, Options, Progress, Record, RecordError, Setting, Stage, Thresholds, Weights, identify,
+    Error, Options, Progress, Record, RecordError, Setting, Stage, Stop, Thresholds, Weights, identify,
 };
 
 fn data() -> (Vec<f64>, Vec<f64>) {
@@ -126,7 +126,7 @@ fn progress_goes_forward_and_can_stop_the_search() {
         let mut calls = 0;
         let stopped = identify(&record, &options, &mut |_| {
             calls += 1;
-            if calls == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if calls == stop { ControlFlow::Break(Stop::Discard) } else { ControlFlow::Continue(()) }
         });
         assert_eq!((stopped.unwrap_err(), calls), (Error::Interrupted, stop));
     }

@@ -1,14 +1,14 @@
 //! Diagnostics: records and a model in, findings by name out.
 
 use hysteresis_core::Model;
-use hysteresis_identify::{self as identification, Record};
+use hysteresis_identify as identification;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::arrays::vector;
 use crate::identify::invalid;
 use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
-use crate::records::{signals, skips};
+use crate::records::{checked, signals, skips};
 
 /// One thing that `diagnose` found: a name, a sentence, and a number with the limit that it passed.
 #[pyclass(module = "mpi_hyst", frozen, get_all)]
@@ -110,18 +110,7 @@ pub(crate) fn diagnose(
     let model = core_model(model)?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
-    let skips = skips(skip, signals.len())?;
-    let records = signals
-        .iter()
-        .zip(skips)
-        .enumerate()
-        .map(|(i, ((u, y), skip))| {
-            let record = Record::new(u, y, skip);
-            record.map_err(|error| {
-                invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
-            })
-        })
-        .collect::<PyResult<Vec<_>>>()?;
+    let records = checked(&signals, skips(skip, signals.len())?)?;
     let found = py.detach(|| identification::diagnose(&records, &model, delay));
     Ok(found.map_err(|error| invalid(&error.to_string()))?.into_iter().map(Finding::from).collect())
 }

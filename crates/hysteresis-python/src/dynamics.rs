@@ -12,7 +12,8 @@ use crate::actuators::kernel_of;
 use crate::arguments::samples;
 use crate::arrays::vector;
 use crate::errors;
-use crate::identify::{Quality, named};
+use crate::identification::Quality;
+use crate::identify::named;
 use crate::identify_arguments::setting;
 use crate::linear::{Creep, dynamics};
 

@@ -3,203 +3,14 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{self as identification, Error, Options, Progress, Record, Setting};
-use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
+use hysteresis_identify::{self as identification, Error, Options, Progress, Record, Setting, Stop};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
-use crate::arrays::{read_only, vector};
 use crate::errors;
-use crate::identify_arguments::{form, law, law_name, placed, setting, smooth};
-use crate::models;
+use crate::identification::Identification;
+use crate::identify_arguments::{form, law, placed, setting, smooth};
 use crate::records::{HeldOut, signals, skips};
-
-/// The errors of a fit, each with its unit or base.
-///
-/// `max_error` and `rmse` are in the unit of the output, `mse` in its square; the percentages are of `range`, the
-/// peak-to-peak of the measured output over the fitted samples.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
-pub(crate) struct Quality {
-    /// Largest absolute error, in the unit of the output.
-    max_error: f64,
-    /// Root mean square error, in the unit of the output.
-    rmse: f64,
-    /// Mean square error, in the unit of the output squared.
-    mse: f64,
-    /// Peak-to-peak of the measured output over the fitted samples: the base of the percentages.
-    range: f64,
-    /// Largest absolute error in % of range.
-    max_error_percent: f64,
-    /// Root mean square error in % of range.
-    rmse_percent: f64,
-    /// How many samples were fitted.
-    samples: usize,
-}
-
-impl From<&identification::Quality> for Quality {
-    fn from(quality: &identification::Quality) -> Self {
-        let identification::Quality { max_error, rmse, mse, range, max_error_percent, rmse_percent, samples, .. } =
-            *quality;
-        Self { max_error, rmse, mse, range, max_error_percent, rmse_percent, samples }
-    }
-}
-
-#[pymethods]
-impl Quality {
-    pub(crate) fn __repr__(&self) -> String {
-        format!(
-            "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
-            self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
-        )
-    }
-}
-
-/// What `identify` found: the model, its delay, and how well it fits.
-#[pyclass(module = "mpi_hyst", frozen)]
-pub(crate) struct Identification {
-    found: identification::Identification,
-    validations: Vec<identification::Quality>,
-}
-
-#[pymethods]
-impl Identification {
-    /// The model, with the output offset of the first record.
-    #[getter]
-    fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        models::object(py, self.found.model.clone())
-    }
-
-    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
-    #[getter]
-    fn ratios(&self) -> (f64, f64, f64) {
-        let Ratios { ra, rb, rc } = self.found.ratios;
-        (ra, rb, rc)
-    }
-
-    /// By how many samples the output lags the input, fractions included.
-    #[getter]
-    fn delay(&self) -> f64 {
-        self.found.delay
-    }
-
-    /// The output offset of every record, in the unit of the output.
-    #[getter]
-    fn output_offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.found.output_offsets.iter().copied())
-    }
-
-    /// The errors over the fitted samples of all records.
-    #[getter]
-    fn fit(&self) -> Quality {
-        Quality::from(&self.found.fit)
-    }
-
-    /// The errors over the fitted samples of each record.
-    #[getter]
-    fn records(&self) -> Vec<Quality> {
-        self.found.record_fits.iter().map(Quality::from).collect()
-    }
-
-    /// The errors over all held-out samples, or None if none were held out.
-    #[getter]
-    fn validation(&self) -> Option<Quality> {
-        let pooled = identification::Quality::pooled(&self.validations);
-        (!self.validations.is_empty()).then(|| Quality::from(&pooled))
-    }
-
-    /// The errors over the held-out samples of each record.
-    #[getter]
-    fn validation_records(&self) -> Vec<Quality> {
-        self.validations.iter().map(Quality::from).collect()
-    }
-
-    /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
-    ///
-    /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
-    /// With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
-    #[getter]
-    fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.found.standard_errors.weights.iter().copied())
-    }
-
-    /// Standard errors of the weights below zero, read-only: those of `weights_std` unless the weights are split.
-    #[getter]
-    fn weights_negative_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let errors = &self.found.standard_errors;
-        let split = !errors.weights_negative.is_empty();
-        read_only(py, if split { &errors.weights_negative } else { &errors.weights }.iter().copied())
-    }
-
-    /// Standard errors of the ratios: 0 where given, NaN where at a bound.
-    #[getter]
-    fn ratios_std(&self) -> (f64, f64, f64) {
-        self.found.standard_errors.ratios.into()
-    }
-
-    /// Standard error of the input offset: 0 if it was given.
-    #[getter]
-    fn input_offset_std(&self) -> f64 {
-        self.found.standard_errors.input_offset
-    }
-
-    /// Standard error of the delay in samples: 0 if it was given, NaN at a bound.
-    #[getter]
-    fn delay_std(&self) -> f64 {
-        self.found.standard_errors.delay
-    }
-
-    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
-    #[getter]
-    fn cross_validation(&self) -> Vec<(usize, f64)> {
-        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
-    }
-
-    /// What the weights might be: as given, or as cross-validation chose.
-    #[getter]
-    fn weights_law(&self) -> &'static str {
-        law_name(self.found.weights)
-    }
-
-    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
-    #[getter]
-    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
-        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
-    }
-
-    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
-    #[getter]
-    fn smoothness(&self) -> f64 {
-        self.found.smoothness
-    }
-
-    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
-    #[getter]
-    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
-        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
-    }
-
-    /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
-    #[getter]
-    fn kkt_residual(&self) -> f64 {
-        self.found.kkt_residual
-    }
-
-    /// How many passes over the records the search took.
-    #[getter]
-    fn evaluations(&self) -> usize {
-        self.found.evaluations
-    }
-
-    /// The output for the input `u` from the virgin state, delayed as the records were.
-    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let predicted = self.found.predict(vector("u", u)?.as_slice()?);
-        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| PyValueError::new_err(named(&error.to_string())))
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Identification: delay {:.3} samples, fit {}>", self.found.delay, self.fit().__repr__())
-    }
-}
 
 /// Fits a model to measured records.
 ///
@@ -237,11 +48,15 @@ impl Identification {
 ///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted.
-/// validate : (u, y), (u, y, skip), a list of these, or float, optional
-///     Records that are held out, each judged with the output offset that suits it; or the share at the end of every
-///     record that is held out, judged with the record's own offset.
+/// validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
+///     Records that are held out, each judged with the output offset that suits it. Or a part at the end of every record
+///     that is held out, judged with the record's own offset: a share, or the sample from which on, one for all records
+///     or a list of one for each.
 /// progress : callable, optional
 ///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+/// keep_partial : bool
+///     Whether Ctrl-C, or a KeyboardInterrupt that progress raises, ends the search with the best so far as the result,
+///     its `partial` True, instead of a KeyboardInterrupt.
 ///
 /// Returns
 /// -------
@@ -261,8 +76,8 @@ impl Identification {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None),
-    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None)")]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None, keep_partial=false),
+    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -279,6 +94,7 @@ pub(crate) fn identify(
     skip: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    keep_partial: bool,
 ) -> PyResult<Identification> {
     let options = Options {
         form: form(model)?,
@@ -295,12 +111,15 @@ pub(crate) fn identify(
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let skips = skips(skip, signals.len())?;
-    let held_out = validate.map(HeldOut::from_python).transpose()?;
+    let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len())).transpose()?;
     let mut records = Vec::with_capacity(signals.len());
-    for (i, ((u, y), skip)) in signals.iter().zip(skips).enumerate() {
+    for (i, ((u, y), skip)) in signals.iter().zip(&skips).enumerate() {
         // Unequal lengths are for the record to name.
-        let cut = held_out.as_ref().filter(|_| u.len() == y.len()).map(|held_out| held_out.begins(u.len()));
-        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], skip);
+        let cut = match held_out.as_ref().filter(|_| u.len() == y.len()) {
+            Some(held_out) => Some(held_out.begins_after(*skip, i, u.len())?),
+            None => None,
+        };
+        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], *skip);
         records.push(record.map_err(|error| {
             invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
         })?);
@@ -311,19 +130,23 @@ pub(crate) fn identify(
         identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
+                let kept = keep_partial && Python::attach(|py| error.is_instance_of::<PyKeyboardInterrupt>(py));
                 stopped_by = Some(error);
-                ControlFlow::Break(())
+                ControlFlow::Break(if kept { Stop::KeepBest } else { Stop::Discard })
             }
         })
     });
     match (found, stopped_by) {
-        (_, Some(error)) => Err(error),
-        (Ok(found), None) => {
-            let own_offset = |i: usize| matches!(held_out, Some(HeldOut::Share(_))).then(|| found.output_offsets[i]);
+        (Ok(found), _) => {
+            let own_offset = |i: usize| match held_out {
+                Some(HeldOut::Share(_) | HeldOut::From(_)) => Some(found.output_offsets[i]),
+                _ => None,
+            };
             let validate = |(i, record): (usize, &Record<'_>)| found.validate(record, own_offset(i));
             let validations = validations.iter().enumerate().map(validate).collect();
-            Ok(Identification { found, validations })
+            Ok(Identification::new(found, validations))
         }
+        (Err(_), Some(error)) => Err(error),
         (Err(Error::Core(error)), None) => Err(errors::core(error)),
         (Err(error), None) => Err(invalid(&error.to_string())),
     }

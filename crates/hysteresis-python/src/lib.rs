@@ -24,6 +24,7 @@ mod dynamics;
 mod errors;
 mod excitation;
 mod files;
+mod identification;
 mod identify;
 mod identify_arguments;
 mod learning;
@@ -77,7 +78,9 @@ mod _core {
     #[pymodule_export]
     use crate::files::{load, write_file};
     #[pymodule_export]
-    use crate::identify::{Identification, Quality, identify};
+    use crate::identification::{Identification, LeftOutLoop, Quality};
+    #[pymodule_export]
+    use crate::identify::identify;
     #[pymodule_export]
     use crate::learning::{IterativeLearning, RepetitiveControl};
     #[pymodule_export]

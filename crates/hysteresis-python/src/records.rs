@@ -3,21 +3,32 @@
 use hysteresis_identify::{Record, RecordError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBool, PyInt, PyList, PyTuple};
 
 use crate::arrays::vector;
-use crate::identify::named;
+use crate::identify::{invalid, named};
 
 /// What is held out for validation.
 pub(crate) enum HeldOut {
     /// A share at the end of every record.
     Share(f64),
+    /// What follows from this sample on, in each record or, if it is one number, in every record.
+    From(Vec<usize>),
     /// Other records, each with the samples to skip.
     Records(Vec<(Vec<f64>, Vec<f64>, usize)>),
 }
 
 impl HeldOut {
-    pub(crate) fn from_python(validate: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn from_python(validate: &Bound<'_, PyAny>, records: usize) -> PyResult<Self> {
+        if let Some(from) = samples(validate) {
+            return match from.len() {
+                1 => Ok(Self::From(vec![from[0]; records])),
+                count if count == records => Ok(Self::From(from)),
+                count => Err(PyValueError::new_err(format!(
+                    "validate: expected one sample, or one for each of the {records} records, got {count}"
+                ))),
+            };
+        }
         if let Ok(share) = validate.extract::<f64>() {
             return if share > 0.0 && share < 1.0 {
                 Ok(Self::Share(share))
@@ -26,8 +37,7 @@ impl HeldOut {
             };
         }
         let one = |validate: &Bound<'_, PyAny>| {
-            let wrong =
-                |_| PyTypeError::new_err("validate: expected (u, y), (u, y, skip), a list of these, or a share");
+            let wrong = |_| PyTypeError::new_err(EXPECTED);
             let three: PyResult<(Bound<'_, PyAny>, Bound<'_, PyAny>, usize)> = validate.extract();
             let two = || validate.extract().map(|(u, y)| (u, y, 0)).map_err(wrong);
             let (u, y, skip) = three.or_else(|_| two())?;
@@ -37,32 +47,72 @@ impl HeldOut {
         if validate.cast::<PyTuple>().is_ok() {
             return Ok(Self::Records(vec![one(validate)?]));
         }
-        let records: Vec<Bound<'_, PyAny>> = validate.extract().map_err(|_| {
-            PyTypeError::new_err("validate: expected (u, y), (u, y, skip), a list of these, or a share")
-        })?;
+        let records: Vec<Bound<'_, PyAny>> = validate.extract().map_err(|_| PyTypeError::new_err(EXPECTED))?;
         Ok(Self::Records(records.iter().map(one).collect::<PyResult<_>>()?))
     }
 
-    /// Where the held-out part of a record of so many samples begins.
+    /// Where the held-out part of record number `place`, of so many samples, begins.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss, reason = "a share")]
-    pub(crate) fn begins(&self, samples: usize) -> usize {
+    pub(crate) fn begins(&self, place: usize, samples: usize) -> usize {
         match self {
+            Self::From(from) => from[place],
             Self::Share(share) => ((1.0 - share) * samples as f64).round() as usize,
             Self::Records(_) => samples,
         }
     }
 
+    /// The same, if it leaves anything to fit after the samples to skip and anything to hold out.
+    pub(crate) fn begins_after(&self, skip: usize, place: usize, samples: usize) -> PyResult<usize> {
+        match (self, self.begins(place, samples)) {
+            (Self::From(_), begin) if begin <= skip || begin >= samples => {
+                let among = if skip > 0 { format!(" after the {skip} skipped ones") } else { String::new() };
+                Err(PyValueError::new_err(format!(
+                    "validate: expected a sample from 1 to {} of record {place}{among}, got {begin}",
+                    samples - 1
+                )))
+            }
+            (_, begin) => Ok(begin),
+        }
+    }
+
     /// The records to validate with.
     pub(crate) fn records<'a>(&'a self, fitted: &'a Signals) -> PyResult<Vec<Record<'a>>> {
-        let refused = |error: RecordError| PyValueError::new_err(format!("validate: {}", named(&error.to_string())));
+        let several = match self {
+            Self::Records(records) => records.len() > 1,
+            Self::Share(_) | Self::From(_) => fitted.len() > 1,
+        };
+        let refused = |place, error: RecordError| {
+            let message = if several { error.in_record(place).to_string() } else { error.to_string() };
+            PyValueError::new_err(format!("validate: {}", named(&message)))
+        };
         match self {
-            Self::Share(_) => {
-                fitted.iter().map(|(u, y)| Record::new(u, y, self.begins(u.len())).map_err(refused)).collect()
-            }
+            Self::Share(_) | Self::From(_) => (fitted.iter().enumerate())
+                .map(|(place, (u, y))| {
+                    Record::new(u, y, self.begins(place, u.len())).map_err(|error| refused(place, error))
+                })
+                .collect(),
             Self::Records(records) => {
-                records.iter().map(|(u, y, skip)| Record::new(u, y, *skip).map_err(refused)).collect()
+                let record = |(place, (u, y, skip)): (usize, &'a (Vec<f64>, Vec<f64>, usize))| {
+                    Record::new(u, y, *skip).map_err(|error| refused(place, error))
+                };
+                records.iter().enumerate().map(record).collect()
             }
         }
+    }
+}
+
+/// What `validate` may be.
+const EXPECTED: &str = "validate: expected (u, y), (u, y, skip), a list of these, a share, or a sample of each record";
+
+/// One whole number, or a list of them.
+fn samples(validate: &Bound<'_, PyAny>) -> Option<Vec<usize>> {
+    let one = |number: &Bound<'_, PyAny>| match number.cast::<PyBool>() {
+        Ok(_) => None,
+        Err(_) => number.cast::<PyInt>().ok()?.extract::<usize>().ok(),
+    };
+    match validate.cast::<PyList>() {
+        Ok(list) if !list.is_empty() => list.iter().map(|number| one(&number)).collect(),
+        _ => one(validate).map(|number| vec![number]),
     }
 }
 
@@ -95,4 +145,14 @@ pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult
             skip.repr()?
         ))),
     }
+}
+
+/// The records of these signals, or why one is none.
+pub(crate) fn checked(signals: &Signals, skips: Vec<usize>) -> PyResult<Vec<Record<'_>>> {
+    let refused = |i, error: RecordError| {
+        invalid(&if signals.len() > 1 { error.in_record(i).to_string() } else { error.to_string() })
+    };
+    (signals.iter().zip(skips).enumerate())
+        .map(|(i, ((u, y), skip))| Record::new(u, y, skip).map_err(|error| refused(i, error)))
+        .collect()
 }

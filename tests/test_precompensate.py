@@ -1,0 +1,146 @@
+"""`mpi-hyst precompensate`: the drive it writes, and how it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from commands import (
+    RATE,
+    RATIOS,
+    actuator,
+    assert_refused,
+    column,
+    names_in,
+    run,
+    write_csv,
+)
+
+
+def test_precompensate_makes_the_model_follow(there: Path) -> None:
+    result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
+    assert result.exit_code == 0, result.output
+    drive = column(there / "drive.csv", "drive")
+    target = column(there / "trajectory.csv", "target_um")
+    assert np.abs(actuator().forward().run(drive) - target).max() < 1e-14
+    np.testing.assert_array_equal(
+        column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
+    )
+    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
+    assert "300, from rest" in result.stdout
+
+
+def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
+    result = run(
+        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
+        *("--column", "target_um", "--limits", "-150,200"),
+    )
+    assert result.exit_code == 0, result.output
+    drive = column(there / "drive.csv", "drive")
+    saturated = column(there / "drive.csv", "saturated").astype(bool)
+    target = column(there / "trajectory.csv", "target_um")
+    assert (drive.min(), drive.max()) == (-150.0, 200.0)
+    missed = np.abs(actuator().forward().run(drive) - target)
+    assert missed[~saturated].max() < 1e-14 < missed[saturated].min()
+    assert f"{saturated.sum()} of 300 samples" in result.stdout
+
+
+def test_precompensate_inverts_dynamics(there: Path) -> None:
+    result = run(
+        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
+        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-pole", "60"),
+    )
+    assert result.exit_code == 0, result.output
+    target = column(there / "trajectory.csv", "target_um")
+    expected = mh.precompensate(
+        *(actuator(), target, 1 / RATE),
+        dynamics=mh.SecondOrder(40.0, 0.7),
+        delay=1.0,
+        amplifier_pole=60.0,
+    )
+    # the times in the file are rounded, and with them the sampling interval
+    np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
+    assert "inverse dynamics, 5 ms per sample" in result.stdout and "warning" not in result.stdout
+
+
+def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
+    rows = [[k / RATE, float(k // 20 % 2)] for k in range(300)]
+    write_csv(there / "steps.csv", "time_s,target_um", rows)
+    result = run(
+        *("precompensate", "stage.json", "steps.csv", "-o", "drive.csv", "--dynamics", "40,0.7")
+    )
+    assert result.exit_code == 0, result.output
+    assert "warning: steps.csv: too rough for its dynamics" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
+        (["--dynamics", "400"], ["FREQ,DAMPING"]),
+        (["--delay", "-1"], ["--delay: expected 0 to 2^20 samples"]),
+        (["--amplifier-pole", "0"], ["--amplifier-pole: expected a finite number above 0"]),
+    ],
+)
+def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: list[str]) -> None:
+    before = names_in(there)
+    given = ("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", *options)
+    assert_refused(run(*given), there, before, *said)
+
+
+@pytest.mark.parametrize(
+    ("header", "times", "said"),
+    [("target_um", None, "expected a column time_s"), ("time_s,target_um", 0.7, "equal steps")],
+)
+def test_precompensate_needs_to_know_the_sampling(
+    there: Path, header: str, times: float | None, said: str
+) -> None:
+    rows: list[list[object]] = [[0.0] if times is None else [k**times, 0.0] for k in range(20)]
+    write_csv(there / "other.csv", header, rows)
+    before = names_in(there)
+    given = ("precompensate", "stage.json", "other.csv", "-o", "drive.csv", "--delay", "0")
+    assert_refused(run(*given), there, before, "other.csv", said)
+
+
+@pytest.mark.parametrize(
+    ("files", "options", "said"),
+    [
+        ({}, ["missing.json", "trajectory.csv"], ["missing.json", "No such file"]),
+        ({}, ["stage.json", "missing.csv"], ["missing.csv", "No such file"]),
+        ({"cut.json": '{"schema": "mpi_h'}, ["cut.json", "trajectory.csv"], ["cut.json"]),
+        ({"old.json": '{"schema": "mpi_hyst/model/0"}'}, ["old.json", "trajectory.csv"],
+         ["old.json", "schema"]),
+        ({}, ["record.csv", "trajectory.csv"], ["record.csv", "not a model file"]),
+        ({"flat.csv": "time_s,target_um\n0,text\n"}, ["stage.json", "flat.csv"], ["no numeric"]),
+        ({"nan.csv": "time_s,target_um\n0,1\n1,nan\n"}, ["stage.json", "nan.csv"],
+         ["nan.csv, line 3, column target_um"]),
+        ({}, ["stage.json", "record.csv"], ["--column", "drive_v, position_um"]),
+        ({}, ["stage.json", "trajectory.csv", "--column", "x"], ["no column 'x'", "target_um"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "5"], ["--limits", "LOW,HIGH"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "5,-5"], ["--limits:", "-5"]),
+        ({}, ["stage.json", "trajectory.csv", "--limits", "nan,5"], ["--limits:", "NaN"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "stage.json"], ["overwritten"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "trajectory.csv"], ["overwritten"]),
+        ({}, ["stage.json", "trajectory.csv", "-o", "no/drive.csv"], ["does not exist"]),
+    ],
+)  # fmt: skip
+def test_precompensate_refuses(
+    there: Path, files: dict[str, str], options: list[str], said: list[str]
+) -> None:
+    for name, text in files.items():
+        (there / name).write_text(text, encoding="utf-8")
+    before = names_in(there)
+    contents = {path: path.read_bytes() for path in there.iterdir()}
+    given = [] if "-o" in options else ["-o", "drive.csv"]
+    assert_refused(run("precompensate", *options, *given), there, before, *said)
+    assert contents == {path: path.read_bytes() for path in there.iterdir()}
+
+
+def test_precompensate_says_why_a_model_has_no_inverse(there: Path) -> None:
+    wrong = mh.ModifiedPrandtlIshlinskii.from_ratios([1e-3, -2e-3], [0.0, 10.0], **RATIOS)
+    wrong.save(there / "wrong.json")
+    before = names_in(there)
+    result = run("precompensate", "wrong.json", "trajectory.csv", "-o", "drive.csv")
+    assert_refused(result, there, before, "wrong.json", "not invertible")
