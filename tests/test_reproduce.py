@@ -10,6 +10,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from commands import assert_refused, names_in, run
 from mpi_hyst import _published, _saturation
 from mpi_hyst._benchmark import (
     AMPLITUDE,
@@ -23,7 +24,6 @@ from mpi_hyst._benchmark import (
 from mpi_hyst._commands import commands
 from mpi_hyst._published import Comparison, single
 from mpi_hyst._schemes import MOTIONS
-from test_command_line import assert_refused, names_in, run
 from test_report import parsed, sections, words
 
 Results = dict[str, Any]

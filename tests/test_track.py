@@ -8,7 +8,7 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from test_command_line import actuator, assert_refused, column, names_in, run, write_csv
+from commands import actuator, assert_refused, column, names_in, run, write_csv
 from test_report import parsed, sections, words
 
 RATE = 10_000.0
