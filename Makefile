@@ -107,7 +107,7 @@ format: $(TOOLS) ## format all code
 	$(BIN)/ruff check --fix $(PYTHON_CODE)
 
 clean: ## remove all that was built
-	rm -rf target $(VENV) mpi-hyst-demo python/mpi_hyst/*.so
+	rm -rf target $(VENV) mpi-hyst-demo mpi-hyst-reproduce python/mpi_hyst/*.so
 
 $(MEASURED):
 	mkdir -p $@

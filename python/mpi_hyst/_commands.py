@@ -319,3 +319,89 @@ def demo(directory: Path) -> None:
     from mpi_hyst import _demo
 
     click.echo(_demo.run(directory))
+
+
+@commands.command()
+@click.option(
+    "--out",
+    "directory",
+    type=_File,
+    default=Path("mpi-hyst-reproduce"),
+    show_default=True,
+    help="Directory for the report and results.json.",
+)
+@click.option("--quick", is_flag=True, help="3 seeds of noise instead of 10.")
+def reproduce(directory: Path, quick: bool) -> None:
+    """Recompute every table and figure of the paper, and go beyond it; needs no data."""
+    from mpi_hyst import _reproduce
+
+    click.echo(_reproduce.run(directory, quick=quick))
+
+
+@commands.command(no_args_is_help=False)
+@_options(
+    click.argument("model_path", metavar="MODEL.json", type=_File),
+    click.argument("trajectory", metavar="REFERENCE.csv", type=_File),
+    click.option(
+        "--limits",
+        required=True,
+        **_numbers("LOW,HIGH"),
+        help="Limits of the drive, for example -500,500.",
+    ),
+    click.option("-o", "result_path", type=_File, help="Run to write (CSV)."),
+    click.option("--report", "report_path", type=_File, help="Report to write (one HTML file)."),
+    click.option("--column", help="Column of the reference.  [default: the only numeric one]"),
+    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
+    click.option("--rate", type=float, metavar="HZ", help="Samples per second, without a time."),
+    click.option(
+        "--plant",
+        "plant_path",
+        type=_File,
+        metavar="ACTUATOR.json",
+        help="What is simulated, if not MODEL.json itself.",
+    ),
+    click.option(
+        "--dynamics",
+        **_numbers("FREQ,DAMPING"),
+        help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
+    ),
+    click.option("--amplifier-pole", type=float, metavar="HZ", help="Cut-off of the amplifier."),
+    click.option(
+        "--delay",
+        type=float,
+        default=0.0,
+        show_default=True,
+        help="Samples of dead time besides the hold.",
+    ),
+    click.option(
+        "--noise",
+        type=float,
+        default=0.0,
+        show_default=True,
+        metavar="RMS",
+        help="Of the sensor, in the unit of the reference.",
+    ),
+    click.option("--seed", type=int, default=0, show_default=True, help="Of the noise."),
+    click.option("--gains", **_numbers("KP,KI"), help="Of the feedback.  [tuned]"),
+    click.option(
+        "--feedforward",
+        type=click.Choice(["inverse", "none"]),
+        default="inverse",
+        show_default=True,
+        help="Exact inverse of MODEL.json, or feedback alone.",
+    ),
+    click.option(
+        "--preview/--no-preview",
+        default=True,
+        show_default=True,
+        help="Lead the reference through inverse dynamics.",
+    ),
+)
+def track(**options: Any) -> None:
+    """Let a simulated stage follow a reference with feed-forward and feedback.
+
+    The options say what the stage is; the controller knows all of it but the noise and --plant.
+    """
+    from mpi_hyst import _track
+
+    click.echo(_track.run(_track.Request(**options)))

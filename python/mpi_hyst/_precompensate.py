@@ -11,6 +11,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._errors import CommandError
+from mpi_hyst._inputs import load_model, sampling_interval
 from mpi_hyst._outputs import Output, check_outputs, write_outputs
 from mpi_hyst._records import Columns, Quantity, Samples, read_trajectory, write_table
 from mpi_hyst._tables import digits, in_unit, text_pairs
@@ -42,7 +43,7 @@ class Request:
 def run(request: Request) -> str:
     """Compute the drive, write it, and return what there is to know about it."""
     check_outputs([request.drive_path], [request.model_path, request.trajectory])
-    model = _load(request.model_path)
+    model = load_model(request.model_path)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
     target, notes = _target(columns, column, request)
     drive, saturated = _drive(model, target, request)
@@ -58,20 +59,12 @@ def run(request: Request) -> str:
     return "\n".join([summary, *notes])
 
 
-def _load(path: Path) -> mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii:
-    try:
-        return mh.load(path)
-    except (ValueError, TypeError) as error:
-        message = str(error)
-        raise CommandError(message if str(path) in message else f"{path}: {message}") from error
-
-
 def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
     """Compute what the hysteresis has to put out, and note what is to be said of it."""
     trajectory = columns.values[column]
     if not request.shaped:
         return trajectory, []
-    dt = _sampling_interval(columns)
+    dt = sampling_interval(columns, "as dynamics were given")
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -86,19 +79,6 @@ def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, l
         raise CommandError(_as_options(str(error), request.trajectory)) from error
     notes = [f"warning: {_as_options(str(one.message), request.trajectory)}" for one in caught]
     return target, [f"target: inverse dynamics, {1e3 * dt:g} ms per sample", *notes]
-
-
-def _sampling_interval(columns: Columns) -> float:
-    """Return the step of the time column, which has to be the same everywhere."""
-    seconds, dt = columns.seconds, columns.sample_time
-    if seconds is None or dt is None:
-        expected = "a column time_s or time, or --time, which tells the sampling interval"
-        raise CommandError(f"{columns.path}: expected {expected}, as dynamics were given")
-    # written with few digits a time may be off by a part of a step, which does not add up
-    uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
-    if uneven > 0.1 * dt:
-        raise CommandError(f"{columns.path}: expected equal steps of time, got {uneven:g} s off")
-    return dt
 
 
 def _as_options(message: str, path: Path) -> str:

@@ -1,10 +1,11 @@
-"""The progress bar of an identification."""
+"""Progress bars: of an identification, and of other long work."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import count
 
 from tqdm import tqdm
 
@@ -26,3 +27,25 @@ def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
             bar.update(fraction - bar.n)
 
         yield show
+
+
+@contextmanager
+def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """Show the fraction done on standard error, if that is a terminal."""
+    form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
+    with tqdm(
+        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=None
+    ) as bar:
+
+        def show(fraction: float) -> None:
+            bar.update(fraction - bar.n)
+
+        yield show
+
+
+@contextmanager
+def step_bar(what: str, steps: int) -> Iterator[Callable[[], None]]:
+    """Show how many of the steps are done in the same way."""
+    done = count(1)
+    with fraction_bar(what) as show:
+        yield lambda: show(next(done) / steps)
