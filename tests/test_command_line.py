@@ -165,10 +165,9 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
         (["record.csv", *COLUMNS, "--operators", "0"], ["--operators", "from 1 to", "'0'"]),
         (["record.csv", *COLUMNS, "--operators", "many"], ["--operators", "auto", "'many'"]),
         (["record.csv", *COLUMNS, "--operators", "-3"], ["--operators", "'-3'"]),
-        (
-            ["record.csv", *COLUMNS, "--operators", "auto", "--thresholds", "quantiles"],
-            ["--operators: expected a number with thresholds that are not uniform"],
-        ),
+        (["record.csv", *COLUMNS, "--smoothness", "much"], ["--smoothness", "'much'"]),
+        (["record.csv", *COLUMNS, "--smoothness", "-1"], ["--smoothness", "-1"]),
+        (["record.csv", *COLUMNS, "--smoothness", "nan"], ["--smoothness", "NaN"]),
         (["record.csv", *COLUMNS, "--validate", "none.csv"], ["none.csv", "No such file"]),
         (
             ["record.csv", *COLUMNS, "--validate", "trajectory.csv"],
@@ -310,3 +309,15 @@ def test_help_and_version_are_no_errors(arguments: list[str]) -> None:
     result = run(*arguments)
     assert result.exit_code == 0
     assert result.stdout and not result.stderr
+
+
+def test_the_law_and_the_smoothness_are_chosen(there: Path) -> None:
+    result = run(
+        *("identify", "record.csv", *COLUMNS, "--operators", "8", "--smoothness", "auto"),
+        *("--report", "report.html"),
+    )
+    assert result.exit_code == 0, result.output
+    assert "weights chosen by cross-validation: the simplest that predicts" in result.stdout
+    assert "smoothness 0 chosen by cross-validation: that which predicts" in result.stdout
+    page = (there / "report.html").read_text("utf-8")
+    assert "Chosen by cross-validation" in page and "held-out stretches: smoothness" in page
