@@ -47,7 +47,7 @@ class Controller:
         integral_time = dt * kp / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
         self.fading = int(transition / dt + 0.5)  # samples
-        self.left, self.resting = 0, False
+        self.left = self.resting = 0  # samples until the transition is gone, the integral works
         self.max_missing, self.window = max_missing, window
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
@@ -138,6 +138,7 @@ class Controller:
 
     def fade(self, error: Number) -> None:
         """One sample of a straight line to zero."""
+        self.resting = max(0, self.resting - 1)
         self.transition -= self.transition / self.left if self.left > 1 else self.transition
         self.left = max(0, self.left - 1)
         if error is None and self.proportional is not None:
@@ -146,15 +147,15 @@ class Controller:
             self.transition, self.left = self.transition - self.kp * error, self.fading
 
     def integrand(self, error: Number) -> float:
-        """Nothing at a start, and until its transition is gone."""
-        rests = self.resting or not self.started
+        """Nothing at a start, and for as long as a transition takes."""
+        rests = self.resting > 0 or not self.started
         return 0.0 if error is None or rests else self.ki * error
 
     def begin(self, wanted: float) -> None:
         """A motion, from the present drive."""
         self.transition = self.drive - wanted
         self.left = self.fading if self.transition != 0.0 else 0
-        self.resting = True
+        self.resting = self.left
 
     def positional(self, volts: float, error: Number) -> None:
         proportional = 0.0 if error is None else self.kp * error
@@ -164,7 +165,6 @@ class Controller:
             self.fade(error)
         else:
             self.begin(wanted)
-        self.resting = self.resting and self.left > 0
         excess = self.limit(wanted + self.transition if self.started else self.drive)
         if self.anti_windup == "back_calculation":
             self.integral += change - (0.0 if error is None else self.share * excess)
@@ -176,13 +176,11 @@ class Controller:
         assert error is not None
         if not self.started:
             self.begin(volts + self.kp * error)
-            self.resting = self.left > 0
             self.limit(self.drive)
             return
         assert self.proportional is not None
         before, integrand = self.transition, self.integrand(error)
         self.fade(error)
-        self.resting = self.resting and self.left > 0
         change = volts - self.volts if self.law == "incremental" else volts
         change += self.kp * error - self.proportional
         self.limit(self.drive + change + integrand + self.transition - before)

@@ -53,6 +53,22 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
     assert!(2.0 * back < incremental && incremental < 1.0, "{back}, {incremental}");
 }
 
+/// Gains, or a model, that change at every few samples: each change is a transition, and the next one comes before it is
+/// gone. The integral works all the same once the time of the start is over.
+#[test]
+fn switches_without_end_do_not_keep_the_integral_at_rest() {
+    let options = ControllerOptions::new(5.0, 0.5, (-500.0, 500.0));
+    let mut controller = HybridController::new(FeedForward::None, None, &options).unwrap();
+    for k in 0..1000_u32 {
+        if k % 20 == 0 {
+            controller.set_gains(if k % 40 == 0 { 5.0 } else { 6.0 }, 0.5).unwrap();
+        }
+        controller.step(1.0.into(), 0.0);
+    }
+    // From 0 V the start, 50 samples that rest, and 949 that count.
+    assert_eq!(controller.terms().integral, 949.0 * 0.5);
+}
+
 #[test]
 fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
     let mut controller = made(FeedForward::Given, ControllerOptions::new(5.0, 0.5, LIMITS));

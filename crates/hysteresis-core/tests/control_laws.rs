@@ -46,7 +46,7 @@ fn in_motion(controller: &mut HybridController, samples: &[(f64, f64)]) -> bool 
 
 /// The gain with which the next error counts: none while the integral rests.
 fn ki(controller: &HybridController) -> f64 {
-    if controller.state().feedback_loop.resting { 0.0 } else { controller.options().ki }
+    if controller.state().feedback_loop.resting > 0 { 0.0 } else { controller.options().ki }
 }
 
 fn smooth() -> impl Strategy<Value = Vec<(f64, f64)>> {

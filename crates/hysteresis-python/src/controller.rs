@@ -49,7 +49,7 @@ use crate::streams::{Forward, Inverse};
 ///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki samples).
 /// transition : float
 ///     How long it takes, in seconds, until the difference at a start or a switch is gone, in a straight line. From a
-///     start until then the integral rests.
+///     start on the integral rests for that time.
 /// max_missing : int
 ///     How many measurements in a row may be missing before feed-forward goes on alone.
 /// preview : Preview, optional

@@ -29,8 +29,8 @@ use crate::memory::Kernel;
 /// after samples that were held, `transition` makes the output equal the last one, to the bit. When gains, model or source
 /// change, it takes the difference that the change makes at the last sample, so the motion goes on; when feedback goes or
 /// returns, the proportional term. It goes down to nothing in a straight line, over the time
-/// [`transition`](ControllerOptions::transition). From a start until then the integral rests: what errs meanwhile is the
-/// start's, and would have to be unlearned slowly. The integral is kept in volts.
+/// [`transition`](ControllerOptions::transition). From a start on the integral rests for that time, whatever is switched meanwhile: what
+/// errs then is the start's, and would have to be unlearned slowly. The integral is kept in volts.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and the changes of gains and
 /// mode do not allocate, lock, panic, log or read a clock.

@@ -65,7 +65,7 @@ impl Rules {
     pub(super) fn act(&self, before: &LoopState, limiter: &Limiter, sample: &Sample, feedforward: f64) -> LoopState {
         let feedback = sample.error.is_some() && before.mode == Mode::Run;
         let error = sample.error.unwrap_or(before.terms.error);
-        let rests = !before.started || before.resting;
+        let rests = !before.started || before.resting > 0;
         let proportional = if feedback { self.gains.kp * error } else { 0.0 };
         let change = if feedback && !rests { self.gains.ki * error } else { 0.0 };
         let integral = before.integral + change;
@@ -84,7 +84,7 @@ impl Rules {
             before.integral
         };
         let given = sample.given.is_some();
-        let resting = rests && fading > 0;
+        let resting = if before.started { before.resting.saturating_sub(1) } else { fading };
         let mut after = LoopState { integral: kept, started: true, fading, resting, feedback, given, ..*before };
         after.terms = Terms {
             reference: sample.reference,

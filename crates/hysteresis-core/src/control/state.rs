@@ -34,8 +34,8 @@ pub struct LoopState {
     pub started: bool,
     /// At how many samples from now the transition will be gone.
     pub fading: u32,
-    /// Whether the integral rests until then, as it does from the start of a motion.
-    pub resting: bool,
+    /// For how many samples from now the integral rests, as it does from the start of a motion. No switch prolongs it.
+    pub resting: u32,
     /// Whether the last sample had a proportional term.
     pub feedback: bool,
     /// Whether the volts of the feed-forward came with the last sample.
@@ -58,7 +58,7 @@ impl LoopState {
             integral: 0.0,
             started: false,
             fading: 0,
-            resting: false,
+            resting: 0,
             feedback: false,
             given: false,
             mode: Mode::Run,
