@@ -98,12 +98,27 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
         (
             lambda: mh.RepetitiveControl(7, bandwidth=150.0, **LOOP),
             ValueError,
-            "period: expected at least 8 samples, got 7",
+            "period: expected 8 to 2^22 samples, got 7.0",
         ),
         (
             lambda: mh.RepetitiveControl(500, bandwidth=150.0, settle=-1, **LOOP),
             ValueError,
             "settle: expected a whole number of periods >= 0, got -1",
+        ),
+        (
+            lambda: mh.RepetitiveControl(10**12, bandwidth=150.0, **LOOP),
+            ValueError,
+            "period: expected 8 to 2^22 samples, got 1000000000000.0",
+        ),
+        (
+            lambda: mh.IterativeLearning([1.0], bandwidth=150.0, **LOOP),
+            ValueError,
+            "target: expected at least two samples of a period, got 1.0",
+        ),
+        (
+            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, reach=(math.nan, 1.0), **LOOP),
+            ValueError,
+            "reach[0]: expected finite limits, the high one above the low one, got NaN",
         ),
         (
             lambda: mh.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),

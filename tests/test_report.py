@@ -174,7 +174,7 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
     assert sections(root) == [
-        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "model"),
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen", "model"),
     ]
     assert len(list(root.iter("img"))) == 7
     page = words(root)

@@ -99,6 +99,33 @@ def test_the_compiled_loop_is_what_steps_make() -> None:
     assert np.array_equal(run.drive, drives)
 
 
+def test_an_identifier_sees_the_samples_before_the_run_too() -> None:
+    reference, _ = sine(20.0, 1)
+    preview = mh.preview(STAGE, DT, ahead=4)
+    surrounded, twin = (mh.RecursiveIdentifier(ACTUATOR, dynamics=STAGE) for _ in range(2))
+    mh.simulate(
+        controller(preview=preview), mh.paper.plant("A1"), reference[::-1], identifier=surrounded
+    )
+    by_hand, plant = controller(preview=preview), mh.paper.plant("A1")
+    held = np.full(4, reference[0])
+    for k, r in enumerate(np.r_[reference[::-1], held]):
+        twin.update(by_hand.drive, plant.measured)
+        if k > 0 and k % 1000 == 0:
+            by_hand.set_model(twin.model)
+        plant.step(by_hand.step(r, plant.measured))
+    assert surrounded.state == twin.state
+
+
+def test_a_plant_in_use_is_refused_by_an_exception() -> None:
+    plant = mh.paper.plant("A1")
+
+    def nested(_: float) -> None:
+        mh.simulate(controller(), plant, [0.0, 1.0])
+
+    with pytest.raises(RuntimeError, match="borrowed"):
+        mh.simulate(controller(), plant, [0.0, 1.0], progress=nested)
+
+
 def test_a_preview_does_online_what_shaped_targets_do() -> None:
     # from rest, so that there is no corner for the window to round
     moves = mh.trajectories.PointToPoint(

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 Number = float | None
 LARGEST = 1e100
+MANY = 2**32 - 1
 
 
 def is_good(x: float) -> bool:
@@ -47,7 +48,8 @@ class Controller:
         integral_time = dt * kp / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
         self.fading = int(transition / dt + 0.5)  # samples
-        self.left = self.resting = 0
+        self.left = 0  # samples until the transition is gone
+        self.resting = MANY  # samples in which the integral rests; no more than a start takes
         self.max_missing, self.window = max_missing, window
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
@@ -62,7 +64,7 @@ class Controller:
 
     def set_mode(self, mode: str) -> None:
         if mode == "hold":
-            self.started, self.references = False, []
+            self.started, self.references, self.resting = False, [], MANY
         else:
             self.resumes = mode
         self.mode = mode
@@ -146,15 +148,14 @@ class Controller:
             self.transition, self.left = self.transition - self.kp * error, self.fading
 
     def integrand(self, error: Number) -> float:
-        """Nothing at a start, and until its transition is gone."""
-        rests = self.resting > 0 or not self.started
-        return 0.0 if error is None or rests else self.ki * error
+        """Nothing at the first start and after a hold, and until the transition is gone."""
+        return 0.0 if error is None or self.resting > 0 else self.ki * error
 
     def begin(self, wanted: float) -> None:
         """A motion, from the present drive."""
         self.transition = self.drive - wanted
         self.left = self.fading if self.transition != 0.0 else 0
-        self.resting = self.left + 1  # this sample is one of them
+        self.resting = min(self.resting, self.left)
 
     def positional(self, volts: float, error: Number) -> None:
         proportional = 0.0 if error is None else self.kp * error
@@ -162,9 +163,9 @@ class Controller:
         wanted = volts + proportional + self.integral + change
         if self.started:
             self.fade(error)
+            self.resting = max(0, self.resting - 1)
         else:
             self.begin(wanted)
-        self.resting = max(0, self.resting - 1)
         excess = self.limit(wanted + self.transition if self.started else self.drive)
         if self.anti_windup == "back_calculation":
             self.integral += change - (0.0 if error is None else self.share * excess)
@@ -176,7 +177,6 @@ class Controller:
         assert error is not None
         if not self.started:
             self.begin(volts + self.kp * error)
-            self.resting -= 1
             self.limit(self.drive)
             return
         assert self.proportional is not None

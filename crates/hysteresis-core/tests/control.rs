@@ -53,6 +53,22 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
     assert!(2.0 * back < incremental && incremental < 1.0, "{back}, {incremental}");
 }
 
+/// Gains, or a model, that change at every few samples: each change is a transition, and the next one comes before it is
+/// gone. The integral works all the same once the time of the start is over.
+#[test]
+fn switches_without_end_do_not_keep_the_integral_at_rest() {
+    let options = ControllerOptions::new(5.0, 0.5, (-500.0, 500.0));
+    let mut controller = HybridController::new(FeedForward::None, None, &options).unwrap();
+    for k in 0..1000_u32 {
+        if k % 20 == 0 {
+            controller.set_gains(if k % 40 == 0 { 5.0 } else { 6.0 }, 0.5).unwrap();
+        }
+        controller.step(1.0.into(), 0.0);
+    }
+    // From 0 V the start, 50 samples that rest, and 949 that count.
+    assert_eq!(controller.terms().integral, 949.0 * 0.5);
+}
+
 #[test]
 fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
     let mut controller = made(FeedForward::Given, ControllerOptions::new(5.0, 0.5, LIMITS));
@@ -72,6 +88,19 @@ fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
     controller.step(1.0.into(), 1.0);
     controller.step(1.0.into(), 0.75);
     assert_eq!(controller.terms().integral, 0.125);
+}
+
+/// A sensor that misses one sample in twenty: feedback alone still leaves no static error.
+#[test]
+fn missing_measurements_do_not_stop_the_integral() {
+    let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 2.0, LIMITS));
+    let mut actuator = paper::table_1_recovered().forward();
+    let mut position = 0.0;
+    for k in 0..20_000 {
+        let measurement = if k % 20 == 0 { f64::NAN } else { position };
+        position = actuator.step(controller.step(1.5.into(), measurement));
+    }
+    assert!((position - 1.5).abs() < 1e-6, "{position}");
 }
 
 #[test]

@@ -270,6 +270,22 @@ fn the_largest_and_smallest_numbers_leave_finite_weights() {
     }
 }
 
+/// Of a split model both sides count together: one must not outweigh the identity of the other by so much that the model
+/// has no inverse.
+#[test]
+fn a_split_model_is_invertible_whatever_is_measured() {
+    let given = actuator();
+    let below: Vec<f64> = given.weights().iter().map(|w| 0.9 * w).collect();
+    let given = given.with_negative_weights(&below).unwrap();
+    for (u, y) in [(500.0, 1e60), (-500.0, -1e60), (500.0, 1e20)] {
+        let mut identifier = identifier(given.clone(), forgetting(1.0));
+        for step in [1.0, 1.1, 1.2] {
+            identifier.update(u * step, y);
+            assert!(Inverse::new(&kernel(&identifier.model()), None).is_ok(), "{u} {y}");
+        }
+    }
+}
+
 /// Beside a controller: the model of every tenth sample goes into the inverse that drives the actuator.
 #[test]
 fn a_model_that_follows_the_actuator_makes_its_inverse_follow_too() {

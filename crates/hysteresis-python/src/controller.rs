@@ -49,7 +49,7 @@ use crate::streams::{Forward, Inverse};
 ///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki samples).
 /// transition : float
 ///     How long it takes, in seconds, until the difference at a start or a switch is gone, in a straight line. From a
-///     start until then the integral rests.
+///     start on the integral rests for that time.
 /// max_missing : int
 ///     How many measurements in a row may be missing before feed-forward goes on alone.
 /// preview : Preview, optional
@@ -331,6 +331,13 @@ impl HybridController {
     #[getter]
     fn slewing(&self) -> u64 {
         self.0.counters().slewing
+    }
+
+    /// Goes on from another drive that the amplifier has, with everything that is remembered.
+    ///
+    /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
+    fn start_at(&mut self, drive: f64) -> PyResult<()> {
+        self.0.start_at(drive).map_err(errors::core)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The

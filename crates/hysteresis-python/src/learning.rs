@@ -147,7 +147,7 @@ impl IterativeLearning {
 /// Parameters
 /// ----------
 /// period : int
-///     Samples in a period of the reference, at least 8.
+///     Samples in a period of the reference, 8 to 2^22.
 /// kp, ki, slope, dynamics, bandwidth, delay, dt
 ///     As for `IterativeLearning`.
 /// gain : float

@@ -11,7 +11,8 @@ use crate::linear::{given_dynamics, invalid};
 /// A stationary Kalman filter on the linear part. The applied drive passes through the hysteresis model, w = H[u], and
 /// moves position, velocity and d, what the model does not know, at the input of the dynamics: d is a random walk of
 /// variance drift^2 a second. What the model knows has no lag; noise goes down with the bandwidth that `drift` asks for.
-/// Feed the estimate to the controller instead of the measurement.
+/// Feed the estimate to the controller instead of the measurement. Where measurements are missing the gain is that of what
+/// is known then, and comes back to the stationary one.
 ///
 /// Parameters
 /// ----------

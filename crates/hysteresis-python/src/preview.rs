@@ -15,6 +15,9 @@ use crate::errors;
 /// target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
 /// feedback uses r(k), from the same window, which at the start is full of the first reference.
 ///
+/// A window that fills anew, at the start, after a hold and after a rejected reference, is full of one reference: the next
+/// ones make differentiating coefficients ask for a kick, which only limits and slew bound.
+///
 /// Parameters
 /// ----------
 /// coefficients : array of shape (taps,)

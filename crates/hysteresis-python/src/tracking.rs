@@ -132,7 +132,7 @@ impl Around<'_> {
         plant: &Bound<'_, Plant>,
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<Run> {
-        let (expected, got) = (plant.borrow().0.dt(), controller.options().dt);
+        let (expected, got) = (plant.try_borrow()?.0.dt(), controller.options().dt);
         // Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
         if (got / expected - 1.0).abs() > 1e-9 {
             return Err(PyValueError::new_err(format!(

@@ -115,7 +115,8 @@ impl Margins {
 /// abs(1 / (1 + L)) <= peak_sensitivity at all frequencies and slopes, and the loop stable,
 ///
 /// those with the greatest ki are taken: a constant disturbance is removed with the integrated error 1 / ki (Åström,
-/// Panagopoulos and Hägglund, Automatica 34(5), 1998).
+/// Panagopoulos and Hägglund, Automatica 34(5), 1998). Parts slower than 1e5 samples a radian and damping ratios below
+/// 1e-7 are refused: their response does not show at the frequencies that are looked at.
 ///
 /// Parameters
 /// ----------

@@ -50,7 +50,8 @@ impl ObserverOptions {
 ///
 /// with the stationary Kalman gain g, from iterating the Riccati equation at construction. The filter has no lag for
 /// what the model knows: noise goes down by the ratio of its bandwidth to that of the sampling, and only what the model
-/// does not know is tracked as slowly as `drift` says.
+/// does not know is tracked as slowly as `drift` says. Where measurements are missing, the Riccati equation goes on
+/// without them, and the gain is that for what it has come to: the stationary one would not be stable then.
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock.
 ///
@@ -71,7 +72,12 @@ pub struct Observer {
     delay: DelayBlock,
     transition: Matrix3<f64>,
     input: Vector3<f64>,
+    /// That from one sample to the next of d, for unit measurement noise.
+    growth: f64,
     gain: Vector3<f64>,
+    /// Before the measurement, for unit measurement noise: the stationary one, and the present one where it differs.
+    stationary: Matrix3<f64>,
+    present: Option<Matrix3<f64>>,
     state: Vector3<f64>,
     rest: f64,
     rejected: u64,
@@ -89,8 +95,16 @@ impl Observer {
         let input = Vector3::new(1.0 - a.m11, -a.m21, 0.0);
         let transition = Matrix3::new(a.m11, a.m12, input.x, a.m21, a.m22, input.y, 0.0, 0.0, 1.0);
         let hysteresis = Forward::new(kernel);
+        let growth = drift * drift * dt / (noise * noise);
+        let Some(stationary) = stationary_covariance(&transition, growth) else {
+            let expected = "a drift for which the filter settles";
+            return Err(Error { parameter: "drift", index: None, expected, got: drift });
+        };
         let mut observer = Self {
-            gain: stationary_gain(&transition, drift * drift * dt / (noise * noise))?,
+            growth,
+            gain: gain(&stationary),
+            stationary,
+            present: None,
             rest: hysteresis.output(),
             hysteresis,
             delay: Delay::new(options.delay)?.block(),
@@ -113,8 +127,15 @@ impl Observer {
         }
         let w = self.delay.advance(self.hysteresis.step(drive));
         self.state = self.transition * self.state + self.input * w;
-        if is_admissible(measurement) {
-            self.state += self.gain * (measurement - self.state.x);
+        let measured = is_admissible(measurement);
+        if measured {
+            let gain = self.present.as_ref().map_or(self.gain, gain);
+            self.state += gain * (measurement - self.state.x);
+        }
+        if self.present.is_some() || !measured {
+            let present = self.present.unwrap_or(self.stationary);
+            let next = advance(&self.transition, &present, self.growth, measured);
+            self.present = (!same(&next, &self.stationary, SETTLED)).then_some(next);
         }
         self.state.x
     }
@@ -148,27 +169,49 @@ impl Observer {
         self.hysteresis.reset();
         self.delay.settle(self.rest);
         self.state = Vector3::new(self.rest, 0.0, 0.0);
+        self.present = None;
         self.rejected = 0;
     }
 }
 
-/// The gain for which estimate and covariance have settled, for unit measurement noise and a disturbance whose variance
-/// grows by `growth` a sample. With P that before the measurement: g = P c / (1 + c'P c), P <- A (P - g c'P) A' + Q.
-fn stationary_gain(transition: &Matrix3<f64>, growth: f64) -> Result<Vector3<f64>, Error> {
+/// The covariance that has settled, before the measurement, for unit measurement noise and a disturbance whose variance
+/// grows by `growth` a sample; nothing if it does not settle.
+fn stationary_covariance(transition: &Matrix3<f64>, growth: f64) -> Option<Matrix3<f64>> {
+    if !is_admissible(growth) {
+        return None;
+    }
     let mut covariance = Matrix3::identity();
     for _ in 0..MAX_STEPS {
-        let column: Vector3<f64> = covariance.column(0).into();
-        let gain = column / (1.0 + column.x);
-        let measured = covariance - gain * column.transpose();
-        let mut next = transition * measured * transition.transpose();
-        next.m33 += growth;
-        // Rounding must not make it lean to one side.
-        next = (next + next.transpose()) * 0.5;
-        let change = (next - covariance).abs().max();
-        covariance = next;
-        if change <= SETTLED * covariance.abs().max() {
-            return Ok(covariance.column(0) / (1.0 + covariance.m11));
+        let next = advance(transition, &covariance, growth, true);
+        if same(&next, &covariance, SETTLED) {
+            return Some(next);
         }
+        covariance = next;
     }
-    Err(Error { parameter: "drift", index: None, expected: "a drift for which the filter settles", got: growth.sqrt() })
+    None
+}
+
+/// From one covariance P before the measurement to the next: P <- A (P - g c'P) A' + Q, without a measurement A P A' + Q.
+#[inline]
+fn advance(transition: &Matrix3<f64>, covariance: &Matrix3<f64>, growth: f64, measured: bool) -> Matrix3<f64> {
+    let mut known = *covariance;
+    if measured {
+        known -= gain(covariance) * covariance.column(0).transpose();
+    }
+    let mut next = transition * known * transition.transpose();
+    next.m33 += growth;
+    // Rounding must not make it lean to one side.
+    (next + next.transpose()) * 0.5
+}
+
+/// g = P c / (1 + c'P c).
+#[inline]
+fn gain(covariance: &Matrix3<f64>) -> Vector3<f64> {
+    covariance.column(0) / (1.0 + covariance.m11)
+}
+
+/// Whether two covariances differ by no more than a share of the largest entry.
+#[inline]
+fn same(one: &Matrix3<f64>, other: &Matrix3<f64>, share: f64) -> bool {
+    (one - other).abs().max() <= share * one.abs().max()
 }

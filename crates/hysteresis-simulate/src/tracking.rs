@@ -59,8 +59,8 @@ impl<'a> Tracking<'a> {
         self.run_with(trial, plant, |_, _, _| Ok(()), watch)
     }
 
-    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called at every sample before the controller
-    /// steps, with the drive that was held until now.
+    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called at every sample, those before the run
+    /// included, before the controller steps, with the drive that was held until now.
     ///
     /// # Errors
     /// Those of `adapt` and the watch, which end the run; controller and plant stay where they are then.
@@ -76,6 +76,7 @@ impl<'a> Tracking<'a> {
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
         for k in 0..ahead {
+            adapt(self.controller, self.controller.drive(), plant.measured())?;
             let seen = self.see(plant.measured());
             plant.step(self.controller.step(coming(k).into(), seen));
         }

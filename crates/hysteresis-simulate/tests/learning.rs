@@ -220,3 +220,15 @@ fn what_cannot_learn_is_refused() {
     let slow = RepetitiveControl::new(&believed(), 500, &usual).unwrap();
     assert!(slow.rate(&truth()).unwrap() < 1.0, "and what can, converges");
 }
+
+/// A delay longer than the period, longer than the response: what comes late counts all the same.
+#[test]
+fn a_long_delay_is_waited_for() {
+    let feedback = FeedbackLoop { kp: 20.0, ki: 0.0, delay: 3000.0, ..believed() };
+    let response = feedback.impulse_response(100).unwrap();
+    // Static: 1 / (1 + slope kp) of a correction at every sample.
+    assert!((response.iter().sum::<f64>() - 1.0 / 1.1).abs() < 1e-9, "{}", response.iter().sum::<f64>());
+    // The integral of an error that is 3000 samples old.
+    let error = FeedbackLoop { ki: 0.6, ..feedback }.impulse_response(100).unwrap_err();
+    assert_eq!(error.to_string(), "kp: expected gains at which the loop is stable, got 20.0");
+}

@@ -3,7 +3,7 @@
 mod support;
 
 use hysteresis_core::{Kernel, Process, paper};
-use hysteresis_simulate::linear::{Block, Cascade, Delay, Dynamics, FirstOrder};
+use hysteresis_simulate::linear::{Block, Cascade, Delay, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_simulate::{Observer, ObserverOptions};
 use support::{DT, Loop, Noise, a1, reference_and_target};
 
@@ -63,6 +63,51 @@ fn a_disturbance_leaves_no_static_error() {
     assert!((estimate - 0.25).abs() < 1e-9 && (observer.disturbance() - 0.25).abs() < 1e-9);
     observer.reset();
     assert!(observer.step(0.0, 0.0) == 0.0 && observer.disturbance() == 0.0);
+}
+
+/// Measurements that come and go: with the gain of the full rate the estimate would grow by a factor every other sample.
+#[test]
+fn missing_measurements_do_not_make_it_unstable() {
+    for (dynamics, noise) in [(a1(), 1e-3), (SecondOrder::new(2000.0, 0.03).unwrap().into(), 0.016)] {
+        for every in [2, 3, 5, 20] {
+            let (mut observer, mut random) =
+                (observer(&dynamics, ObserverOptions::new(noise, 50.0)), Noise::new(every));
+            let stationary = observer.gain();
+            let mut worst = 0.0_f64;
+            for k in 0..20_000 {
+                let measurement = noise * random.next();
+                let estimate = observer.step(0.0, if k % every == 0 { measurement } else { f64::NAN });
+                worst = worst.max(estimate.abs());
+            }
+            // Up to 19 samples of an unknown input, 50 um per root of a second, twice integrated: far below a micrometre.
+            assert!(worst < 1.0, "{noise} {every}: {worst}");
+            assert!(observer.gain() == stationary);
+        }
+    }
+}
+
+/// Once measurements have come for a while, nothing is left of a gap: the same gain, the same estimate.
+#[test]
+fn after_a_gap_the_filter_settles_again() {
+    let options = ObserverOptions::new(0.016, 0.5);
+    let [mut whole, mut gap] = [(); 2].map(|()| observer(&a1(), options));
+    for k in 0..3000 {
+        let position = 0.1 * (1e-2 * f64::from(k)).sin();
+        let one = whole.step(0.0, position);
+        let other = gap.step(0.0, if (100..150).contains(&k) { f64::NAN } else { position });
+        assert!(k < 2000 || (one - other).abs() < 1e-12, "{k}");
+    }
+}
+
+/// Noise and drift of which the ratio is no number: refused with the number that came.
+#[test]
+fn a_gain_that_is_none_is_refused() {
+    for (noise, drift) in [(1e-100, 1e100), (1e-40, 1e40), (1e100, 1e-100)] {
+        let made =
+            Observer::new(&Kernel::new(&paper::table_1_recovered()), &a1(), DT, &ObserverOptions::new(noise, drift));
+        let expected = format!("drift: expected a drift for which the filter settles, got {drift:?}");
+        assert_eq!(made.unwrap_err().to_string(), expected);
+    }
 }
 
 /// What it buys: feedback of the estimate puts less noise on the true position than feedback of the measurement.

@@ -90,3 +90,27 @@ fn what_cannot_be_tuned_is_named() {
     assert!(loop_margins(&a1(), 1e-4, f64::NAN, 1.0, 1.0).unwrap_err().to_string().starts_with("kp: expected"));
     assert!(loop_margins(&a1(), 1e-4, 0.0, 0.0, 1.0).unwrap_err().to_string().starts_with("ki: expected"));
 }
+
+/// A loop of which the response does not show at the frequencies that are looked at has no margins.
+#[test]
+fn what_is_too_slow_or_too_little_damped_is_refused() {
+    for (frequency, damping, message) in [
+        (400.0, 1e-9, "damping: expected 1e-7 or more to tune for, got 1e-9"),
+        (
+            1e-4,
+            0.5,
+            "dt: expected at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier, got 0.0001",
+        ),
+        (
+            1.0,
+            1e6,
+            "dt: expected at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier, got 0.0001",
+        ),
+    ] {
+        let dynamics = Some(SecondOrder::new(frequency, damping).unwrap().into());
+        let error = tune(&Chain { dynamics, ..a1() }, &options()).unwrap_err();
+        assert_eq!(error.to_string(), message);
+    }
+    let amplifier = Some(FirstOrder::new(1e-4).unwrap());
+    assert!(tune(&Chain { amplifier, ..a1() }, &options()).is_err());
+}

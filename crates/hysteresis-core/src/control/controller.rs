@@ -29,8 +29,9 @@ use crate::memory::Kernel;
 /// after samples that were held, `transition` makes the output equal the last one, to the bit. When gains, model or source
 /// change, it takes the difference that the change makes at the last sample, so the motion goes on; when feedback goes or
 /// returns, the proportional term. It goes down to nothing in a straight line, over the time
-/// [`transition`](ControllerOptions::transition). From a start until then the integral rests: what errs meanwhile is the
-/// start's, and would have to be unlearned slowly. The integral is kept in volts.
+/// [`transition`](ControllerOptions::transition). From the first sample of all, after a reset and after a hold the integral
+/// rests for that time, whatever is switched meanwhile: what errs then is the start's, and would have to be unlearned
+/// slowly. After samples that were held it goes on at once. The integral is kept in volts.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and the changes of gains and
 /// mode do not allocate, lock, panic, log or read a clock.
@@ -261,7 +262,7 @@ impl HybridController {
 
     /// The next sample starts a motion from the present drive.
     fn stop(&mut self) {
-        self.now.started = false;
+        (self.now.started, self.now.resting) = (false, u32::MAX);
         if let Some(preview) = &mut self.preview {
             preview.restart();
         }
@@ -326,6 +327,32 @@ impl HybridController {
     pub fn reset_at(&mut self, drive: f64) -> Result<(), Error> {
         check_drive("drive", drive, self.options.limits)?;
         self.restart(drive);
+        Ok(())
+    }
+
+    /// Goes on from another drive that the amplifier has, with everything that is remembered: after a state was loaded into
+    /// a controller whose amplifier is not at its drive. The next motion starts from there.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, HybridController, paper};
+    /// let inverse = paper::table_1_recovered().inverse(Some((-500.0, 500.0)))?;
+    /// let options = ControllerOptions::new(60.0, 0.6, (-500.0, 500.0));
+    /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
+    /// controller.step(1.5.into(), 0.0);
+    /// let saved = controller.state();
+    /// controller.set_state(&saved)?;
+    /// controller.start_at(35.0)?;
+    /// assert_eq!(controller.step(1.5.into(), 0.2), 35.0); // and from there over to what the law says
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn start_at(&mut self, drive: f64) -> Result<(), Error> {
+        check_drive("drive", drive, self.options.limits)?;
+        self.planned = None;
+        self.stop();
+        self.now.terms.drive = drive;
         Ok(())
     }
 

@@ -65,9 +65,8 @@ impl Rules {
     pub(super) fn act(&self, before: &LoopState, limiter: &Limiter, sample: &Sample, feedforward: f64) -> LoopState {
         let feedback = sample.error.is_some() && before.mode == Mode::Run;
         let error = sample.error.unwrap_or(before.terms.error);
-        let rests = !before.started || before.resting > 0;
         let proportional = if feedback { self.gains.kp * error } else { 0.0 };
-        let change = if feedback && !rests { self.gains.ki * error } else { 0.0 };
+        let change = if feedback && before.resting == 0 { self.gains.ki * error } else { 0.0 };
         let integral = before.integral + change;
         let wanted = feedforward + proportional + integral;
         let last = before.terms.drive;
@@ -84,7 +83,7 @@ impl Rules {
             before.integral
         };
         let given = sample.given.is_some();
-        let resting = if before.started { before.resting.saturating_sub(1) } else { fading };
+        let resting = if before.started { before.resting.saturating_sub(1) } else { before.resting.min(fading) };
         let mut after = LoopState { integral: kept, started: true, fading, resting, feedback, given, ..*before };
         after.terms = Terms {
             reference: sample.reference,

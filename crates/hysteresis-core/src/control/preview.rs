@@ -12,7 +12,9 @@ use crate::memory::count_as_f64;
 /// ```
 ///
 /// With it references enter the controller `ahead` samples early; its feedback uses r(k), from the same window. At the
-/// start all of the window is the first reference, as if it had been there for ever.
+/// start all of the window is the first reference, as if it had been there for ever. A window that fills anew, at the
+/// start, after a hold and after a rejected reference, so makes differentiating coefficients ask for a kick as soon as the
+/// next references come, which only limits and slew bound.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};

@@ -34,7 +34,7 @@ pub struct LoopState {
     pub started: bool,
     /// In how many samples the transition will be gone.
     pub fading: u32,
-    /// For how many samples the integral still rests, as it does from the start of a motion.
+    /// For how many samples the integral still rests; before a start, at most: no longer than its transition takes.
     pub resting: u32,
     /// Whether the last sample had a proportional term.
     pub feedback: bool,
@@ -58,7 +58,7 @@ impl LoopState {
             integral: 0.0,
             started: false,
             fading: 0,
-            resting: 0,
+            resting: u32::MAX,
             feedback: false,
             given: false,
             mode: Mode::Run,

@@ -26,6 +26,9 @@ const MIN_NEWS: f64 = 1.25;
 /// Weights are published if their identity is more than this share of their sum: the core asks for 1e-12.
 const MIN_RELATIVE_SLOPE: f64 = 1e-11;
 
+/// And more than this, as the core asks for.
+const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
+
 /// The weights of a model that follow the measurements of a running actuator: recursive least squares with forgetting.
 ///
 /// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`, through the
@@ -190,10 +193,11 @@ impl RecursiveIdentifier {
 
     /// Whether numbers within the bounds make a model, and one that has an inverse.
     fn has_inverse(&self, unknowns: &[f64]) -> bool {
-        let sides = self.regressors.identity_and_sum(|i| unknowns[self.bounds.place(i)]);
-        let most = MAX_MAGNITUDE * self.regressors.scale().min(1.0);
-        unknowns.iter().all(|x| x.abs() <= most)
-            && sides.iter().all(|(identity, sum)| *identity > MIN_RELATIVE_SLOPE * sum)
+        let (identity, sum) = self.regressors.identity_and_sum(|i| unknowns[self.bounds.place(i)]);
+        let scale = self.regressors.scale();
+        unknowns.iter().all(|x| x.abs() <= MAX_MAGNITUDE * scale.min(1.0))
+            && identity > MIN_RELATIVE_SLOPE * sum
+            && identity / scale > MIN_SLOPE
     }
 
     /// The weight of a column, in output unit per input unit.

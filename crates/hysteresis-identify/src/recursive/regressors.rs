@@ -98,16 +98,19 @@ impl Regressors {
         }
     }
 
-    /// The sum of the weights of one side, and the part of it that belongs to identities: the least of both sides.
-    pub(super) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> [(f64, f64); 2] {
-        [Side::Below, Side::Above].map(|other| {
-            let (mut identity, mut sum) = (0.0, 0.0);
-            for (i, column) in self.columns.iter().enumerate().filter(|(_, column)| column.side != other) {
-                sum += weight(i);
-                identity += if self.operators[column.operator].is_identity() { weight(i) } else { 0.0 };
-            }
-            (identity, sum)
-        })
+    /// The least that identities may weigh, and the most that all operators may: of a split operator the smaller and the
+    /// greater weight.
+    pub(super) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> (f64, f64) {
+        let n = self.operators.len();
+        let mut others = (n..).zip(self.columns.iter().skip(n)).peekable();
+        let (mut identity, mut sum) = (0.0, 0.0);
+        for (i, operator) in self.operators.iter().enumerate() {
+            let above = weight(i);
+            let below = others.next_if(|(_, column)| column.operator == i).map_or(above, |(j, _)| weight(j));
+            identity += if operator.is_identity() { above.min(below) } else { 0.0 };
+            sum += above.max(below);
+        }
+        (identity, sum)
     }
 
     /// Zero for weights; above zero for the first identity of either side.

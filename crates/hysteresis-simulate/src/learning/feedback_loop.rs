@@ -49,13 +49,15 @@ impl FeedbackLoop {
     /// [`Error`] for a parameter outside its domain, or gains at which the loop is not stable.
     pub fn impulse_response(&self, period: usize) -> Result<Vec<f64>, Error> {
         let mut path = self.path()?;
+        // A delay alone is silent for as long as it lasts, also between two echoes.
+        let lull = period.max(1000) + path.1.samples();
         let mut folded = vec![0.0; period];
         let (mut y, mut integral, mut peak, mut quiet) = (0.0, 0.0, 0.0_f64, 0);
         for k in 0..MAX_SAMPLES {
             folded[k % period] += y;
             peak = peak.max(f64::abs(y));
             quiet = if f64::abs(y) <= DIED_AWAY * peak && k > 0 { quiet + 1 } else { 0 };
-            if quiet > period.max(1000) {
+            if quiet > lull {
                 return Ok(folded);
             }
             if !is_admissible(y) {

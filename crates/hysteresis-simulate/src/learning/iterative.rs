@@ -101,10 +101,11 @@ impl IterativeLearning {
         if let Some((low, high)) = options.reach
             && !(is_admissible(low) && is_admissible(high) && low < high)
         {
-            return error("reach", Some(1), "finite limits, the high one above the low one", high);
+            let (index, got) = if is_admissible(low) { (1, high) } else { (0, low) };
+            return error("reach", Some(index), "finite limits, the high one above the low one", got);
         }
         if target.len() < 2 {
-            return error("target", None, "at least two samples of a period", 0.0);
+            return error("target", None, "at least two samples of a period", as_f64(target.len()));
         }
         if let Some((index, got)) = target.iter().enumerate().find(|(_, y)| !is_admissible(**y)) {
             return error("target", Some(index), "a finite number (at most 1e100 in magnitude)", *got);

@@ -12,6 +12,9 @@ use crate::linear::{Error, check_positive};
 /// The filters reach that many periods of the bandwidth to either side, if the period has room for them.
 const REACH: f64 = 1.5;
 
+/// The longest period, in samples.
+const MAX_PERIOD: usize = 1 << 22;
+
 /// The rate is looked for at that many frequencies between two harmonics: the filters turn slower than that.
 const FREQUENCIES_PER_HARMONIC: usize = 4;
 
@@ -84,7 +87,7 @@ impl RepetitiveControl {
     /// Learns a period of `period` samples, with a model of the loop it works in.
     ///
     /// # Errors
-    /// [`Error`] for a loop that is not stable, an option outside its domain, or fewer than eight samples.
+    /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22 samples.
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
         let error = |parameter, expected, got| Err(Error { parameter, index: None, expected, got });
         check_positive("bandwidth", None, options.bandwidth)?;
@@ -94,8 +97,8 @@ impl RepetitiveControl {
         if options.limit.is_nan() || options.limit < 0.0 {
             return error("limit", "a number >= 0", options.limit);
         }
-        if period < 8 {
-            return error("period", "at least 8 samples", as_f64(period));
+        if !(8..=MAX_PERIOD).contains(&period) {
+            return error("period", "8 to 2^22 samples", as_f64(period));
         }
         let spectra = Spectra::new(feedback, period, options.bandwidth)?;
         let half_width = half_width(period, options.bandwidth * feedback.dt);

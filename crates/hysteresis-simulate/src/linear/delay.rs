@@ -66,6 +66,11 @@ pub struct DelayBlock {
 }
 
 impl DelayBlock {
+    /// How many samples it remembers: the delay rounded down, and one more.
+    pub(crate) fn samples(&self) -> usize {
+        self.past.len()
+    }
+
     /// The output, with the place that follows the oldest input in the ring.
     #[inline]
     fn output(&self, input: f64) -> (f64, usize) {

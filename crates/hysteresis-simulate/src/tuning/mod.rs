@@ -6,10 +6,18 @@ mod response;
 use feedback::{Gains, Slopes, golden_section, is_admissible, margins, peak};
 use response::{Point, response};
 
-use crate::linear::{Chain, Error, PulseTransfer, check_positive};
+use core::f64::consts::TAU;
+
+use crate::linear::{Chain, Dynamics, Error, FirstOrder, PulseTransfer, check_positive};
 
 /// The longest delay that is tuned for, in samples: each turns the response once more.
 const MAX_DELAY: f64 = 1000.0;
+
+/// How many samples the slowest part may take for a radian: what is slower lies below the frequencies that are looked at.
+const MAX_SAMPLES_PER_RADIAN: f64 = 1e5;
+
+/// The least damping ratio of which the peak is found among the frequencies.
+const LEAST_DAMPING: f64 = 1e-7;
 
 /// How many proportional gains are tried before the best is looked at more closely.
 const TRIALS: u32 = 48;
@@ -84,8 +92,8 @@ pub struct Margins {
 /// ```
 ///
 /// # Errors
-/// [`Error`] for slopes that are not 0 < least <= greatest, a peak outside 1.05 to 5, a delay beyond 1000 samples, or as
-/// for [`Chain::block`].
+/// [`Error`] for slopes that are not 0 < least <= greatest, a peak outside 1.05 to 5, a delay beyond 1000 samples,
+/// dynamics or an amplifier slower than 1e5 samples a radian, a damping ratio below 1e-7, or as for [`Chain::block`].
 pub fn tune(chain: &Chain, options: &TuningOptions) -> Result<Tuning, Error> {
     let (slopes, limit) = (check_slopes(options.slopes)?, options.peak_sensitivity);
     if !(1.05..=5.0).contains(&limit) {
@@ -95,7 +103,7 @@ pub fn tune(chain: &Chain, options: &TuningOptions) -> Result<Tuning, Error> {
         let got = chain.delay.samples();
         return Err(Error { parameter: "delay", index: None, expected: "at most 1000 samples", got });
     }
-    let transfer = chain.pulse_transfer(options.dt)?;
+    let transfer = resolved(chain, options.dt)?;
     let points = response(&transfer);
     let mut bound = limit;
     // The response is known at its points; between them the peak may be a little higher.
@@ -115,15 +123,43 @@ pub fn tune(chain: &Chain, options: &TuningOptions) -> Result<Tuning, Error> {
 /// The margins of a loop with given gains at one slope.
 ///
 /// # Errors
-/// [`Error`] unless gains and slope are finite, ki and the slope above 0 and kp not below, or as for [`Chain::block`].
+/// [`Error`] unless gains and slope are finite, ki and the slope above 0 and kp not below, or as for [`tune`].
 pub fn loop_margins(chain: &Chain, dt: f64, kp: f64, ki: f64, slope: f64) -> Result<Margins, Error> {
     check_positive("ki", None, ki)?;
     check_positive("slope", None, slope)?;
     if !(0.0..=hysteresis_core::MAX_MAGNITUDE).contains(&kp) {
         return Err(Error { parameter: "kp", index: None, expected: "a finite number, 0 or more", got: kp });
     }
-    let transfer: PulseTransfer = chain.pulse_transfer(dt)?;
+    let transfer = resolved(chain, dt)?;
     Ok(margins(Gains { kp, ki }, slope, &transfer, &response(&transfer), dt))
+}
+
+/// The pulse transfer function, if its response shows at the frequencies that are looked at.
+fn resolved(chain: &Chain, dt: f64) -> Result<PulseTransfer, Error> {
+    let transfer = chain.pulse_transfer(dt)?;
+    // Radians per second.
+    let lag = |lag: FirstOrder| 1.0 / lag.time_constant();
+    let slowest = match chain.dynamics {
+        Some(Dynamics::FirstOrder(dynamics)) => lag(dynamics),
+        Some(Dynamics::SecondOrder(resonance)) => {
+            let (w, zeta) = (TAU * resonance.frequency(), resonance.damping());
+            if zeta < LEAST_DAMPING {
+                return Err(Error {
+                    parameter: "damping",
+                    index: None,
+                    expected: "1e-7 or more to tune for",
+                    got: zeta,
+                });
+            }
+            w / (zeta.max(1.0) + (zeta * zeta - 1.0).max(0.0).sqrt())
+        }
+        None => f64::INFINITY,
+    };
+    if slowest.min(chain.amplifier.map_or(f64::INFINITY, lag)) * dt * MAX_SAMPLES_PER_RADIAN < 1.0 {
+        let expected = "at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier";
+        return Err(Error { parameter: "dt", index: None, expected, got: dt });
+    }
+    Ok(transfer)
 }
 
 fn check_slopes((least, most): (f64, f64)) -> Result<Slopes, Error> {
