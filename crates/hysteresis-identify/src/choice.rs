@@ -40,7 +40,7 @@ pub(crate) struct Choice {
 /// What to keep if the choice is stopped: the best candidate so far, or before there is one the candidate in work.
 struct Underway {
     options: Options,
-    best: Option<(f64, Point)>,
+    best: Option<(CrossValidation, Point)>,
 }
 
 /// Chooses what `options` leave open, each candidate at the ratios, offset and delay that suit it: first the weight law,
@@ -51,7 +51,8 @@ pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Mo
     match (choose_all(records, options, &mut underway, monitor), monitor.kept()) {
         (Err(Error::Interrupted), Some(point)) => {
             let Underway { options, best } = underway;
-            let (smoothness, point) = best.unwrap_or((given_smoothness(&options), point));
+            let (smoothness, point) =
+                best.map_or((given_smoothness(&options), point), |(validation, point)| (validation.smoothness, point));
             let nothing = Vec::new;
             Ok(Choice {
                 options,
@@ -154,6 +155,7 @@ fn simplest_good(
     monitor: &mut Monitor<'_>,
 ) -> Result<(Candidate, Vec<CrossValidation>), Error> {
     let mut candidates: Vec<Candidate> = Vec::new();
+    let earlier = underway.best.as_ref().map(|(validation, _)| validation.clone());
     for (number, options) in options.into_iter().enumerate() {
         monitor.within(done + number, searches);
         if underway.best.is_none() {
@@ -163,19 +165,22 @@ fn simplest_good(
             Err(Error::TooFewSamples { .. }) if !candidates.is_empty() => break,
             candidate => candidates.push(candidate?),
         }
-        let best = &candidates[good(&candidates)];
-        underway.options = best.options.clone();
-        underway.best = Some((best.validation.smoothness, best.fit.point));
+        // What an earlier choice found is kept until one of these predicts as well: the first are the coarsest.
+        let tried: Vec<_> =
+            candidates.iter().map(|candidate| candidate.validation.clone()).chain(earlier.clone()).collect();
+        if let Some(best) = candidates.get(good(&tried)) {
+            underway.options = best.options.clone();
+            underway.best = Some((best.validation.clone(), best.fit.point));
+        }
     }
-    let good = good(&candidates);
-    let tried = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
+    let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
+    let good = good(&tried);
     Ok((candidates.swap_remove(good), tried))
 }
 
 /// The first of the candidates that is as good as the best.
-fn good(candidates: &[Candidate]) -> usize {
-    let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
-    CrossValidation::good(&tried).next().unwrap_or(0)
+fn good(tried: &[CrossValidation]) -> usize {
+    CrossValidation::good(tried).next().unwrap_or(0)
 }
 
 fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Candidate, Error> {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, Error, Options, Progress, Record, Setting, Stop};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -96,6 +96,9 @@ pub(crate) fn identify(
     progress: Option<Py<PyAny>>,
     keep_partial: bool,
 ) -> PyResult<Identification> {
+    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
+        return Err(PyTypeError::new_err(format!("progress: expected a callable, got {}", got.repr()?)));
+    }
     let options = Options {
         form: form(model)?,
         weights: law(weights)?,
