@@ -1,6 +1,6 @@
 """Saturation: 3.3 um asked of a drive of +-500 V, which reaches 3.06 um.
 
-Judged is where the reference is back within 3 um after the first time at a limit.
+Judged is where the reference is back within 2.5 um after the first time at a limit.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import mpi_hyst as mh
 from mpi_hyst._benchmark import TRIANGLE, beliefs, controller, median
 
 DRIVE_LIMITS = (-500.0, 500.0)  # V
-REACHED = 3.0  # um: within this the reference can be met
+REACHED = 2.5  # um: within this the reference is surely within reach
 _SECONDS = 3.0
 
 
