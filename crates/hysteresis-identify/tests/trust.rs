@@ -125,7 +125,8 @@ fn many_loops_are_left_out_in_groups() {
 fn a_search_that_is_stopped_hands_over_its_best() {
     let (input, output) = noisy(1_500, 8.0, 9);
     let record = [Record::new(&input, &output, 0).unwrap()];
-    for thresholds in [Thresholds::Uniform(6), Thresholds::Auto] {
+    // Where cross-validation chooses, later may also be simpler, and fit a little less.
+    for (thresholds, slack) in [(Thresholds::Uniform(6), 1.001), (Thresholds::Auto, 1.02)] {
         let options = Options { thresholds, ..Options::default() };
         let stopped_at = |stop: usize| {
             let (mut calls, mut best) = (0, f64::INFINITY);
@@ -144,7 +145,7 @@ fn a_search_that_is_stopped_hands_over_its_best() {
             assert!(found.kkt_residual < 1e-12 && weights(&found).iter().all(|w| *w >= 0.0));
             // Two of these are errors on a selection of the samples, noise and all.
             assert!(found.fit.rmse < 1.3 * best || options.thresholds == Thresholds::Auto, "{} {best}", found.fit.rmse);
-            assert!(found.fit.rmse <= 1.001 * last, "{} after {last}", found.fit.rmse);
+            assert!(found.fit.rmse <= slack * last, "{} after {last}", found.fit.rmse);
             assert!(found.predict_std(&input).unwrap().iter().all(|std| std.is_finite()));
             last = found.fit.rmse;
         }

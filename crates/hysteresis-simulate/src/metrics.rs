@@ -97,6 +97,11 @@ impl Run {
         Self { record, limits, period }
     }
 
+    /// With the limits that count for it.
+    pub(crate) fn within(self, limits: (f64, f64)) -> Self {
+        Self { limits: Some(limits), ..self }
+    }
+
     /// The samples.
     #[must_use]
     pub fn record(&self) -> &Record {

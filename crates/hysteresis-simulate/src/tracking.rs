@@ -46,7 +46,8 @@ impl<'a> Tracking<'a> {
 
     /// Lets the plant follow the reference of the trial; see [`Trial::run`] for `watch`.
     ///
-    /// With a preview, references enter early: before the run, the plant stands at the first reference for as long.
+    /// With a preview, references enter early: before the run, the plant stands at the first reference for as long. A sample
+    /// counts as saturated at the limits of the controller or of the plant, whichever are tighter.
     ///
     /// # Errors
     /// Those of the watch, which end the run; controller and plant stay where they are then.
@@ -72,6 +73,8 @@ impl<'a> Tracking<'a> {
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
         let ahead = self.controller.preview().map_or(0, hysteresis_core::Preview::ahead);
+        let own = self.controller.options().limits;
+        let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         let reference = trial.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
@@ -88,7 +91,7 @@ impl<'a> Tracking<'a> {
             let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
             Ok(self.controller.step(Command { reference: coming(k + ahead), target, feedforward: None }, seen))
         };
-        trial.run(plant, step, watch)
+        Ok(trial.run(plant, step, watch)?.within(limits))
     }
 
     /// What the feedback sees of a measurement.
