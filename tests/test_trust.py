@@ -275,7 +275,7 @@ def test_an_interrupt_among_the_operators_keeps_what_the_weight_laws_found() -> 
 
 def test_progress_that_cannot_be_called_is_refused_by_name() -> None:
     with pytest.raises(TypeError, match="progress: expected a callable, got 3"):
-        mh.identify(DRIVE, measured(DRIVE, 11), progress=3)  # type: ignore[call-overload]
+        mh.identify(DRIVE, measured(DRIVE, 11), progress=3)  # type: ignore[arg-type]
 
 
 def test_other_exceptions_are_never_kept() -> None:
