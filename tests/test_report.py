@@ -21,7 +21,7 @@ from mpi_hyst._records import Quantity
 from mpi_hyst._report import Card, Pairs, Report, Section, Table, render
 from mpi_hyst._tables import digits, text_table
 
-LARGEST = 3_000_000  # bytes
+LARGEST = 4_000_000  # bytes
 
 
 @pytest.fixture(scope="module")
