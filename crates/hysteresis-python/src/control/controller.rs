@@ -9,7 +9,7 @@ use pythonize::{depythonize, pythonize};
 
 use super::preview::Preview;
 use super::terms::ControllerTerms;
-use crate::convert::arguments::{is_word, pair, whole};
+use crate::convert::arguments::{is_word, numbers, pair, whole};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::objects::{exclusive, shared};
 use crate::model::object::{kernel, kernel_of};
@@ -145,34 +145,37 @@ fn warn_of(py: Python<'_>, law: Law) -> PyResult<()> {
 #[pymethods]
 impl HybridController {
     #[new]
-    #[pyo3(signature = (feedforward, *, kp, ki, dt=1e-4, limits, slew=None, law="positional", anti_windup="conditional",
-        tracking_time=None, transition=0.005, max_missing=None, preview=None, start_drive=None),
+    #[pyo3(signature = (feedforward, *, kp, ki, dt=None, limits, slew=None, law="positional", anti_windup="conditional",
+        tracking_time=None, transition=None, max_missing=None, preview=None, start_drive=None),
         text_signature = "(feedforward, *, kp, ki, dt=0.0001, limits, slew=None, law='positional', \
         anti_windup='conditional', tracking_time=None, transition=0.005, max_missing=10, preview=None, start_drive=None)")]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new(
         py: Python<'_>,
         feedforward: Option<&Bound<'_, PyAny>>,
-        kp: f64,
-        ki: f64,
-        dt: f64,
+        kp: &Bound<'_, PyAny>,
+        ki: &Bound<'_, PyAny>,
+        dt: Option<&Bound<'_, PyAny>>,
         limits: &Bound<'_, PyAny>,
-        slew: Option<f64>,
+        slew: Option<&Bound<'_, PyAny>>,
         law: &str,
         anti_windup: &str,
-        tracking_time: Option<f64>,
-        transition: f64,
+        tracking_time: Option<&Bound<'_, PyAny>>,
+        transition: Option<&Bound<'_, PyAny>>,
         max_missing: Option<&Bound<'_, PyAny>>,
         preview: Option<&Preview>,
-        start_drive: Option<f64>,
+        start_drive: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(kp, ki, dt, slew, tracking_time, transition, start_drive);
         let (source, law) = (source(feedforward)?, self::law(law)?);
         let anti_windup = self::anti_windup(anti_windup, tracking_time)?;
         let mut options = ControllerOptions::new(kp, ki, pair("limits", limits)?);
         if let Some(number) = max_missing {
             options.max_missing = whole("max_missing", number)?;
         }
-        let options = ControllerOptions { dt, slew, law, anti_windup, transition, start_drive, ..options };
+        options.dt = dt.unwrap_or(options.dt);
+        options.transition = transition.unwrap_or(options.transition);
+        let options = ControllerOptions { slew, law, anti_windup, start_drive, ..options };
         let preview = preview.map(|made| made.preview.clone());
         let made = core::HybridController::new(source, preview, &options).map_err(raise)?;
         warn_of(py, law)?;
@@ -185,14 +188,26 @@ impl HybridController {
     /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
     /// is to reach, if not the reference or what the preview makes of it.
     #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
-    fn step(&mut self, reference: f64, measurement: f64, feedforward: Option<f64>, target: Option<f64>) -> f64 {
-        self.0.step(Command { reference, target, feedforward }, measurement)
+    fn step(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        feedforward: Option<f64>,
+        target: Option<f64>,
+    ) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.step(Command { reference, target, feedforward }, measurement))
     }
 
     /// The drive that `step` would return, without taking the sample.
     #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
-    fn peek(&self, reference: f64, measurement: f64, feedforward: Option<f64>, target: Option<f64>) -> f64 {
-        self.0.peek(Command { reference, target, feedforward }, measurement)
+    fn peek(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        feedforward: Option<f64>,
+        target: Option<f64>,
+    ) -> PyResult<f64> {
+        Ok(shared(slf)?.0.peek(Command { reference, target, feedforward }, measurement))
     }
 
     /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
@@ -200,8 +215,14 @@ impl HybridController {
     ///
     /// A plan replaces the one before; any change of the controller drops it.
     #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
-    fn plan(&mut self, reference: f64, measurement: f64, feedforward: Option<f64>, target: Option<f64>) -> f64 {
-        self.0.plan(Command { reference, target, feedforward }, measurement)
+    fn plan(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        feedforward: Option<f64>,
+        target: Option<f64>,
+    ) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.plan(Command { reference, target, feedforward }, measurement))
     }
 
     /// Takes the sample that was planned; False if there is none.
@@ -278,8 +299,9 @@ impl HybridController {
     }
 
     /// Changes the gains without a jump. The integral is kept in volts.
-    fn set_gains(&mut self, kp: f64, ki: f64) -> PyResult<()> {
-        self.0.set_gains(kp, ki).map_err(raise)
+    fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(kp, ki);
+        exclusive(slf)?.0.set_gains(kp, ki).map_err(raise)
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
@@ -303,10 +325,12 @@ impl HybridController {
     /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
     /// stays as it is, or is `drive` if the amplifier has another one now.
     #[pyo3(signature = (drive=None))]
-    fn reset(&mut self, drive: Option<f64>) -> PyResult<()> {
+    fn reset(slf: &Bound<'_, Self>, drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        numbers!(drive);
+        let mut controller = exclusive(slf)?;
         match drive {
-            Some(drive) => self.0.reset_at(drive).map_err(raise)?,
-            None => self.0.reset(),
+            Some(drive) => controller.0.reset_at(drive).map_err(raise)?,
+            None => controller.0.reset(),
         }
         Ok(())
     }
@@ -338,8 +362,9 @@ impl HybridController {
     /// Goes on from another drive that the amplifier has, with everything that is remembered.
     ///
     /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
-    fn start_at(&mut self, drive: f64) -> PyResult<()> {
-        self.0.start_at(drive).map_err(raise)
+    fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(drive);
+        exclusive(slf)?.0.start_at(drive).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
 use super::linear::given_dynamics;
-use crate::convert::arguments::pair;
+use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::objects::exclusive;
@@ -69,20 +69,22 @@ pub(crate) struct IterativeLearning {
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=1e-4, least_gain=0.15, reach=None))]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, least_gain=None, reach=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, least_gain=0.15, reach=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
-        kp: f64,
-        ki: f64,
-        slope: f64,
+        kp: &Bound<'_, PyAny>,
+        ki: &Bound<'_, PyAny>,
+        slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
-        bandwidth: f64,
-        delay: f64,
-        dt: f64,
-        least_gain: f64,
+        bandwidth: &Bound<'_, PyAny>,
+        delay: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
+        least_gain: Option<&Bound<'_, PyAny>>,
         reach: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, least_gain = 0.15);
         let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
         let reach = reach.map(|reach| pair("reach", reach)).transpose()?;
         let options = LearningOptions { bandwidth, least_gain, reach };
@@ -119,7 +121,13 @@ impl IterativeLearning {
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
     #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
-    fn rate(&self, dynamics: Option<&Bound<'_, PyAny>>, slope: Option<f64>, delay: Option<f64>) -> PyResult<f64> {
+    fn rate(
+        &self,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        slope: Option<&Bound<'_, PyAny>>,
+        delay: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        numbers!(slope, delay);
         self.learning.rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
     }
 }

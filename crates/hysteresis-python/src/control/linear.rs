@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::convert::arguments::count;
+use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::values::hash;
@@ -81,7 +81,8 @@ pub(crate) struct SecondOrder(pub(crate) linear::SecondOrder);
 #[pymethods]
 impl SecondOrder {
     #[new]
-    fn new(frequency: f64, damping: f64) -> PyResult<Self> {
+    fn new(frequency: &Bound<'_, PyAny>, damping: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(frequency, damping);
         linear::SecondOrder::new(frequency, damping).map(Self).map_err(raise)
     }
 
@@ -100,7 +101,8 @@ impl SecondOrder {
     /// The response to `u` from rest at zero, exactly discretised for an input held over `dt` seconds.
     ///
     /// y[k] is the position at the end of the interval over which u[k] is held.
-    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: f64) -> Vector<'py> {
+    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: &Bound<'py, PyAny>) -> Vector<'py> {
+        numbers!(dt);
         response(self.0.block(dt), u)
     }
 
@@ -145,7 +147,8 @@ pub(crate) struct FirstOrder(pub(crate) linear::FirstOrder);
 #[pymethods]
 impl FirstOrder {
     #[new]
-    fn new(frequency: f64) -> PyResult<Self> {
+    fn new(frequency: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(frequency);
         linear::FirstOrder::new(frequency).map(Self).map_err(raise)
     }
 
@@ -157,7 +160,8 @@ impl FirstOrder {
     /// >>> round(mh.FirstOrder.from_time_constant(1e-3).frequency, 3)
     /// 159.155
     #[staticmethod]
-    fn from_time_constant(time_constant: f64) -> PyResult<Self> {
+    fn from_time_constant(time_constant: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(time_constant);
         linear::FirstOrder::from_time_constant(time_constant).map(Self).map_err(raise)
     }
 
@@ -176,7 +180,8 @@ impl FirstOrder {
     /// The response to `u` from rest at zero, exactly discretised for an input held over `dt` seconds.
     ///
     /// y[k] is the output at the end of the interval over which u[k] is held.
-    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: f64) -> Vector<'py> {
+    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: &Bound<'py, PyAny>) -> Vector<'py> {
+        numbers!(dt);
         response(self.0.block(dt), u)
     }
 
@@ -248,7 +253,13 @@ impl Creep {
     /// >>> mh.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
     /// array([0.01, 0.01])
     #[staticmethod]
-    fn logarithmic(gamma: f64, start: f64, end: f64, terms: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn logarithmic(
+        gamma: &Bound<'_, PyAny>,
+        start: &Bound<'_, PyAny>,
+        end: &Bound<'_, PyAny>,
+        terms: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        numbers!(gamma, start, end);
         let terms =
             u16::try_from(count("terms", terms)?).map_err(|_| errors::value("terms", "expected at most 65535"))?;
         linear::Creep::logarithmic(gamma, start, end, terms).map(Self).map_err(raise)
@@ -269,7 +280,8 @@ impl Creep {
     /// The response to `u` from rest at zero, for an input held over `dt` seconds.
     ///
     /// y[k] is the output at the end of the interval over which u[k] is held.
-    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: f64) -> Vector<'py> {
+    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: &Bound<'py, PyAny>) -> Vector<'py> {
+        numbers!(dt);
         response(self.0.block(dt), u)
     }
 

@@ -4,7 +4,9 @@ use hysteresis_simulate::ObserverOptions;
 use pyo3::prelude::*;
 
 use super::linear::given_dynamics;
+use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
 use crate::model::object::kernel_of;
 
 /// A state observer: what the model of the actuator and a noisy measurement say together of the position.
@@ -50,15 +52,17 @@ pub(crate) struct Observer(pub(crate) hysteresis_simulate::Observer);
 #[pymethods]
 impl Observer {
     #[new]
-    #[pyo3(signature = (model, *, dynamics, noise, drift, delay=0.0, dt=1e-4))]
+    #[pyo3(signature = (model, *, dynamics, noise, drift, delay=None, dt=None),
+        text_signature = "(model, *, dynamics, noise, drift, delay=0.0, dt=0.0001)")]
     fn new(
         model: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
-        noise: f64,
-        drift: f64,
-        delay: f64,
-        dt: f64,
+        noise: &Bound<'_, PyAny>,
+        drift: &Bound<'_, PyAny>,
+        delay: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(noise, drift, delay = 0.0, dt = 1e-4);
         let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
         let dynamics = given_dynamics(dynamics)?;
         hysteresis_simulate::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
@@ -67,8 +71,8 @@ impl Observer {
     /// Takes the drive that was held since the last sample, and the measurement of now; the position.
     ///
     /// Without a finite measurement the model goes on alone; that is counted.
-    fn step(&mut self, drive: f64, measurement: f64) -> f64 {
-        self.0.step(drive, measurement)
+    fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.step(drive, measurement))
     }
 
     /// What the model does not know, at the input of the dynamics, in the unit of the displacement.

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;
 use super::trajectories::trajectory;
-use crate::convert::arguments::{pair, samples};
+use crate::convert::arguments::{numbers, pair, samples};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise};
 use crate::model::object::kernel_of;
@@ -135,13 +135,14 @@ impl Course<'_, '_> {
 pub(crate) fn shape<'py>(
     py: Python<'py>,
     trajectory: &Bound<'py, PyAny>,
-    dt: f64,
+    dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
-    amplifier_pole: Option<f64>,
-    delay: Option<f64>,
+    amplifier_pole: Option<&Bound<'py, PyAny>>,
+    delay: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
-    seconds: Option<f64>,
+    seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
+    numbers!(dt, amplifier_pole, delay, seconds);
     let part = LinearPart { dynamics, amplifier_pole, delay };
     part.refuse_creep()?;
     let course = Course { trajectory, dt, seconds };
@@ -211,14 +212,15 @@ pub(crate) fn precompensate<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     trajectory: &Bound<'py, PyAny>,
-    dt: f64,
+    dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
-    amplifier_pole: Option<f64>,
-    delay: Option<f64>,
+    amplifier_pole: Option<&Bound<'py, PyAny>>,
+    delay: Option<&Bound<'py, PyAny>>,
     limits: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
-    seconds: Option<f64>,
+    seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
+    numbers!(dt, amplifier_pole, delay, seconds);
     let part = LinearPart { dynamics, amplifier_pole, delay };
     part.refuse_creep()?;
     let mut inverse =

@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::whole;
+use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 
@@ -78,7 +78,8 @@ impl Preview {
     ///
     /// Only `mpi_hyst.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
     /// was pickled.
-    fn error(&self, frequency: f64) -> PyResult<f64> {
+    fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
+        numbers!(frequency);
         let expected = "error: expected a preview that was made by mpi_hyst.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;
 use super::preview::Preview;
-use crate::convert::arguments::samples;
+use crate::convert::arguments::{numbers, samples};
 use crate::convert::errors::raise;
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
@@ -57,13 +57,14 @@ use crate::convert::errors::raise;
 #[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_pole=None, delay=None))]
 pub(crate) fn preview(
     dynamics: Option<&Bound<'_, PyAny>>,
-    dt: f64,
+    dt: &Bound<'_, PyAny>,
     ahead: &Bound<'_, PyAny>,
     window: Option<&Bound<'_, PyAny>>,
     degree: Option<&Bound<'_, PyAny>>,
-    amplifier_pole: Option<f64>,
-    delay: Option<f64>,
+    amplifier_pole: Option<&Bound<'_, PyAny>>,
+    delay: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Preview> {
+    numbers!(dt, amplifier_pole, delay);
     let chain = LinearPart { dynamics, amplifier_pole, delay }.chain(dt)?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,

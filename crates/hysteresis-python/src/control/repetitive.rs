@@ -5,8 +5,9 @@ use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
 use super::linear::given_dynamics;
-use crate::convert::arguments::count;
-use crate::convert::errors::{self, raise};
+use crate::convert::arguments::{count, numbers, whole};
+use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
 
 /// Repetitive control: the correction of the target, learned in the running loop, one period later.
 ///
@@ -56,35 +57,34 @@ pub(crate) struct RepetitiveControl {
 impl RepetitiveControl {
     #[new]
     #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=1e-4, gain=0.3, settle=1, limit=f64::INFINITY
+        period, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, gain=None, settle=None, limit=None
     ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, gain=0.3, settle=1, \
         limit=inf)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         period: &Bound<'_, PyAny>,
-        kp: f64,
-        ki: f64,
-        slope: f64,
+        kp: &Bound<'_, PyAny>,
+        ki: &Bound<'_, PyAny>,
+        slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
-        bandwidth: f64,
-        delay: f64,
-        dt: f64,
-        gain: f64,
-        settle: i64,
-        limit: f64,
+        bandwidth: &Bound<'_, PyAny>,
+        delay: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
+        gain: Option<&Bound<'_, PyAny>>,
+        settle: Option<&Bound<'_, PyAny>>,
+        limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain = 0.3, limit = f64::INFINITY);
         let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
-        let settle = usize::try_from(settle).map_err(|_| {
-            errors::value("settle", format_args!("expected a whole number of periods >= 0, got {settle}"))
-        })?;
+        let settle = settle.map_or(Ok(1), |settle| whole("settle", settle))?;
         let options = RepetitiveOptions { bandwidth, gain, settle, limit };
         let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
         Ok(Self { control: control.map_err(raise)?, feedback })
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
-    fn step(&mut self, error: f64) -> f64 {
-        self.control.step(error)
+    fn step(slf: &Bound<'_, Self>, error: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.control.step(error))
     }
 
     /// Forgets everything learned.
@@ -108,7 +108,13 @@ impl RepetitiveControl {
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
     #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
-    fn rate(&self, dynamics: Option<&Bound<'_, PyAny>>, slope: Option<f64>, delay: Option<f64>) -> PyResult<f64> {
+    fn rate(
+        &self,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        slope: Option<&Bound<'_, PyAny>>,
+        delay: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        numbers!(slope, delay);
         self.control.rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
     }
 }

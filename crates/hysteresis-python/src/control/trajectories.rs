@@ -5,6 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::values::{Arguments, hash};
@@ -40,7 +41,8 @@ macro_rules! trajectory_methods {
             ///
             /// For `seconds`; by default for one period, or until the end has come.
             #[pyo3(signature = (dt, seconds=None))]
-            fn sample<'py>(&self, py: Python<'py>, dt: f64, seconds: Option<f64>) -> Motions<'py> {
+            fn sample<'py>(&self, py: Python<'py>, dt: &Bound<'py, PyAny>, seconds: Option<&Bound<'py, PyAny>>) -> Motions<'py> {
+        numbers!(dt, seconds);
                 sample(py, &self.0, dt, seconds)
             }
 
@@ -78,8 +80,10 @@ pub(crate) struct Sine(pub(crate) trajectory::Sine);
 
 trajectory_methods!(Sine {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, *, offset=0.0))]
-    fn new(amplitude: f64, frequency: f64, offset: f64) -> PyResult<Self> {
+    #[pyo3(signature = (amplitude, frequency, *, offset=None),
+        text_signature = "(amplitude, frequency, *, offset=0.0)")]
+    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(amplitude, frequency, offset = 0.0);
         trajectory::Sine::new(amplitude, frequency, offset).map(Self).map_err(raise)
     }
 
@@ -153,8 +157,10 @@ pub(crate) struct RoundedTriangle(pub(crate) trajectory::RoundedTriangle);
 
 trajectory_methods!(RoundedTriangle {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, *, corner, offset=0.0))]
-    fn new(amplitude: f64, frequency: f64, corner: f64, offset: f64) -> PyResult<Self> {
+    #[pyo3(signature = (amplitude, frequency, *, corner, offset=None),
+        text_signature = "(amplitude, frequency, *, corner, offset=0.0)")]
+    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, corner: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(amplitude, frequency, corner, offset = 0.0);
         trajectory::RoundedTriangle::new(amplitude, frequency, corner, offset).map(Self).map_err(raise)
     }
 
@@ -238,14 +244,16 @@ pub(crate) struct PointToPoint(pub(crate) trajectory::PointToPoint);
 
 trajectory_methods!(PointToPoint {
     #[new]
-    #[pyo3(signature = (points, *, velocity, acceleration, jerk, dwell=0.0))]
+    #[pyo3(signature = (points, *, velocity, acceleration, jerk, dwell=None),
+        text_signature = "(points, *, velocity, acceleration, jerk, dwell=0.0)")]
     fn new(
         points: &Bound<'_, PyAny>,
-        velocity: f64,
-        acceleration: f64,
-        jerk: f64,
-        dwell: f64,
+        velocity: &Bound<'_, PyAny>,
+        acceleration: &Bound<'_, PyAny>,
+        jerk: &Bound<'_, PyAny>,
+        dwell: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(velocity, acceleration, jerk, dwell = 0.0);
         let limits = MotionLimits { velocity, acceleration, jerk };
         let points = vector("points", points)?;
         trajectory::PointToPoint::new(points.as_slice()?, limits, dwell).map(Self).map_err(raise)

@@ -6,6 +6,7 @@ use hysteresis_simulate::tuning::{self, TuningOptions};
 use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;
+use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::shared;
 use crate::model::object::kernel_of;
@@ -154,16 +155,18 @@ impl Margins {
 /// >>> tuning.most
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
 #[pyfunction]
-#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=1.7))]
+#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=None),
+    text_signature = "(model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=1.7)")]
 pub(crate) fn tune(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
-    dt: Option<f64>,
+    dt: Option<&Bound<'_, PyAny>>,
     dynamics: Option<&Bound<'_, PyAny>>,
-    amplifier_pole: Option<f64>,
-    delay: Option<f64>,
-    peak_sensitivity: f64,
+    amplifier_pole: Option<&Bound<'_, PyAny>>,
+    delay: Option<&Bound<'_, PyAny>>,
+    peak_sensitivity: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Tuning> {
+    numbers!(dt, amplifier_pole, delay, peak_sensitivity = 1.7);
     let given = LinearPart { dynamics, amplifier_pole, delay };
     let (chain, slopes, dt) = match (model.cast::<Plant>(), dt) {
         (Ok(plant), dt) => of_plant(&shared(plant)?.0, &given, dt)?,

@@ -32,10 +32,13 @@ impl Given for Option<&Bound<'_, PyAny>> {
     }
 }
 
-/// Makes numbers of arguments, each under its own name: `numbers!(kp, slew)`.
+/// Makes numbers of arguments, each under its own name: `numbers!(kp, slew, dwell = 0.0)`, the last one with a default.
 macro_rules! numbers {
-    ($($name:ident),+) => {
-        $(let $name = $crate::convert::arguments::Given::number($name, stringify!($name))?;)+
+    ($($name:ident $(= $default:expr)?),+) => {
+        $(
+            let $name = $crate::convert::arguments::Given::number($name, stringify!($name))?;
+            $(let $name = $name.unwrap_or($default);)?
+        )+
     };
 }
 

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::finding::Finding;
 use super::records::{checked, signals, skips};
+use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, record};
 use crate::model::object::model_of;
@@ -66,15 +67,16 @@ use crate::model::object::model_of;
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.lead_in)
 /// []
 #[pyfunction]
-#[pyo3(signature = (u, y, model, *, skip=None, delay=0.0), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
+#[pyo3(signature = (u, y, model, *, skip=None, delay=None), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
 pub(crate) fn diagnose(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     model: &Bound<'_, PyAny>,
     skip: Option<&Bound<'_, PyAny>>,
-    delay: f64,
+    delay: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
+    numbers!(delay = 0.0);
     let model = model_of("model", model)?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;

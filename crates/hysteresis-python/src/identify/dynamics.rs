@@ -10,7 +10,7 @@ use pyo3::types::PyTuple;
 use super::options::setting;
 use super::quality::Quality;
 use crate::control::linear::{Creep, dynamics};
-use crate::convert::arguments::samples;
+use crate::convert::arguments::{numbers, samples};
 use crate::convert::arrays::{numbers, vector};
 use crate::convert::errors::{self, one_record};
 use crate::model::object::kernel_of;
@@ -212,12 +212,13 @@ pub(crate) fn identify_dynamics(
     u: &Bound<'_, PyAny>,
     y: &Bound<'_, PyAny>,
     model: &Bound<'_, PyAny>,
-    dt: f64,
+    dt: &Bound<'_, PyAny>,
     order: i64,
     delay: Option<&Bound<'_, PyAny>>,
     creep: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<DynamicsIdentification> {
+    numbers!(dt);
     let kernel = kernel_of("model", model)?;
     let order = match order {
         1 => Order::First,

@@ -8,6 +8,7 @@ use pythonize::{depythonize, pythonize};
 
 use super::options::setting;
 use crate::control::linear::{self, given_dynamics};
+use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::exclusive;
 use crate::model::object::{model_of, object};
@@ -62,18 +63,25 @@ pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdenti
 #[pymethods]
 impl RecursiveIdentifier {
     #[new]
-    #[pyo3(signature = (model, *, forgetting=1.0, output_offset=None, covariance=1e12, covariance_limit=1e4,
-        dynamics=None, dt=1e-4), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
+    #[pyo3(signature = (model, *, forgetting=None, output_offset=None, covariance=None, covariance_limit=None,
+        dynamics=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
         covariance_limit=1e4, dynamics=None, dt=0.0001)")]
     fn new(
         model: &Bound<'_, PyAny>,
-        forgetting: f64,
+        forgetting: Option<&Bound<'_, PyAny>>,
         output_offset: Option<&Bound<'_, PyAny>>,
-        covariance: f64,
-        covariance_limit: f64,
+        covariance: Option<&Bound<'_, PyAny>>,
+        covariance_limit: Option<&Bound<'_, PyAny>>,
         dynamics: Option<&Bound<'_, PyAny>>,
-        dt: f64,
+        dt: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let default = RecursiveOptions::default();
+        numbers!(
+            forgetting = default.forgetting,
+            covariance = default.covariance,
+            covariance_limit = default.covariance_limit,
+            dt = 1e-4
+        );
         let output_offset = setting("output_offset", "a number", output_offset)?;
         let dynamics = dynamics.map(given_dynamics).transpose()?.map(|dynamics| (dynamics, dt));
         let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
@@ -84,8 +92,8 @@ impl RecursiveIdentifier {
     ///
     /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
     /// same.
-    fn update(&mut self, u: f64, y: f64) -> f64 {
-        self.0.update(u, y)
+    fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.update(u, y))
     }
 
     /// The model as of the last sample: the given one with other weights and output offset.

@@ -6,7 +6,7 @@ use hysteresis_core::{self as core, Offsets};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::methods::{Argument, model_methods};
+use super::methods::{Argument, ZERO, model_methods};
 use super::object::PrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
@@ -18,13 +18,15 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 model_methods!(PrandtlIshlinskii {
     #[new]
-    #[pyo3(signature = (weights, thresholds, *, input_offset=0.0, output_offset=0.0))]
+    #[pyo3(signature = (weights, thresholds, *, input_offset=None, output_offset=None),
+        text_signature = "(weights, thresholds, *, input_offset=0.0, output_offset=0.0)")]
     fn new(
         weights: &Bound<'_, PyAny>,
         thresholds: &Bound<'_, PyAny>,
-        input_offset: f64,
-        output_offset: f64,
+        input_offset: Option<&Bound<'_, PyAny>>,
+        output_offset: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         core::PrandtlIshlinskii::new(weights.as_slice()?, thresholds.as_slice()?, offsets)

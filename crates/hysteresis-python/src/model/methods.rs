@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_core::{self as core, Kernel, Model};
+use hysteresis_core::{self as core, Kernel, Model, Offsets};
 use pyo3::prelude::*;
 
 use crate::convert::arguments::pair;
@@ -16,6 +16,9 @@ pub(super) fn forward(kernel: &Kernel, initial: Option<&Bound<'_, PyAny>>) -> Py
     let initial = vector("initial", initial)?;
     core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(raise)
 }
+
+/// Where a model's own zero lies unless told.
+pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
 pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 

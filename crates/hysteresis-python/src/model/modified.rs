@@ -6,7 +6,7 @@ use hysteresis_core::{self as core, CoupledPlay, Offsets, Ratios};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::methods::{Argument, model_methods};
+use super::methods::{Argument, ZERO, model_methods};
 use super::object::ModifiedPrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
@@ -34,7 +34,8 @@ impl ModifiedPrandtlIshlinskii {
 
 model_methods!(ModifiedPrandtlIshlinskii {
     #[new]
-    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0, weights_negative=None))]
+    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=None, output_offset=None, weights_negative=None),
+        text_signature = "(weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0, weights_negative=None)")]
     #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn new(
         weights: &Bound<'_, PyAny>,
@@ -42,10 +43,11 @@ model_methods!(ModifiedPrandtlIshlinskii {
         ra: &Bound<'_, PyAny>,
         rb: &Bound<'_, PyAny>,
         rc: &Bound<'_, PyAny>,
-        input_offset: f64,
-        output_offset: f64,
+        input_offset: Option<&Bound<'_, PyAny>>,
+        output_offset: Option<&Bound<'_, PyAny>>,
         weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let weights = vector("weights", weights)?;
         let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
         let model = core::ModifiedPrandtlIshlinskii::new(
@@ -71,18 +73,20 @@ model_methods!(ModifiedPrandtlIshlinskii {
     /// input_offset, output_offset : float
     /// weights_negative : array of n floats, optional
     #[staticmethod]
-    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0, weights_negative=None))]
+    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=None, output_offset=None, weights_negative=None),
+        text_signature = "(weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0, weights_negative=None)")]
     #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn from_ratios(
         weights: &Bound<'_, PyAny>,
         r: &Bound<'_, PyAny>,
-        ra: f64,
-        rb: f64,
-        rc: f64,
-        input_offset: f64,
-        output_offset: f64,
+        ra: &Bound<'_, PyAny>,
+        rb: &Bound<'_, PyAny>,
+        rc: &Bound<'_, PyAny>,
+        input_offset: Option<&Bound<'_, PyAny>>,
+        output_offset: Option<&Bound<'_, PyAny>>,
         weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(ra, rb, rc, input_offset = ZERO.input, output_offset = ZERO.output);
         let (weights, r) = (vector("weights", weights)?, vector("r", r)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         let ratios = Ratios { ra, rb, rc };
@@ -146,8 +150,9 @@ model_methods!(ModifiedPrandtlIshlinskii {
     /// >>> table_2 = mh.paper.table_1_recovered().parametric_inverse()
     /// >>> bool(abs(table_2.weights - mh.paper.table_2().weights).max() < 5.1e-5)
     /// True
-    #[pyo3(signature = (ra=0.90, rb=0.35, rc=0.35))]
-    fn parametric_inverse(&self, ra: f64, rb: f64, rc: f64) -> PyResult<Self> {
+    #[pyo3(signature = (ra=None, rb=None, rc=None), text_signature = "($self, ra=0.9, rb=0.35, rc=0.35)")]
+    fn parametric_inverse(&self, ra: Option<&Bound<'_, PyAny>>, rb: Option<&Bound<'_, PyAny>>, rc: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(ra = Ratios::PAPER_INVERSE.ra, rb = Ratios::PAPER_INVERSE.rb, rc = Ratios::PAPER_INVERSE.rc);
         self.model.parametric_inverse(Ratios { ra, rb, rc }).map(Self::from).map_err(raise)
     }
 

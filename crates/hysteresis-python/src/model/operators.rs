@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
 use crate::stream::process::process_methods;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
@@ -65,8 +66,9 @@ process_methods!(Play {
     }
 
     #[setter]
-    fn set_state(&mut self, state: f64) -> PyResult<()> {
-        self.0.set_state(state).map_err(raise)
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(state);
+        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {
@@ -117,8 +119,9 @@ process_methods!(CoupledPlay {
     }
 
     #[setter]
-    fn set_state(&mut self, state: f64) -> PyResult<()> {
-        self.0.set_state(state).map_err(raise)
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(state);
+        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {

@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::control::linear::{given_creep, given_dynamics};
-use crate::convert::arguments::{count, pair, whole};
+use crate::convert::arguments::{count, numbers, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::exclusive;
@@ -81,8 +81,8 @@ pub(crate) struct Plant(pub(crate) plant::Plant);
 impl Plant {
     #[new]
     #[pyo3(
-        signature = (hysteresis, *, dynamics=None, amplifier_pole=None, creep=None, delay=0.0, noise=0.0, dac_bits=None,
-            adc_bits=None, adc_range=None, limits=None, dt=1e-4, seed=None),
+        signature = (hysteresis, *, dynamics=None, amplifier_pole=None, creep=None, delay=None, noise=None, dac_bits=None,
+            adc_bits=None, adc_range=None, limits=None, dt=None, seed=None),
         text_signature = "(hysteresis, *, dynamics=None, amplifier_pole=None, creep=None, delay=0.0, noise=0.0, \
             dac_bits=None, adc_bits=None, adc_range=None, limits=None, dt=0.0001, seed=0)"
     )]
@@ -90,24 +90,26 @@ impl Plant {
     fn new(
         hysteresis: &Bound<'_, PyAny>,
         dynamics: Option<&Bound<'_, PyAny>>,
-        amplifier_pole: Option<f64>,
+        amplifier_pole: Option<&Bound<'_, PyAny>>,
         creep: Option<&Bound<'_, PyAny>>,
-        delay: f64,
-        noise: f64,
+        delay: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'_, PyAny>>,
         dac_bits: Option<&Bound<'_, PyAny>>,
         adc_bits: Option<&Bound<'_, PyAny>>,
         adc_range: Option<&Bound<'_, PyAny>>,
         limits: Option<&Bound<'_, PyAny>>,
-        dt: f64,
+        dt: Option<&Bound<'_, PyAny>>,
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let default = Design::default();
+        numbers!(amplifier_pole, delay, noise = default.noise, dt = default.dt);
         let design = Design {
             amplifier_pole: amplifier_pole.map(amplifier).transpose()?,
             dynamics: dynamics.map(given_dynamics).transpose()?,
             creep: creep.map(given_creep).transpose()?,
-            delay: Delay::new(delay).map_err(raise)?,
+            delay: delay.map_or(Ok(default.delay), Delay::new).map_err(raise)?,
             noise,
-            seed: seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?,
+            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
             limits: limits.map(|limits| pair("limits", limits)).transpose()?,
             dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
             adc: adc(adc_bits, adc_range)?,
@@ -117,8 +119,8 @@ impl Plant {
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
-    fn step(&mut self, drive: f64) -> f64 {
-        self.0.step(drive)
+    fn step(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.step(drive))
     }
 
     /// Takes an array of drives: (measured, position) at the end of the interval of each, bit for bit like `step` in a

@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::convert::arguments::pair;
+use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
 
@@ -126,8 +126,9 @@ impl Run {
         position: &Bound<'_, PyAny>,
         drive: &Bound<'_, PyAny>,
         limits: Option<&Bound<'_, PyAny>>,
-        period: Option<f64>,
+        period: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        numbers!(period);
         let record = Record {
             reference: numbers("reference", reference)?,
             measured: numbers("measured", measured)?,

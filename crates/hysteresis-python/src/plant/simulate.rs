@@ -11,7 +11,7 @@ use super::run::Run;
 use crate::control::controller::HybridController;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
-use crate::convert::arguments::count;
+use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::objects::{exclusive, shared};
@@ -91,9 +91,10 @@ pub(crate) fn simulate(
     repetitive: Option<PyRefMut<'_, RepetitiveControl>>,
     identifier: Option<PyRefMut<'_, RecursiveIdentifier>>,
     swap_every: Option<&Bound<'_, PyAny>>,
-    period: Option<f64>,
+    period: Option<&Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
+    numbers!(period);
     let swap_every = swap_every.map_or(Ok(1000), |number| count("swap_every", number))?;
     // Copies: a controller or a progress function may change the arrays.
     let reference = numbers("reference", reference)?;

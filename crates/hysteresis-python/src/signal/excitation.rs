@@ -4,7 +4,8 @@ use hysteresis_simulate::excitation::{Excitation as Design, Plan, Shape};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::count;
+use super::signals::RATE;
+use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise};
 
@@ -83,20 +84,21 @@ impl Excitation {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=10000.0, cycles=None, shape="triangle", around=None, start=None),
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", around=None, start=None),
     text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', around=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn excitation(
     py: Python<'_>,
-    low: f64,
-    high: f64,
-    slew: f64,
-    rate: f64,
+    low: &Bound<'_, PyAny>,
+    high: &Bound<'_, PyAny>,
+    slew: &Bound<'_, PyAny>,
+    rate: Option<&Bound<'_, PyAny>>,
     cycles: Option<&Bound<'_, PyAny>>,
     shape: &str,
-    around: Option<f64>,
-    start: Option<f64>,
+    around: Option<&Bound<'_, PyAny>>,
+    start: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Excitation> {
+    numbers!(low, high, slew, rate = RATE, around, start);
     let plan = plan((low, high), slew, rate, cycles, shape, (around, start))?;
     py.detach(|| plan.excitation()).map(Excitation).map_err(raise)
 }
@@ -141,20 +143,21 @@ pub(crate) fn excitation(
 /// >>> bool(abs(stream.step(0.0)) < 0.001 * left)
 /// True
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=10000.0, cycles=None, shape="triangle", around=None, start=None),
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", around=None, start=None),
     text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', around=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn demagnetize<'py>(
     py: Python<'py>,
-    low: f64,
-    high: f64,
-    slew: f64,
-    rate: f64,
+    low: &Bound<'py, PyAny>,
+    high: &Bound<'py, PyAny>,
+    slew: &Bound<'py, PyAny>,
+    rate: Option<&Bound<'py, PyAny>>,
     cycles: Option<&Bound<'py, PyAny>>,
     shape: &str,
-    around: Option<f64>,
-    start: Option<f64>,
+    around: Option<&Bound<'py, PyAny>>,
+    start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    numbers!(low, high, slew, rate = RATE, around, start);
     let plan = plan((low, high), slew, rate, cycles, shape, (around, start))?;
     py.detach(|| plan.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
 }

@@ -4,7 +4,11 @@ use hysteresis_simulate::signals::{self, Error, Wave};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
+
+/// Samples per second unless told, in Hz.
+pub(super) const RATE: f64 = 1e4;
 
 type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -29,15 +33,17 @@ fn array(py: Python<'_>, samples: Result<Vec<f64>, Error>) -> Samples<'_> {
 /// >>> mh.signals.sine(500.0, 1.0, seconds=2.0, rate=10_000).shape
 /// (20000,)
 #[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, seconds, rate=10000.0, offset=0.0))]
-pub(crate) fn sine(
-    py: Python<'_>,
-    amplitude: f64,
-    frequency: f64,
-    seconds: f64,
-    rate: f64,
-    offset: f64,
-) -> Samples<'_> {
+#[pyo3(signature = (amplitude, frequency, *, seconds, rate=None, offset=None),
+    text_signature = "(amplitude, frequency, *, seconds, rate=10000.0, offset=0.0)")]
+pub(crate) fn sine<'py>(
+    py: Python<'py>,
+    amplitude: &Bound<'py, PyAny>,
+    frequency: &Bound<'py, PyAny>,
+    seconds: &Bound<'py, PyAny>,
+    rate: Option<&Bound<'py, PyAny>>,
+    offset: Option<&Bound<'py, PyAny>>,
+) -> Samples<'py> {
+    numbers!(amplitude, frequency, seconds, rate = RATE, offset = 0.0);
     array(py, signals::sine(Wave { amplitude, frequency, rate, offset }, seconds))
 }
 
@@ -58,15 +64,17 @@ pub(crate) fn sine(
 /// >>> mh.signals.triangle(2.0, 1.0, seconds=1.0, rate=4)
 /// array([ 0.,  2.,  0., -2.])
 #[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, seconds, rate=10000.0, offset=0.0))]
-pub(crate) fn triangle(
-    py: Python<'_>,
-    amplitude: f64,
-    frequency: f64,
-    seconds: f64,
-    rate: f64,
-    offset: f64,
-) -> Samples<'_> {
+#[pyo3(signature = (amplitude, frequency, *, seconds, rate=None, offset=None),
+    text_signature = "(amplitude, frequency, *, seconds, rate=10000.0, offset=0.0)")]
+pub(crate) fn triangle<'py>(
+    py: Python<'py>,
+    amplitude: &Bound<'py, PyAny>,
+    frequency: &Bound<'py, PyAny>,
+    seconds: &Bound<'py, PyAny>,
+    rate: Option<&Bound<'py, PyAny>>,
+    offset: Option<&Bound<'py, PyAny>>,
+) -> Samples<'py> {
+    numbers!(amplitude, frequency, seconds, rate = RATE, offset = 0.0);
     array(py, signals::triangle(Wave { amplitude, frequency, rate, offset }, seconds))
 }
 
@@ -87,14 +95,16 @@ pub(crate) fn triangle(
 /// >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=3, rate=4)[1::2]  # the reversals
 /// array([ 1.   , -1.   ,  0.875, -0.625,  0.375, -0.125])
 #[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, cycles, rate=10000.0, offset=0.0))]
-pub(crate) fn decaying_triangle(
-    py: Python<'_>,
-    amplitude: f64,
-    frequency: f64,
-    cycles: f64,
-    rate: f64,
-    offset: f64,
-) -> Samples<'_> {
+#[pyo3(signature = (amplitude, frequency, *, cycles, rate=None, offset=None),
+    text_signature = "(amplitude, frequency, *, cycles, rate=10000.0, offset=0.0)")]
+pub(crate) fn decaying_triangle<'py>(
+    py: Python<'py>,
+    amplitude: &Bound<'py, PyAny>,
+    frequency: &Bound<'py, PyAny>,
+    cycles: &Bound<'py, PyAny>,
+    rate: Option<&Bound<'py, PyAny>>,
+    offset: Option<&Bound<'py, PyAny>>,
+) -> Samples<'py> {
+    numbers!(amplitude, frequency, cycles, rate = RATE, offset = 0.0);
     array(py, signals::decaying_triangle(Wave { amplitude, frequency, rate, offset }, cycles))
 }
