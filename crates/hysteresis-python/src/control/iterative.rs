@@ -50,9 +50,9 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// --------
 /// >>> import numpy as np
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.SecondOrder(400.0, 0.95)
+/// >>> stage = mh.plant.SecondOrder(400.0, 0.95)
 /// >>> reference = np.sin(2 * np.pi * np.arange(100) / 100)
-/// >>> learning = mh.IterativeLearning(
+/// >>> learning = mh.control.IterativeLearning(
 /// ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
 /// ... )
 /// >>> for _ in range(4):
@@ -60,7 +60,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// ...     accepted = learning.update(reference - position)
 /// >>> bool(learning.rmses[0] > 0.2), bool(learning.rmses[-1] < 1e-3), learning.rate() < 0.1
 /// (True, True, True)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct IterativeLearning {
     learning: learning::IterativeLearning,
     feedback: FeedbackLoop,

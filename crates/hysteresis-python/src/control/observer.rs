@@ -42,11 +42,11 @@ use crate::model::object::kernel_of;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> actuator = mh.paper.table_1_recovered()
-/// >>> observer = mh.Observer(actuator, dynamics=mh.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
+/// >>> observer = mh.control.Observer(actuator, dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
 /// >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
 /// >>> 0.0 < estimate < 0.02
 /// True
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct Observer(pub(crate) hysteresis_simulate::Observer);
 
 #[pymethods]

@@ -120,9 +120,9 @@ impl Course<'_, '_> {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.SecondOrder(400.0, 0.95)
+/// >>> stage = mh.plant.SecondOrder(400.0, 0.95)
 /// >>> scan = mh.trajectories.Sine(3.3, 20.0)
-/// >>> target = mh.shape(scan, 1e-4, dynamics=stage)
+/// >>> target = mh.control.invert_dynamics(scan, 1e-4, dynamics=stage)
 /// >>> position, _, _ = scan.sample(1e-4)
 /// >>> missed = stage.response(target, 1e-4)[:-1] - position[1:]
 /// >>> bool(abs(missed[100:]).max() < 1e-4)  # um, once the start is over
@@ -197,9 +197,9 @@ pub(crate) fn shape<'py>(
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> model, stage = mh.paper.table_1_recovered(), mh.SecondOrder(400.0, 0.95)
+/// >>> model, stage = mh.paper.table_1_recovered(), mh.plant.SecondOrder(400.0, 0.95)
 /// >>> moves = mh.trajectories.PointToPoint([0.0, 2.0], velocity=200.0, acceleration=2e5, jerk=4e8)
-/// >>> drive = mh.precompensate(model, moves, 1e-4, dynamics=stage, limits=(-500.0, 500.0))
+/// >>> drive = mh.control.precompensate(model, moves, 1e-4, dynamics=stage, limits=(-500.0, 500.0))
 /// >>> position = stage.response(model.forward().run(drive), 1e-4)
 /// >>> bool(abs(position[:-1] - moves.sample(1e-4)[0][1:]).max() < 2e-3)  # um: starts from rest
 /// True

@@ -48,7 +48,7 @@ use crate::convert::errors::raise;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> made = mh.preview(mh.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// >>> made = mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// >>> made
 /// <Preview of 8 taps, ahead 4>
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6

@@ -37,8 +37,8 @@ use crate::convert::objects::exclusive;
 /// --------
 /// >>> import math
 /// >>> import mpi_hyst as mh
-/// >>> repetitive = mh.RepetitiveControl(
-/// ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
+/// >>> repetitive = mh.control.RepetitiveControl(
+/// ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.plant.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
 /// ... )
 /// >>> y, decay, errors = 0.0, math.exp(-2 * math.pi * 50.0 * 1e-3), []
 /// >>> for k in range(3000):
@@ -47,7 +47,7 @@ use crate::convert::objects::exclusive;
 /// ...     y = target + decay * (y - target)
 /// >>> max(errors[:100]) > 0.1, max(errors[-100:]) < 2e-3
 /// (True, True)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct RepetitiveControl {
     pub(crate) control: learning::RepetitiveControl,
     feedback: FeedbackLoop,

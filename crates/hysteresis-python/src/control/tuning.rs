@@ -13,7 +13,7 @@ use crate::model::object::kernel_of;
 use crate::plant::plant::Plant;
 
 /// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Tuning(tuning::Tuning);
 
 #[pymethods]
@@ -57,7 +57,7 @@ impl Tuning {
 }
 
 /// How robust a loop is at one slope of the hysteresis.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Margins(tuning::Margins);
 
 #[pymethods]
@@ -147,10 +147,10 @@ impl Margins {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> tuning = mh.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.SecondOrder(400.0, 0.95))
+/// >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
 /// >>> round(tuning.kp), round(tuning.ki), round(tuning.peak_sensitivity, 3)
 /// (185, 36, 1.7)
-/// >>> mh.tune(mh.paper.plant("A1")).kp == tuning.kp
+/// >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
 /// True
 /// >>> tuning.most
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>

@@ -110,7 +110,7 @@ pub(crate) fn diagnose(
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
-/// >>> round(mh.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+/// >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
 /// 0.49
 #[pyfunction]
 pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {

@@ -27,7 +27,7 @@ use crate::model::object::kernel_of;
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
 ///   are too small.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct DynamicsIdentification {
     pub(crate) found: identification::DynamicsIdentification,
     model: Py<PyAny>,
@@ -199,7 +199,7 @@ impl DynamicsIdentification {
 /// >>> import numpy as np
 /// >>> model = mh.paper.table_1_recovered()
 /// >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
-/// >>> y = mh.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
+/// >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
 /// >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
 /// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
 /// (800.0, 0.05, ())

@@ -4,7 +4,7 @@ use hysteresis_identify as identification;
 use pyo3::prelude::*;
 
 /// One thing that `diagnose` found: a name, a sentence, and a number with the limit that it passed.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 pub(crate) struct Finding {
     /// Which defect: one of the names that `diagnose` lists.
     name: &'static str,

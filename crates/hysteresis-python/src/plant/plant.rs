@@ -63,7 +63,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.Plant(mh.paper.table_1_recovered(), dynamics=mh.SecondOrder(400.0, 0.95), noise=0.016,
+/// >>> stage = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
 /// ...                  limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), seed=1)
 /// >>> measured, position = stage.run([300.0] * 100)
 /// >>> bool(measured[-1] == stage.measured), bool(position[-1] == stage.position)
@@ -74,7 +74,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// >>> _ = stage.step(float("nan")), stage.step(900.0)
 /// >>> stage.drive, stage.rejected, stage.clamped
 /// (560.0, 1, 1)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.plant")]
 pub(crate) struct Plant(pub(crate) plant::Plant);
 
 #[pymethods]

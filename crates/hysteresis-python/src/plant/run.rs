@@ -15,7 +15,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
 /// matters, and free of measurement noise.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
 pub(crate) struct Metrics {
     /// How many samples they are of.
     samples: usize,
@@ -107,13 +107,13 @@ impl Metrics {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> run = mh.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
+/// >>> run = mh.plant.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
 /// ...              limits=(-9.0, 9.0), period=2)
 /// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated
 /// (0.5, 0.25, 2)
 /// >>> run.metrics.hysteresis_percent, run.settled.max_error
 /// (12.5, 0.25)
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Run(pub(crate) metrics::Run);
 
 #[pymethods]

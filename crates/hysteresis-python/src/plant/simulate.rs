@@ -65,14 +65,14 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> kp, ki = mh.paper.gains("A1")
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
 /// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
-/// >>> controller = mh.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
-/// >>> run = mh.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
 /// True
-/// >>> controller = mh.HybridController(
-/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.preview(mh.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// >>> controller = mh.control.HybridController(
+/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// ... )
-/// >>> run = mh.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error < 0.01
 /// True
 #[pyfunction]
