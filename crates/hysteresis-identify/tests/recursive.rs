@@ -45,7 +45,7 @@ fn noise() -> impl FnMut() -> f64 {
     }
 }
 
-/// Weights (and the offset, if `offset`) of least squares over rows that count `weight` each, by the QR of faer.
+/// WeightLaw (and the offset, if `offset`) of least squares over rows that count `weight` each, by the QR of faer.
 fn batch(model: &ModifiedPrandtlIshlinskii, record: &[(f64, f64)], counts: &[f64], offset: bool) -> Vec<f64> {
     let n = model.weights().len();
     let mut z = vec![0.0; n];

@@ -3,16 +3,18 @@
 use std::ops::ControlFlow;
 
 use hysteresis_core::{Forward, Kernel, Process};
-use hysteresis_simulate::linear::{self, Block, Creep, Delay, Dynamics, FirstOrder};
+use hysteresis_simulate::linear::{Block, Creep, Delay, Dynamics, FirstOrder};
 
+use super::findings::findings;
 use super::options::{DynamicsOptions, Order};
-use super::response::{Fit, Parameter, Problem};
-use super::search::{Domain, Monitor, search};
-use super::uncertainty::{Uncertainty, Warning, warnings};
+use super::response::{LinearParameter, ResponseFit, ResponseProblem};
+use super::search::{PassCounter, SearchDomain, search};
+use super::uncertainty::Uncertainty;
 use crate::error::{Error, RecordError};
+use crate::finding::Finding;
 use crate::options::Setting;
-use crate::quality::Quality;
 use crate::record::{Record, check_finite};
+use crate::result::quality::Quality;
 
 /// Identified dynamics, and how well they fit.
 #[derive(Clone, Debug)]
@@ -35,7 +37,7 @@ pub struct DynamicsIdentification {
     /// Standard deviations and covariance.
     pub uncertainty: Uncertainty,
     /// What to know before the numbers are used.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Finding>,
     /// The quality over the fitted samples.
     pub fit: Quality,
     /// How many passes over the record the search took.
@@ -81,7 +83,7 @@ impl DynamicsIdentification {
 /// The sum of squared output errors over the fitted samples is minimised. Gain, offset and creep enter linearly and are
 /// exact at every point (QR, as in [`identify`](crate::identify)); frequency, damping and delay go from the best minima
 /// of a grid, ten per cent apart in frequency, to bounded Gauss-Newton steps. Standard deviations assume white noise;
-/// [`Warning`]s name what makes the numbers doubtful. A record that does not reach the resonance gives a warning, not an
+/// the [`Finding`]s in `warnings` tell what makes the numbers doubtful. A record that does not reach the resonance gives a warning, not an
 /// error: what the numbers are worth then is in their standard deviations.
 ///
 /// `proceed` is called after every pass over the record; [`ControlFlow::Break`] stops.
@@ -127,18 +129,18 @@ pub fn identify_dynamics(
     if problem.input.iter().all(|v| *v == 0.0) {
         return Err(RecordError::Constant { argument: "output of the model", value: first }.in_record(0));
     }
-    let domain = Domain::new(record.input().len(), options.dt, options.delay);
-    let mut monitor = Monitor::new(proceed);
+    let domain = SearchDomain::new(record.input().len(), options.dt, options.delay);
+    let mut monitor = PassCounter::new(proceed);
     let (fit, cell) = search(&problem, &domain, &mut monitor)?;
     let uncertainty = Uncertainty::new(&problem, &fit, &problem.linearise(&fit, cell)?, first);
     let (residuals, range) = (problem.residuals(&fit)?, record.output_range());
-    let warnings = warnings(&problem, &domain, &fit, &uncertainty, &residuals, range)?;
+    let warnings = findings(&problem, &domain, &fit, &uncertainty, &residuals, range)?;
     let steady: f64 = fit.coefficients[1..].iter().sum();
     Ok(DynamicsIdentification {
         model: model.clone(),
         dt: options.dt,
         dynamics: fit.point.dynamics(options.order)?,
-        delay: fit.point.get(Parameter::Delay),
+        delay: fit.point.get(LinearParameter::Delay),
         creep: creep(&fit, &time_constants)?,
         gain: fit.coefficients[1],
         output_offset: problem.reference + fit.coefficients[0] - steady * first,
@@ -154,16 +156,16 @@ fn problem<'a>(
     options: &DynamicsOptions,
     hysteresis: &[f64],
     time_constants: &[f64],
-) -> Result<Problem<'a>, Error> {
-    let mut axes = vec![Parameter::LogFrequency];
+) -> Result<ResponseProblem<'a>, Error> {
+    let mut axes = vec![LinearParameter::LogFrequency];
     if options.order == Order::Second {
-        axes.push(Parameter::LogDamping);
+        axes.push(LinearParameter::LogDamping);
     }
     if options.delay == Setting::Fit {
-        axes.push(Parameter::Delay);
+        axes.push(LinearParameter::Delay);
     }
     let lags = time_constants.iter().map(|tau| FirstOrder::from_time_constant(*tau)).collect::<Result<_, _>>()?;
-    Ok(Problem {
+    Ok(ResponseProblem {
         order: options.order,
         dt: options.dt,
         input: hysteresis.iter().map(|v| v - hysteresis[0]).collect(),
@@ -176,7 +178,7 @@ fn problem<'a>(
 }
 
 /// The creep at a fit, if any was asked for.
-fn creep(fit: &Fit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
+fn creep(fit: &ResponseFit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
     if time_constants.is_empty() {
         return Ok(None);
     }
@@ -188,11 +190,4 @@ fn creep(fit: &Fit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
 fn hysteresis_output(model: &Kernel, input: &[f64]) -> Vec<f64> {
     let mut stream = Forward::new(model);
     input.iter().map(|u| stream.step(*u)).collect()
-}
-
-impl From<linear::Error> for Error {
-    fn from(error: linear::Error) -> Self {
-        let linear::Error { parameter, index, expected, got } = error;
-        Self::Domain { parameter, index, expected, got }
-    }
 }
