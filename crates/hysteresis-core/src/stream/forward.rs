@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
+use crate::engine::{CompiledModel, Memory, Method, check_same};
 use crate::error::{Error, check_finite, is_admissible};
-use crate::memory::{Kernel, Memory, Method, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -32,7 +32,7 @@ pub struct Forward {
 impl Forward {
     /// A stream at rest.
     #[must_use]
-    pub fn new(kernel: &Kernel) -> Self {
+    pub fn new(kernel: &CompiledModel) -> Self {
         Self::start(kernel.offsets, kernel.memory_at_rest())
     }
 
@@ -41,7 +41,7 @@ impl Forward {
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one number per operator, [`Error::Domain`] unless all are finite.
-    pub fn with_initial(kernel: &Kernel, initial: &[f64]) -> Result<Self, Error> {
+    pub fn with_initial(kernel: &CompiledModel, initial: &[f64]) -> Result<Self, Error> {
         Ok(Self::start(kernel.offsets, kernel.memory_from(initial)?))
     }
 
@@ -98,15 +98,15 @@ impl Forward {
     /// that weighs differently above and below zero counts as one operator more); the stream is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process};
     /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
     /// let mut forward = model(0.5)?.forward();
     /// assert_eq!(forward.step(4.0), 4.0 + 0.5 * 2.0);
-    /// forward.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// forward.set_model(&CompiledModel::new(&(&model(0.75)?).into()))?;
     /// assert_eq!(forward.step(3.0), 3.0 + 0.75 * 2.0); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+    pub fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
         check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
         let x = self.segment.input();
         self.memory.reweigh(kernel, x)?;
@@ -172,15 +172,15 @@ impl Process for Forward {
 }
 
 impl ModifiedPrandtlIshlinskii {
-    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    /// The forward model as a stream at rest. For many streams of one model make one [`CompiledModel`].
     #[must_use]
     pub fn forward(&self) -> Forward {
-        Forward::new(&Kernel::new(self))
+        Forward::new(&CompiledModel::new(self))
     }
 }
 
 impl PrandtlIshlinskii {
-    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    /// The forward model as a stream at rest. For many streams of one model make one [`CompiledModel`].
     #[must_use]
     pub fn forward(&self) -> Forward {
         ModifiedPrandtlIshlinskii::from(self).forward()

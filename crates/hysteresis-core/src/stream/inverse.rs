@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
+use crate::engine::{CompiledModel, Direction, Memory, Method, Piece, Point, check_same};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
-use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -41,7 +41,7 @@ impl Inverse {
     /// # Errors
     /// [`Error::NotInvertible`] if the model may not be, [`Error::Domain`] unless the limits are finite and
     /// low < high.
-    pub fn new(kernel: &Kernel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+    pub fn new(kernel: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
         Self::start(kernel, limits, kernel.memory_at_rest())
     }
 
@@ -49,11 +49,11 @@ impl Inverse {
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`Error::Length`] unless there is one number per operator.
-    pub fn with_initial(kernel: &Kernel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
+    pub fn with_initial(kernel: &CompiledModel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
         Self::start(kernel, limits, kernel.memory_from(initial)?)
     }
 
-    fn start(kernel: &Kernel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
+    fn start(kernel: &CompiledModel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
         kernel.invertible?;
         let limits = check_limits(limits)?;
         let offsets = kernel.offsets;
@@ -99,8 +99,8 @@ impl Inverse {
 
     /// Where the memory is: its input, the drive, and its output, the target.
     #[inline]
-    fn known(&self) -> Known {
-        Known { input: self.segment.output(), output: self.segment.input() }
+    fn known(&self) -> Point {
+        Point { input: self.segment.output(), output: self.segment.input() }
     }
 
     /// Whether the output `y` is the present one, and the memory has come to the drive.
@@ -166,16 +166,16 @@ impl Inverse {
     /// input offset differ; the stream is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process};
     /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
     /// let mut inverse = model(0.5)?.inverse(None)?;
     /// assert!((inverse.step(5.0) - 4.0).abs() < 1e-15);
-    /// inverse.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// inverse.set_model(&CompiledModel::new(&(&model(0.75)?).into()))?;
     /// assert!((inverse.step(4.0 + 0.75 * 2.0) - 4.0).abs() < 1e-15); // where it was
     /// assert!((inverse.step(3.0 + 0.75 * 2.0) - 3.0).abs() < 1e-15); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+    pub fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
         kernel.invertible?;
         check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
         let input = self.known().input;
@@ -278,7 +278,7 @@ impl ModifiedPrandtlIshlinskii {
     /// # Errors
     /// As [`Inverse::new`].
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<Inverse, Error> {
-        Inverse::new(&Kernel::new(self), limits)
+        Inverse::new(&CompiledModel::new(self), limits)
     }
 }
 
