@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use hysteresis_simulate::linear;
+use hysteresis_control::linear;
 
 /// Why a pair of signals is no record.
 ///

@@ -1,7 +1,8 @@
 //! Every defect is found in a record that has it, and in no other.
 
-use hysteresis_core::{Model, Process, paper};
+use hysteresis_core::{Model, Process};
 use hysteresis_identify::{Error, Finding, FindingCode, Record, diagnose};
+use hysteresis_simulate::paper;
 use proptest::prelude::*;
 
 const SAMPLES: usize = 6000;

@@ -18,7 +18,8 @@ use survey::Survey;
 /// records with all operators, and a QR of their outputs: the work of one step of an identification.
 ///
 /// ```
-/// use hysteresis_core::{Process, paper};
+/// use hysteresis_core::Process;
+/// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{FindingCode, Record, diagnose};
 ///
 /// let actuator = paper::table_1_recovered();

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use hysteresis_simulate::linear::{self, Dynamics};
+use hysteresis_control::linear::{self, Dynamics};
 
 use super::options::Order;
 use super::response::{LinearParameter, ResponseFit, ResponseProblem};

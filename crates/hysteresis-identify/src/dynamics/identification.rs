@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{Forward, Kernel, Process};
-use hysteresis_simulate::linear::{Block, Creep, Delay, Dynamics, FirstOrder};
+use hysteresis_control::linear::{Block, Creep, Delay, Dynamics, FirstOrder};
+use hysteresis_core::{CompiledModel, Forward, Process};
 
 use super::findings::findings;
 use super::options::{DynamicsOptions, Order};
@@ -21,7 +21,7 @@ use crate::result::quality::Quality;
 #[non_exhaustive]
 pub struct DynamicsIdentification {
     /// The hysteresis model that was given.
-    pub model: Kernel,
+    pub model: CompiledModel,
     /// The sampling interval of the record in seconds.
     pub dt: f64,
     /// The lag or second-order dynamics, of unit static gain.
@@ -77,7 +77,7 @@ impl DynamicsIdentification {
 /// from the virgin state. G is second-order (natural frequency, damping) or a first-order lag, discretised exactly for
 /// an input held between samples; lag_i are first-order lags of known time constants. v is at rest at its first value
 /// before the record: start a step record a sample or more before the step. The position that belongs to a sample is
-/// that at the end of its interval (see [`hysteresis_simulate::linear`]): an output that is measured when the input is
+/// that at the end of its interval (see [`hysteresis_control::linear`]): an output that is measured when the input is
 /// put out has a delay of 1.
 ///
 /// The sum of squared output errors over the fitted samples is minimised. Gain, offset and creep enter linearly and are
@@ -90,9 +90,10 @@ impl DynamicsIdentification {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hysteresis_core::{Kernel, Process, paper};
+/// use hysteresis_core::{CompiledModel, Process};
+/// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{DynamicsOptions, Record, identify_dynamics};
-/// use hysteresis_simulate::linear::{Dynamics, SecondOrder, Stream};
+/// use hysteresis_control::linear::{Dynamics, SecondOrder, Stream};
 ///
 /// let actuator = paper::table_1_recovered();
 /// let (mut hysteresis, mut stage) =
@@ -102,7 +103,7 @@ impl DynamicsIdentification {
 ///
 /// let record = Record::new(&input, &output, 0)?;
 /// let options = DynamicsOptions::new(1e-4);
-/// let found = identify_dynamics(&record, &Kernel::new(&actuator), &options, &mut || ControlFlow::Continue(()))?;
+/// let found = identify_dynamics(&record, &CompiledModel::new(&actuator), &options, &mut || ControlFlow::Continue(()))?;
 /// let Dynamics::SecondOrder(found) = found.dynamics else { unreachable!() };
 /// assert!((found.frequency() - 800.0).abs() < 1e-3 && (found.damping() - 0.05).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -114,7 +115,7 @@ impl DynamicsIdentification {
 /// so.
 pub fn identify_dynamics(
     record: &Record<'_>,
-    model: &Kernel,
+    model: &CompiledModel,
     options: &DynamicsOptions,
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<DynamicsIdentification, Error> {
@@ -187,7 +188,7 @@ fn creep(fit: &ResponseFit, time_constants: &[f64]) -> Result<Option<Creep>, Err
 }
 
 /// The output of the model from the virgin state.
-fn hysteresis_output(model: &Kernel, input: &[f64]) -> Vec<f64> {
+fn hysteresis_output(model: &CompiledModel, input: &[f64]) -> Vec<f64> {
     let mut stream = Forward::new(model);
     input.iter().map(|u| stream.step(*u)).collect()
 }

@@ -1,7 +1,7 @@
 //! What to identify, and what is known already.
 
+use hysteresis_control::linear;
 use hysteresis_core::is_admissible;
-use hysteresis_simulate::linear;
 
 use crate::error::Error;
 use crate::numeric::as_f64;

@@ -1,7 +1,7 @@
 //! The simulated response, its linear coefficients, and its derivatives.
 
 use faer::Mat;
-use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrder, SecondOrder};
 
 use super::options::Order;
 use crate::fit::factor::TriangularFactor;

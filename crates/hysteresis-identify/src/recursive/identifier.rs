@@ -45,7 +45,8 @@ const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
 /// [`update`](Self::update) does not allocate, lock, panic, log or read a clock.
 ///
 /// ```
-/// use hysteresis_core::{Process, paper};
+/// use hysteresis_core::Process;
+/// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
 /// let actuator = paper::table_1_recovered();
 /// let mut plant = actuator.forward();

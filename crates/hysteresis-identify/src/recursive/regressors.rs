@@ -1,9 +1,9 @@
 //! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
 
+use hysteresis_control::linear::{Block, Dynamics, DynamicsBlock};
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
 };
-use hysteresis_simulate::linear::{Block, Dynamics, DynamicsBlock};
 
 use crate::error::Error;
 
