@@ -1,6 +1,6 @@
 //! Learning from one period to the next.
 
-use hysteresis_simulate::learning::{self, FeedbackLoop, LearningOptions};
+use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 

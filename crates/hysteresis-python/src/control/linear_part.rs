@@ -1,6 +1,6 @@
 //! The linear part of an actuator from the keywords that several functions share.
 
-use hysteresis_simulate::linear::{Chain, Delay, FirstOrder as Lag};
+use hysteresis_control::linear::{Chain, Delay, FirstOrder as Lag};
 use pyo3::prelude::*;
 
 use super::linear::{FirstOrder, SecondOrder};
@@ -24,7 +24,7 @@ impl LinearPart<'_, '_> {
     pub(crate) fn chain(&self, dt: f64) -> PyResult<Chain> {
         let amplifier = self.amplifier_pole.map(Lag::new).transpose().map_err(|error| {
             let parameter = "amplifier_pole";
-            raise(hysteresis_simulate::linear::Error { parameter, ..error })
+            raise(hysteresis_control::linear::Error { parameter, ..error })
         })?;
         let (dynamics, identified) = match self.dynamics {
             None => (None, None),

@@ -1,6 +1,6 @@
 //! The position behind a noisy measurement.
 
-use hysteresis_simulate::ObserverOptions;
+use hysteresis_control::ObserverOptions;
 use pyo3::prelude::*;
 
 use super::linear::given_dynamics;
@@ -47,7 +47,7 @@ use crate::model::object::kernel_of;
 /// >>> 0.0 < estimate < 0.02
 /// True
 #[pyclass(module = "mpi_hyst.control")]
-pub(crate) struct Observer(pub(crate) hysteresis_simulate::Observer);
+pub(crate) struct Observer(pub(crate) hysteresis_control::Observer);
 
 #[pymethods]
 impl Observer {
@@ -65,7 +65,7 @@ impl Observer {
         numbers!(noise, drift, delay = 0.0, dt = 1e-4);
         let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
         let dynamics = given_dynamics(dynamics)?;
-        hysteresis_simulate::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
+        hysteresis_control::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
     }
 
     /// Takes the drive that was held since the last sample, and the measurement of now; the position.

@@ -3,8 +3,8 @@
 use std::ffi::CString;
 
 use hysteresis_core::{Inverse, Process, is_admissible};
-use hysteresis_simulate::linear::Chain;
-use hysteresis_simulate::shaping::{Shaper, worst_miss};
+use hysteresis_control::linear::Chain;
+use hysteresis_control::feedforward::{Shaper, worst_miss};
 use numpy::PyArray1;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;

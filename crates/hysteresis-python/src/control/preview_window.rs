@@ -1,6 +1,6 @@
 //! Feed-forward through inverse dynamics, sample by sample.
 
-use hysteresis_simulate::shaping::{PreviewOptions, Shaper};
+use hysteresis_control::feedforward::{PreviewOptions, Shaper};
 use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;

@@ -1,6 +1,6 @@
 //! Learning in the running loop, one period later.
 
-use hysteresis_simulate::learning::{self, FeedbackLoop, RepetitiveOptions};
+use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use pyo3::prelude::*;
 
 use super::feedback_loop::truth;

@@ -1,8 +1,8 @@
 //! Gains of the feedback.
 
-use hysteresis_simulate::linear::Chain;
+use hysteresis_control::linear::Chain;
 use hysteresis_simulate::plant;
-use hysteresis_simulate::tuning::{self, TuningOptions};
+use hysteresis_control::tuning::{self, TuningOptions};
 use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;

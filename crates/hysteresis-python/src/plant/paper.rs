@@ -1,6 +1,6 @@
 //! `mpi_hyst.paper`.
 
-use hysteresis_core::paper;
+use hysteresis_simulate::paper;
 use hysteresis_simulate::plant::Benchmark;
 use pyo3::prelude::*;
 

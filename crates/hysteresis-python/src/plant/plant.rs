@@ -1,6 +1,6 @@
 //! Plants: an actuator between its converters.
 
-use hysteresis_simulate::linear::{Delay, FirstOrder};
+use hysteresis_control::linear::{Delay, FirstOrder};
 use hysteresis_simulate::plant::{self, Design};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
@@ -216,7 +216,7 @@ impl Plant {
 /// The amplifier of a cut-off frequency.
 fn amplifier(frequency: f64) -> PyResult<FirstOrder> {
     FirstOrder::new(frequency)
-        .map_err(|error| raise(hysteresis_simulate::linear::Error { parameter: "amplifier_pole", ..error }))
+        .map_err(|error| raise(hysteresis_control::linear::Error { parameter: "amplifier_pole", ..error }))
 }
 
 /// A number of bits; the plant says how many there may be.

@@ -1,6 +1,6 @@
 //! A controller, a plant and a reference.
 
-use hysteresis_core::{HybridController as Controller, Kernel, Model, ModifiedPrandtlIshlinskii};
+use hysteresis_core::{HybridController as Controller, CompiledModel, Model, ModifiedPrandtlIshlinskii};
 use hysteresis_simulate::closed_loop::Trial;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::intern;
@@ -167,10 +167,10 @@ impl Around<'_> {
     }
 }
 
-fn kernel(model: &Model) -> Kernel {
+fn kernel(model: &Model) -> CompiledModel {
     match model {
-        Model::Conventional(model) => Kernel::new(&ModifiedPrandtlIshlinskii::from(model)),
-        Model::Modified(model) => Kernel::new(model),
+        Model::Conventional(model) => CompiledModel::new(&ModifiedPrandtlIshlinskii::from(model)),
+        Model::Modified(model) => CompiledModel::new(model),
     }
 }
 
