@@ -112,7 +112,8 @@ def _line(drive: Samples, measured: Samples) -> Samples:
 
 
 def _share_of_span(values: Samples) -> Samples:
-    return (values - values.min()) / (float(np.ptp(values)) or 1.0)
+    share = (values - values.min()) / (float(np.ptp(values)) or 1.0)
+    return np.asarray(share, dtype=np.float64)
 
 
 def residuals(trace: Trace) -> Figure:
