@@ -1,7 +1,7 @@
 //! The parameters of linear dynamics: immutable, comparable, hashable, picklable.
 
-use hysteresis_core::is_admissible;
 use hysteresis_control::linear::{self, Block, Dynamics, Error, Stream};
+use hysteresis_core::is_admissible;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;

@@ -1,7 +1,7 @@
 //! The preview of a controller.
 
-use hysteresis_core as core;
 use hysteresis_control::feedforward::PreviewCoefficients;
+use hysteresis_core as core;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

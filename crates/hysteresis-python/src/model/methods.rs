@@ -22,7 +22,11 @@ pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
 pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-pub(super) fn inverse(kernel: &CompiledModel, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
+pub(super) fn inverse(
+    kernel: &CompiledModel,
+    limits: Argument<'_, '_>,
+    initial: Argument<'_, '_>,
+) -> PyResult<Inverse> {
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let stream = match initial {
         None => core::Inverse::new(kernel, limits),

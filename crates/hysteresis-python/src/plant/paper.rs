@@ -1,7 +1,6 @@
 //! `mpi_hyst.paper`.
 
-use hysteresis_simulate::paper;
-use hysteresis_simulate::plant::Benchmark;
+use hysteresis_simulate::paper::{self, Benchmark};
 use pyo3::prelude::*;
 
 use super::plant::Plant;

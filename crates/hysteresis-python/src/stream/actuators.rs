@@ -1,6 +1,6 @@
 //! Arrays of actuators: the models, each with the kernel that its streams share.
 
-use hysteresis_core::{self as core, ActuatorError, Error, CompiledModel, StreamArray};
+use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, StreamArray};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
