@@ -111,6 +111,8 @@ pub struct Kernel {
     pub(crate) offsets: Offsets,
     pub(crate) invertible: Result<(), Error>,
     slopes: (f64, f64),
+    fingerprint: u64,
+    min_weight: f64,
     families: Option<Arc<Families>>,
     members: Arc<Members>,
 }
@@ -123,6 +125,8 @@ impl Kernel {
             offsets: model.offsets(),
             invertible: model.check_invertible(),
             slopes: model.slope_range(),
+            fingerprint: model.fingerprint(),
+            min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
             families: Families::of(model).map(Arc::new),
             members: Arc::new(Members::of(model)),
         }
@@ -145,6 +149,17 @@ impl Kernel {
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         self.slopes
+    }
+
+    /// A number that tells this model from others, by the values of its parameters: equal models have equal numbers.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// A negative weight, if there is one.
+    pub(crate) fn negative_weight(&self) -> Option<f64> {
+        (self.min_weight < 0.0).then_some(self.min_weight)
     }
 
     /// The memory of a stream at rest.

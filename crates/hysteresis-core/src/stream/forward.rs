@@ -27,13 +27,14 @@ pub struct Forward {
     offsets: Offsets,
     memory: Memory,
     rejected: u64,
+    fingerprint: u64,
 }
 
 impl Forward {
     /// A stream at rest.
     #[must_use]
     pub fn new(kernel: &Kernel) -> Self {
-        Self::start(kernel.offsets, kernel.memory_at_rest())
+        Self::start(kernel, kernel.memory_at_rest())
     }
 
     /// A stream that starts from the operator outputs `initial`, on the bank; the first sample projects each onto
@@ -42,11 +43,12 @@ impl Forward {
     /// # Errors
     /// [`Error::Length`] unless there is one number per operator, [`Error::Domain`] unless all are finite.
     pub fn with_initial(kernel: &Kernel, initial: &[f64]) -> Result<Self, Error> {
-        Ok(Self::start(kernel.offsets, kernel.memory_from(initial)?))
+        Ok(Self::start(kernel, kernel.memory_from(initial)?))
     }
 
-    fn start(offsets: Offsets, memory: Memory) -> Self {
-        Self { segment: Segment::new(memory.forward_piece(0.0), 0.0), offsets, memory, rejected: 0 }
+    fn start(kernel: &Kernel, memory: Memory) -> Self {
+        let segment = Segment::new(memory.forward_piece(0.0), 0.0);
+        Self { segment, offsets: kernel.offsets, memory, rejected: 0, fingerprint: kernel.fingerprint() }
     }
 
     #[cold]
@@ -86,6 +88,20 @@ impl Forward {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
     }
 
+    /// Takes over what was driven before, oldest input first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
+    pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
+        for (index, input) in inputs.iter().enumerate() {
+            check_finite("inputs", Some(index), *input)?;
+        }
+        for input in inputs {
+            self.step(*input);
+        }
+        Ok(())
+    }
+
     /// Goes on with the weights and the output offset of another model of the same operators: the input and what the
     /// operators remember of it stay, the output is that of the new model.
     ///
@@ -111,6 +127,7 @@ impl Forward {
         let x = self.segment.input();
         self.memory.reweigh(kernel, x)?;
         self.offsets = kernel.offsets;
+        self.fingerprint = kernel.fingerprint();
         self.segment = Segment::new(self.memory.forward_piece(x), x);
         Ok(())
     }
@@ -119,6 +136,7 @@ impl Forward {
     #[must_use]
     pub fn state(&self) -> StreamState {
         StreamState {
+            model: self.fingerprint,
             last_input: self.segment.input(),
             last_output: self.segment.output(),
             saturated: false,
@@ -130,9 +148,10 @@ impl Forward {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::State`] for a state that this stream cannot be in, [`Error::Domain`] for a number that is not finite;
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in, [`Error::Domain`] for a number that is not finite;
     /// the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        state.check_model(self.fingerprint)?;
         check_finite("state.last_input", None, state.last_input)?;
         check_output("state.last_output", state.last_output)?;
         self.memory.restore(&state.memory, state.last_input, state.last_output)?;

@@ -1,6 +1,6 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_within_limits, is_admissible};
 use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
@@ -31,6 +31,7 @@ pub struct Inverse {
     memory: Memory,
     saturated: bool,
     rejected: u64,
+    fingerprint: u64,
 }
 
 impl Inverse {
@@ -59,7 +60,8 @@ impl Inverse {
         let offsets = kernel.offsets;
         let reach = (limits.0 - offsets.input, limits.1 - offsets.input);
         let nowhere = Segment::new(Piece::point(Direction::Rising, 0.0, 0.0), 0.0);
-        let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated: false, rejected: 0 };
+        let (saturated, rejected, fingerprint) = (false, 0, kernel.fingerprint());
+        let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated, rejected, fingerprint };
         stream.reset();
         Ok(stream)
     }
@@ -121,6 +123,19 @@ impl Inverse {
         }
     }
 
+    /// The present drive: the last one, or that at rest.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        self.drive(self.segment.output())
+    }
+
+    /// The output of the model at the present drive: the last target, or what a limit allows.
+    #[inline]
+    #[must_use]
+    pub fn reached(&self) -> f64 {
+        self.segment.input() + self.offsets.output
+    }
+
     /// Whether the last target was out of reach and the drive is at a limit.
     #[must_use]
     pub fn saturated(&self) -> bool {
@@ -150,6 +165,56 @@ impl Inverse {
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+    }
+
+    /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
+    /// feedback or limits a slew. The drive is kept within the limits; one that is not finite is counted and changes
+    /// nothing else. Neither allocates nor panics. Returns the output of the model there.
+    ///
+    /// ```
+    /// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let mut inverse = model.inverse(Some((-10.0, 10.0)))?;
+    /// assert_eq!(inverse.follow_drive(4.0), 5.0);
+    /// assert_eq!(inverse.step(4.5), 3.5); // the play holds
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[inline]
+    pub fn follow_drive(&mut self, drive: f64) -> f64 {
+        if is_admissible(drive) {
+            let x =
+                (drive.max(self.limits.0).min(self.limits.1) - self.offsets.input).max(self.reach.0).min(self.reach.1);
+            self.memory.move_input(self.segment.output(), x);
+            self.saturated = false;
+            self.enter_segment(x, self.memory.output(x));
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.reached()
+    }
+
+    /// Takes over what was driven before, oldest drive first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits; nothing is taken then.
+    ///
+    /// ```
+    /// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let (mut actuator, mut inverse) = (model.forward(), model.inverse(Some((-10.0, 10.0)))?);
+    /// let before = [7.0, -3.0, 4.0];
+    /// actuator.follow(&before)?;
+    /// inverse.follow(&before)?;
+    /// assert!((actuator.step(inverse.step(1.0)) - 1.0).abs() < 1e-15);
+    /// assert!(inverse.follow(&[99.0]).is_err());
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_within_limits("drives", drives, self.limits)?;
+        for drive in drives {
+            self.follow_drive(*drive);
+        }
+        Ok(())
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump of the
@@ -183,6 +248,7 @@ impl Inverse {
             self.enter_segment(input, self.memory.output(input));
         }
         self.offsets = kernel.offsets;
+        self.fingerprint = kernel.fingerprint();
         Ok(())
     }
 
@@ -190,6 +256,7 @@ impl Inverse {
     #[must_use]
     pub fn state(&self) -> StreamState {
         StreamState {
+            model: self.fingerprint,
             last_input: self.segment.input(),
             last_output: self.segment.output(),
             saturated: self.saturated,
@@ -201,9 +268,10 @@ impl Inverse {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::State`] for a state that this stream cannot be in, also one whose drive lies outside the limits,
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in, also one whose drive lies outside the limits,
     /// [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        state.check_model(self.fingerprint)?;
         check_output("state.last_input", state.last_input)?;
         let (low, high) = self.reach;
         if !(low <= state.last_output && state.last_output <= high) {
@@ -219,7 +287,7 @@ impl Inverse {
 
 const UNLIMITED: (f64, f64) = (-MAX_MAGNITUDE, MAX_MAGNITUDE);
 
-fn check_limits(limits: Option<(f64, f64)>) -> Result<(f64, f64), Error> {
+pub(crate) fn check_limits(limits: Option<(f64, f64)>) -> Result<(f64, f64), Error> {
     let Some((low, high)) = limits else { return Ok(UNLIMITED) };
     check_finite("limits", Some(0), low)?;
     check_finite("limits", Some(1), high)?;
