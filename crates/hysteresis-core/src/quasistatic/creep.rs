@@ -21,7 +21,9 @@ pub struct CreepTerms {
     decays: Box<[f64]>,
 }
 
-/// The states q_j, each beside its parameters: one pass over one array serves a sample.
+/// What each term has crept, s_j = c_j q_j, beside its parameters: s_j(k+1) = a_j s_j(k) + c_j (1 - a_j) h(k).
+///
+/// One pass over one array serves a sample, and between the newest h and the next sum lies one product.
 #[derive(Clone, Debug)]
 pub(super) struct CreepMemory {
     terms: Box<[Term]>,
@@ -31,7 +33,10 @@ pub(super) struct CreepMemory {
 struct Term {
     amplitude: f64,
     decay: f64,
-    state: f64,
+    /// c_j (1 - a_j)
+    gain: f64,
+    /// s_j
+    crept: f64,
 }
 
 impl CreepTerms {
@@ -77,34 +82,34 @@ impl CreepTerms {
 impl CreepMemory {
     /// All states at zero; no terms, no creep.
     pub(super) fn new(creep: Option<&CreepTerms>) -> Self {
-        let term = |(c, a): (&f64, &f64)| Term { amplitude: *c, decay: *a, state: 0.0 };
+        let term = |(c, a): (&f64, &f64)| Term { amplitude: *c, decay: *a, gain: c * (1.0 - a), crept: 0.0 };
         let terms = creep.map(|creep| creep.amplitudes.iter().zip(&creep.decays).map(term).collect());
         Self { terms: terms.unwrap_or_default() }
     }
 
-    /// sum_j c_j q_j: what the position has crept.
+    /// sum_j s_j: what the position has crept.
     #[inline]
     pub(super) fn crept(&self) -> f64 {
-        self.terms.iter().fold(0.0, |sum, term| sum + term.amplitude * term.state)
+        self.terms.iter().fold(0.0, |sum, term| sum + term.crept)
     }
 
     /// Holds h for one sampling interval.
     #[inline]
     pub(super) fn hold(&mut self, h: f64) {
         for term in &mut self.terms {
-            term.state = h + term.decay * (term.state - h);
+            term.crept = term.decay * term.crept + term.gain * h;
         }
     }
 
     /// h has been held since forever.
     pub(super) fn settle(&mut self, h: f64) {
         for term in &mut self.terms {
-            term.state = h;
+            term.crept = term.amplitude * h;
         }
     }
 
     pub(super) fn states(&self) -> Vec<f64> {
-        self.terms.iter().map(|term| term.state).collect()
+        self.terms.iter().map(|term| term.crept).collect()
     }
 
     pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
@@ -118,7 +123,7 @@ impl CreepMemory {
     /// Continues from states that were checked.
     pub(super) fn restore(&mut self, states: &[f64]) {
         for (term, state) in self.terms.iter_mut().zip(states) {
-            term.state = *state;
+            term.crept = *state;
         }
     }
 }

@@ -1,5 +1,6 @@
 use super::creep::CreepMemory;
-use super::{QuasiStatic, QuasiStaticState, check_drives, mapped};
+use super::map::MapPiece;
+use super::{QuasiStatic, QuasiStaticState, check_drives, first_piece, mapped};
 use crate::error::{Error, check_finite, is_admissible};
 use crate::memory::Kernel;
 use crate::process::Process;
@@ -22,18 +23,12 @@ pub struct QuasiStaticForward {
     model: QuasiStatic,
     hysteresis: Forward,
     creep: CreepMemory,
-    /// The lines of the maps on which the last sample lay: gamma, phi.
-    cursors: [usize; 2],
+    /// The lines of gamma and phi on which the last sample lay.
+    on_gamma: MapPiece,
+    on_phi: MapPiece,
     position: f64,
     rejected: u64,
     fingerprint: u64,
-}
-
-/// Where a drive leads before the next interval begins.
-struct Look {
-    /// The position behind the output map, without creep.
-    h: f64,
-    cursor: usize,
 }
 
 impl QuasiStaticForward {
@@ -42,20 +37,14 @@ impl QuasiStaticForward {
             model: model.clone(),
             hysteresis: Forward::new(&model.hysteresis),
             creep: CreepMemory::new(model.creep.as_deref()),
-            cursors: [0; 2],
+            on_gamma: first_piece(model.input_map.as_ref()),
+            on_phi: first_piece(model.output_map.as_ref()),
             position: 0.0,
             rejected: 0,
             fingerprint: model.fingerprint(),
         };
         stream.reset();
         stream
-    }
-
-    /// phi of an output of the hysteresis.
-    #[inline]
-    fn look(&self, z: f64) -> Look {
-        let mut cursor = self.cursors[1];
-        Look { h: mapped(self.model.output_map.as_deref(), z, &mut cursor), cursor }
     }
 
     /// The last position.
@@ -79,20 +68,24 @@ impl QuasiStaticForward {
     /// At rest since forever at a drive: the hysteresis virgin but for the way there, the creep at its end. Returns the
     /// position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
-        if !is_admissible(drive) {
-            self.rejected = self.rejected.saturating_add(1);
-            return self.position;
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
+            return self.reject();
         }
         self.hysteresis.reset();
-        let x = mapped(self.model.input_map.as_deref(), drive, &mut self.cursors[0]);
         let z = self.hysteresis.step(x);
         self.rest_at(z)
     }
 
+    #[cold]
+    fn reject(&mut self) -> f64 {
+        self.rejected = self.rejected.saturating_add(1);
+        self.position
+    }
+
     /// z has been held since forever.
     fn rest_at(&mut self, z: f64) -> f64 {
-        let Look { h, cursor } = self.look(z);
-        self.cursors[1] = cursor;
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
         self.creep.settle(h);
         self.position = h + self.creep.crept();
         self.position
@@ -152,14 +145,12 @@ impl QuasiStaticForward {
 impl Process for QuasiStaticForward {
     #[inline]
     fn step(&mut self, drive: f64) -> f64 {
-        if !is_admissible(drive) {
-            self.rejected = self.rejected.saturating_add(1);
-            return self.position;
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
+            return self.reject();
         }
-        let x = mapped(self.model.input_map.as_deref(), drive, &mut self.cursors[0]);
         let z = self.hysteresis.step(x);
-        let Look { h, cursor } = self.look(z);
-        self.cursors[1] = cursor;
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
         self.position = h + self.creep.crept();
         self.creep.hold(h);
         self.position
@@ -167,12 +158,13 @@ impl Process for QuasiStaticForward {
 
     #[inline]
     fn peek(&self, drive: f64) -> f64 {
-        if !is_admissible(drive) {
+        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
             return self.position;
         }
-        let mut cursor = self.cursors[0];
-        let x = mapped(self.model.input_map.as_deref(), drive, &mut cursor);
-        self.look(self.hysteresis.peek(x)).h + self.creep.crept()
+        let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
+        h + self.creep.crept()
     }
 
     fn reset(&mut self) {

@@ -1,5 +1,6 @@
 use super::creep::CreepMemory;
-use super::{QuasiStatic, QuasiStaticState, mapped, unmapped};
+use super::map::MapPiece;
+use super::{QuasiStatic, QuasiStaticState, first_inverse_piece, unmapped};
 use crate::error::{Error, MAX_MAGNITUDE, check_within_limits, is_admissible};
 use crate::memory::Kernel;
 use crate::process::Process;
@@ -27,8 +28,9 @@ pub struct QuasiStaticInverse {
     model: QuasiStatic,
     hysteresis: Inverse,
     creep: CreepMemory,
-    /// The lines of the maps on which the last sample lay: gamma, phi.
-    cursors: [usize; 2],
+    /// The lines of gamma^-1 and phi^-1 on which the last sample lay.
+    on_gamma: MapPiece,
+    on_phi: MapPiece,
     limits: (f64, f64),
     /// The limits behind gamma, each with the drive that it stands for: low, high.
     mapped_limits: [(f64, f64); 2],
@@ -40,7 +42,7 @@ pub struct QuasiStaticInverse {
 impl QuasiStaticInverse {
     pub(super) fn new(model: &QuasiStatic, limits: Option<(f64, f64)>) -> Result<Self, Error> {
         let (low, high) = check_limits(limits)?;
-        let behind = |drive| (mapped(model.input_map.as_deref(), drive, &mut 0), drive);
+        let behind = |drive| (model.input_map.as_ref().map_or(drive, |map| map.at(drive)), drive);
         let mut mapped_limits = [behind(low), behind(high)];
         if mapped_limits[0].0 > mapped_limits[1].0 {
             mapped_limits.reverse();
@@ -50,7 +52,8 @@ impl QuasiStaticInverse {
             model: model.clone(),
             hysteresis,
             creep: CreepMemory::new(model.creep.as_deref()),
-            cursors: [0; 2],
+            on_gamma: first_inverse_piece(model.input_map.as_ref()),
+            on_phi: first_inverse_piece(model.output_map.as_ref()),
             limits: (low, high),
             mapped_limits,
             drive: 0.0,
@@ -63,29 +66,21 @@ impl QuasiStaticInverse {
 
     /// The drive for an input of the hysteresis: at a limit the very limit, never beyond.
     #[inline]
-    fn drive_at(&self, x: f64, cursor: &mut usize) -> f64 {
+    fn drive_at(&self, x: f64, on_gamma: &mut MapPiece) -> f64 {
         let [low, high] = self.mapped_limits;
         if x <= low.0 {
             low.1
         } else if x >= high.0 {
             high.1
         } else {
-            let drive = unmapped(self.model.input_map.as_deref(), x, cursor);
-            drive.max(self.limits.0).min(self.limits.1)
+            within(unmapped(self.model.input_map.as_ref(), x, on_gamma), self.limits)
         }
     }
 
-    /// What the hysteresis must put out for a target.
-    #[inline]
-    fn wanted(&self, target: f64, cursor: &mut usize) -> f64 {
-        let h = super::within_magnitude(target - self.creep.crept());
-        unmapped(self.model.output_map.as_deref(), h, cursor)
-    }
-
     /// The position without creep that the hysteresis puts out now.
-    #[inline]
-    fn reached(&mut self) -> f64 {
-        mapped(self.model.output_map.as_deref(), self.hysteresis.reached(), &mut self.cursors[1])
+    fn reached(&self) -> f64 {
+        let z = self.hysteresis.reached();
+        self.model.output_map.as_ref().map_or(z, |map| map.at(z))
     }
 
     /// The last drive.
@@ -126,9 +121,15 @@ impl QuasiStaticInverse {
             self.move_to(drive);
             self.rest();
         } else {
-            self.rejected = self.rejected.saturating_add(1);
+            self.reject();
         }
         self.position()
+    }
+
+    #[cold]
+    fn reject(&mut self) -> f64 {
+        self.rejected = self.rejected.saturating_add(1);
+        self.drive
     }
 
     /// What the drive has been since forever is what it is now.
@@ -140,13 +141,12 @@ impl QuasiStaticInverse {
     /// The position of now: what the hysteresis has reached and what has crept.
     #[must_use]
     pub fn position(&self) -> f64 {
-        let mut cursor = self.cursors[1];
-        mapped(self.model.output_map.as_deref(), self.hysteresis.reached(), &mut cursor) + self.creep.crept()
+        self.reached() + self.creep.crept()
     }
 
     fn move_to(&mut self, drive: f64) {
-        self.drive = drive.max(self.limits.0).min(self.limits.1);
-        let x = mapped(self.model.input_map.as_deref(), self.drive, &mut self.cursors[0]);
+        self.drive = within(drive, self.limits);
+        let x = self.model.input_map.as_ref().map_or(self.drive, |map| map.at(self.drive));
         self.hysteresis.follow_drive(x);
     }
 
@@ -158,10 +158,10 @@ impl QuasiStaticInverse {
             self.move_to(drive);
             let h = self.reached();
             self.creep.hold(h);
+            self.drive
         } else {
-            self.rejected = self.rejected.saturating_add(1);
+            self.reject()
         }
-        self.drive
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
@@ -215,38 +215,50 @@ impl QuasiStaticInverse {
     }
 }
 
+/// A number that is not below or above the limits: only rounding takes a drive there that comes from within them.
+#[inline]
+fn within(drive: f64, (low, high): (f64, f64)) -> f64 {
+    if drive > high {
+        high
+    } else if drive < low {
+        low
+    } else {
+        drive
+    }
+}
+
 impl Process for QuasiStaticInverse {
     #[inline]
     fn step(&mut self, target: f64) -> f64 {
-        if !is_admissible(target) {
-            self.rejected = self.rejected.saturating_add(1);
-            return self.drive;
+        let h = target - self.creep.crept();
+        let z = unmapped(self.model.output_map.as_ref(), h, &mut self.on_phi);
+        if !(is_admissible(target) && is_admissible(z)) {
+            return self.reject();
         }
-        let mut cursor = self.cursors[1];
-        let wanted = self.wanted(target, &mut cursor);
-        self.cursors[1] = cursor;
-        let x = self.hysteresis.step(wanted);
-        let mut cursor = self.cursors[0];
-        self.drive = self.drive_at(x, &mut cursor);
-        self.cursors[0] = cursor;
-        let h = self.reached();
+        let x = self.hysteresis.step(z);
+        let mut on_gamma = self.on_gamma;
+        self.drive = self.drive_at(x, &mut on_gamma);
+        self.on_gamma = on_gamma;
+        // Creep goes on without waiting for the drive, unless a limit keeps the position from the target.
+        let h = if self.hysteresis.saturated() { self.reached() } else { h };
         self.creep.hold(h);
         self.drive
     }
 
     #[inline]
     fn peek(&self, target: f64) -> f64 {
-        if !is_admissible(target) {
+        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
+        let z = unmapped(self.model.output_map.as_ref(), target - self.creep.crept(), &mut on_phi);
+        if !(is_admissible(target) && is_admissible(z)) {
             return self.drive;
         }
-        let mut cursors = self.cursors;
-        let x = self.hysteresis.peek(self.wanted(target, &mut cursors[1]));
-        self.drive_at(x, &mut cursors[0])
+        self.drive_at(self.hysteresis.peek(z), &mut on_gamma)
     }
 
     fn reset(&mut self) {
         self.hysteresis.reset();
-        self.drive = self.drive_at(self.hysteresis.output(), &mut 0);
+        let mut on_gamma = self.on_gamma;
+        self.drive = self.drive_at(self.hysteresis.output(), &mut on_gamma);
         self.rejected = 0;
         self.rest();
     }

@@ -23,6 +23,7 @@ const STEEPEST: f64 = 1e50;
 pub struct PiecewiseLinearMap {
     lines: Box<[MapLine]>,
     last: (f64, f64),
+    rising: bool,
 }
 
 /// The line from one point to the next.
@@ -56,7 +57,7 @@ impl PiecewiseLinearMap {
         let sign = if second_y > first_y { 1.0 } else { -1.0 };
         let lines = (1..x.len()).map(|i| MapLine::through(x, y, i, sign)).collect::<Result<Vec<_>, _>>()?;
         let last_y = y.last().copied().unwrap_or_default();
-        Ok(Self { lines: lines.into(), last: (last_x, last_y) })
+        Ok(Self { lines: lines.into(), last: (last_x, last_y), rising: sign > 0.0 })
     }
 
     /// The points (x_i, y_i).
@@ -67,7 +68,7 @@ impl PiecewiseLinearMap {
     /// Whether the map rises.
     #[must_use]
     pub fn is_rising(&self) -> bool {
-        self.lines.first().is_some_and(|line| line.slope > 0.0)
+        self.rising
     }
 
     /// The smallest and the largest slope, by magnitude.
@@ -80,43 +81,72 @@ impl PiecewiseLinearMap {
     /// The value at x.
     #[must_use]
     pub fn at(&self, x: f64) -> f64 {
-        self.value(x, &mut 0)
+        self.piece_at(x).at(x)
     }
 
     /// The x whose value is y.
     #[must_use]
     pub fn inverse_at(&self, y: f64) -> f64 {
-        self.argument(y, &mut 0)
+        self.inverse_piece_at(y).at(y)
     }
 
-    /// [`at`](Self::at), starting from the line `cursor` and leaving it where x lies.
-    #[inline]
-    pub(super) fn value(&self, x: f64, cursor: &mut usize) -> f64 {
-        let line = self.find(cursor, |line| line.x <= x);
-        line.y + line.slope * (x - line.x)
+    /// The line over x that holds x.
+    pub(super) fn piece_at(&self, x: f64) -> MapPiece {
+        let i = self.lines.partition_point(|line| line.x <= x).saturating_sub(1);
+        let begins = |i: usize| self.lines.get(i).map(|line| line.x);
+        let (low, high) = (if i == 0 { None } else { begins(i) }, begins(i + 1));
+        let line = self.line(i);
+        MapPiece::new(low, high, line.slope, line.x, line.y)
     }
 
-    /// [`inverse_at`](Self::inverse_at), starting from the line `cursor` and leaving it where y lies.
-    #[inline]
-    pub(super) fn argument(&self, y: f64, cursor: &mut usize) -> f64 {
-        let line = if self.is_rising() {
-            self.find(cursor, |line| line.y <= y)
-        } else {
-            self.find(cursor, |line| line.y >= y)
-        };
-        line.x + line.reciprocal * (y - line.y)
+    /// The line over y that holds y.
+    pub(super) fn inverse_piece_at(&self, y: f64) -> MapPiece {
+        let begun = |line: &MapLine| if self.rising { line.y <= y } else { line.y > y };
+        let i = self.lines.partition_point(begun).saturating_sub(1);
+        let begins = |i: usize| self.lines.get(i).map(|line| line.y);
+        let (first, last) = (if i == 0 { None } else { begins(i) }, begins(i + 1));
+        let (low, high) = if self.rising { (first, last) } else { (last, first) };
+        let line = self.line(i);
+        MapPiece::new(low, high, line.reciprocal, line.y, line.x)
     }
 
-    /// The last line that `begins` before the sought point; the first one if there is none. A smooth signal stays on
-    /// its line or goes to the next one; a jump searches.
+    /// A line; there is always the first one.
+    fn line(&self, i: usize) -> MapLine {
+        self.lines.get(i).copied().unwrap_or(MapLine { x: 0.0, y: 0.0, slope: 1.0, reciprocal: 1.0 })
+    }
+}
+
+/// The line on which a stream is, and where it holds: from `low` up to but not including `high`.
+///
+/// Which line holds a point depends on the point alone, so a restored stream continues bit for bit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MapPiece {
+    low: f64,
+    high: f64,
+    slope: f64,
+    x: f64,
+    y: f64,
+}
+
+impl MapPiece {
+    fn new(low: Option<f64>, high: Option<f64>, slope: f64, x: f64, y: f64) -> Self {
+        Self { low: low.unwrap_or(f64::NEG_INFINITY), high: high.unwrap_or(f64::INFINITY), slope, x, y }
+    }
+
+    /// The identity, everywhere: what there is without a map.
+    pub(super) fn identity() -> Self {
+        Self::new(None, None, 1.0, 0.0, 0.0)
+    }
+
     #[inline]
-    fn find(&self, cursor: &mut usize, begins: impl Fn(&MapLine) -> bool) -> MapLine {
-        let starts = |i: usize| self.lines.get(i).is_some_and(&begins);
-        let i = *cursor;
-        if !((i == 0 || starts(i)) && !starts(i + 1)) {
-            *cursor = self.lines.partition_point(&begins).saturating_sub(1);
-        }
-        self.lines.get(*cursor).copied().unwrap_or(MapLine { x: 0.0, y: 0.0, slope: 1.0, reciprocal: 1.0 })
+    pub(super) fn holds(&self, x: f64) -> bool {
+        x >= self.low && x < self.high
+    }
+
+    /// The value at x: finite for every admissible x, but not always admissible itself.
+    #[inline]
+    pub(super) fn at(&self, x: f64) -> f64 {
+        self.y + self.slope * (x - self.x)
     }
 }
 

@@ -11,12 +11,13 @@ mod map;
 pub use creep::CreepTerms;
 pub use forward::QuasiStaticForward;
 pub use inverse::QuasiStaticInverse;
+use map::MapPiece;
 pub use map::PiecewiseLinearMap;
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::error::{Error, MAX_MAGNITUDE, check_finite};
+use crate::error::{Error, check_finite};
 use crate::fingerprint::Fingerprint;
 use crate::memory::Kernel;
 use crate::stream::StreamState;
@@ -120,7 +121,7 @@ pub struct QuasiStaticState {
     pub model: u64,
     /// What the hysteresis remembers.
     pub hysteresis: StreamState,
-    /// The states q_j of the creep.
+    /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
     /// The last output: position (forward) or drive (inverse).
     pub last_output: f64,
@@ -128,28 +129,43 @@ pub struct QuasiStaticState {
     pub rejected: u64,
 }
 
-/// What a map makes of x; without a map x itself. Kept within what the hysteresis admits.
+/// What a map makes of x, from the line on which the stream was; without a map x itself.
 #[inline]
-fn mapped(map: Option<&PiecewiseLinearMap>, x: f64, cursor: &mut usize) -> f64 {
-    match map {
-        Some(map) => within_magnitude(map.value(x, cursor)),
-        None => x,
+fn mapped(map: Option<&Arc<PiecewiseLinearMap>>, x: f64, on: &mut MapPiece) -> f64 {
+    if !on.holds(x) {
+        change_piece(map, on, |map| map.piece_at(x));
+    }
+    on.at(x)
+}
+
+/// What a map makes y of, from the line on which the stream was; without a map y itself.
+#[inline]
+fn unmapped(map: Option<&Arc<PiecewiseLinearMap>>, y: f64, on: &mut MapPiece) -> f64 {
+    if !on.holds(y) {
+        change_piece(map, on, |map| map.inverse_piece_at(y));
+    }
+    on.at(y)
+}
+
+#[cold]
+#[inline(never)]
+fn change_piece(
+    map: Option<&Arc<PiecewiseLinearMap>>,
+    on: &mut MapPiece,
+    found: impl FnOnce(&PiecewiseLinearMap) -> MapPiece,
+) {
+    if let Some(map) = map {
+        *on = found(map);
     }
 }
 
-/// What a map makes y of; without a map y itself. Kept within what the hysteresis admits.
-#[inline]
-fn unmapped(map: Option<&PiecewiseLinearMap>, y: f64, cursor: &mut usize) -> f64 {
-    match map {
-        Some(map) => within_magnitude(map.argument(y, cursor)),
-        None => y,
-    }
+/// The line of a map at a point, to start from.
+fn first_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
+    map.map_or_else(MapPiece::identity, |map| map.piece_at(0.0))
 }
 
-/// Far outside any range an end line may leave the admissible numbers.
-#[inline]
-fn within_magnitude(value: f64) -> f64 {
-    value.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE)
+fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
+    map.map_or_else(MapPiece::identity, |map| map.inverse_piece_at(0.0))
 }
 
 /// Checks drives that were put out before, all of them before the first is taken.
