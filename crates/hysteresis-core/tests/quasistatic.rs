@@ -1,8 +1,8 @@
 //! Laws of the stage without fast dynamics: maps, hysteresis and creep, forward and inverse.
 
 use hysteresis_core::{
-    Bracket, CreepTerms, Error, Kernel, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, QuasiStatic,
-    QuasiStaticForward, QuasiStaticInverse, Ratios,
+    Bracket, CompiledModel, CreepTerms, Error, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process,
+    QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
 };
 use proptest::prelude::*;
 
@@ -45,7 +45,7 @@ fn creep() -> impl Strategy<Value = CreepTerms> {
 
 fn stage() -> impl Strategy<Value = QuasiStatic> {
     (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), creep()).prop_map(|(model, gamma, phi, creep)| {
-        QuasiStatic::new(&Kernel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep)
+        QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep)
     })
 }
 
@@ -134,7 +134,7 @@ proptest! {
 
     #[test]
     fn two_streams_bracket_any_history(model in hysteresis(), before in drives(), after in drives()) {
-        let kernel = Kernel::new(&model);
+        let kernel = CompiledModel::new(&model);
         let mut bracket = Bracket::new(&kernel, LIMITS).unwrap();
         let mut truth = model.forward();
         run(&mut truth, &before);
@@ -154,7 +154,7 @@ proptest! {
 
 fn example() -> QuasiStatic {
     let model = ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 9.0], Ratios::PAPER, Offsets::default());
-    QuasiStatic::new(&Kernel::new(&model.unwrap())).with_creep(CreepTerms::new(&[0.01], &[0.9]).unwrap())
+    QuasiStatic::new(&CompiledModel::new(&model.unwrap())).with_creep(CreepTerms::new(&[0.01], &[0.9]).unwrap())
 }
 
 #[test]

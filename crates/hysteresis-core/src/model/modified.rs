@@ -1,7 +1,10 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::{Offsets, PrandtlIshlinskii, check_length, check_weights, invertibility};
+use super::checks::{check_length, check_weights};
+use super::conventional::PrandtlIshlinskii;
+use super::invertibility;
+use super::offsets::Offsets;
 use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
 use crate::fingerprint::Fingerprint;
 use crate::operator::CoupledPlay;
@@ -206,8 +209,10 @@ impl ModifiedPrandtlIshlinskii {
     /// Of a split operator either weight counts: the smaller for the least, the greater for the greatest slope.
     ///
     /// ```
-    /// let (least, most) = hysteresis_core::paper::table_1_recovered().slope_range();
-    /// assert!((least - 4.257e-3).abs() < 1e-6 && (most - 7.919e-3).abs() < 1e-6); // um/V
+    /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&[1.0, 0.5], &[0.0, 2.0], Ratios::PAPER, Offsets::default())?;
+    /// assert_eq!(model.slope_range(), (1.0, 1.5));
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {

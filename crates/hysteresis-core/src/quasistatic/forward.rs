@@ -1,8 +1,8 @@
 use super::creep::CreepMemory;
 use super::map::MapPiece;
 use super::{QuasiStatic, QuasiStaticState, check_drives, first_piece, mapped};
+use crate::engine::CompiledModel;
 use crate::error::{Error, check_finite, is_admissible};
-use crate::memory::Kernel;
 use crate::process::Process;
 use crate::stream::{Forward, check_model};
 
@@ -11,9 +11,9 @@ use crate::stream::{Forward, check_model};
 /// The position belongs to the moment at which the drive is put out; creep moves on from sample to sample.
 ///
 /// ```
-/// use hysteresis_core::{CreepTerms, Kernel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+/// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
 /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
-/// let stage = QuasiStatic::new(&Kernel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
+/// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
 /// let mut forward = stage.forward();
 /// assert_eq!([forward.step(1.0), forward.step(1.0), forward.step(1.0)], [2.0, 2.1, 2.15]);
 /// # Ok::<(), hysteresis_core::Error>(())
@@ -107,7 +107,7 @@ impl QuasiStaticForward {
     ///
     /// # Errors
     /// As there; the stream is as before then.
-    pub fn set_model(&mut self, hysteresis: &Kernel) -> Result<(), Error> {
+    pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
         self.hysteresis.set_model(hysteresis)?;
         self.model.hysteresis = hysteresis.clone();
         self.fingerprint = self.model.fingerprint();

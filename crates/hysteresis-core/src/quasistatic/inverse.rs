@@ -1,8 +1,8 @@
 use super::creep::CreepMemory;
 use super::map::MapPiece;
 use super::{QuasiStatic, QuasiStaticState, first_inverse_piece, unmapped};
+use crate::engine::CompiledModel;
 use crate::error::{Error, MAX_MAGNITUDE, check_within_limits, is_admissible};
-use crate::memory::Kernel;
 use crate::process::Process;
 use crate::stream::{Inverse, check_limits, check_model};
 
@@ -14,9 +14,9 @@ use crate::stream::{Inverse, check_limits, check_model};
 /// [`saturated`](Self::saturated); creep goes on from the position that was really reached.
 ///
 /// ```
-/// use hysteresis_core::{CreepTerms, Kernel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+/// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
 /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
-/// let stage = QuasiStatic::new(&Kernel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
+/// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
 /// let mut inverse = stage.inverse(Some((0.0, 10.0)))?;
 /// assert_eq!(inverse.step(2.0), 1.0);
 /// assert_eq!(inverse.step(2.0), 0.95); // 0.1 of 2 has crept
@@ -180,7 +180,7 @@ impl QuasiStaticInverse {
     ///
     /// # Errors
     /// As there; the stream is as before then.
-    pub fn set_model(&mut self, hysteresis: &Kernel) -> Result<(), Error> {
+    pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
         self.hysteresis.set_model(hysteresis)?;
         self.model.hysteresis = hysteresis.clone();
         self.fingerprint = self.model.fingerprint();

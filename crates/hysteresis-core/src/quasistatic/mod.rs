@@ -17,9 +17,9 @@ pub use map::PiecewiseLinearMap;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::engine::CompiledModel;
 use crate::error::{Error, check_finite};
 use crate::fingerprint::Fingerprint;
-use crate::memory::Kernel;
 use crate::stream::StreamState;
 
 /// The parameters of a stage without its fast dynamics, ready to run: y = creep(phi(H\[gamma(u)\])).
@@ -27,11 +27,11 @@ use crate::stream::StreamState;
 /// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
 ///
 /// ```
-/// use hysteresis_core::{CreepTerms, Kernel, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
+/// use hysteresis_core::{CreepTerms, CompiledModel, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
 /// use hysteresis_core::{Process, QuasiStatic, Ratios};
 /// let (w, r) = ([0.5, 0.1, 0.05], [0.0, 20.0, 60.0]);
 /// let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios::PLAY, Offsets::default())?;
-/// let stage = QuasiStatic::new(&Kernel::new(&hysteresis))
+/// let stage = QuasiStatic::new(&CompiledModel::new(&hysteresis))
 ///     .with_output_map(PiecewiseLinearMap::new(&[0.0, 40.0, 80.0], &[0.0, 42.0, 80.0])?)
 ///     .with_creep(CreepTerms::new(&[0.004; 3], &[0.9, 0.99, 0.999])?);
 /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 150.0)))?);
@@ -43,7 +43,7 @@ use crate::stream::StreamState;
 /// ```
 #[derive(Clone, Debug)]
 pub struct QuasiStatic {
-    hysteresis: Kernel,
+    hysteresis: CompiledModel,
     input_map: Option<Arc<PiecewiseLinearMap>>,
     output_map: Option<Arc<PiecewiseLinearMap>>,
     creep: Option<Arc<CreepTerms>>,
@@ -52,7 +52,7 @@ pub struct QuasiStatic {
 impl QuasiStatic {
     /// Hysteresis alone.
     #[must_use]
-    pub fn new(hysteresis: &Kernel) -> Self {
+    pub fn new(hysteresis: &CompiledModel) -> Self {
         Self { hysteresis: hysteresis.clone(), input_map: None, output_map: None, creep: None }
     }
 
@@ -93,7 +93,7 @@ impl QuasiStatic {
 
     /// The compiled hysteresis.
     #[must_use]
-    pub fn hysteresis(&self) -> &Kernel {
+    pub fn hysteresis(&self) -> &CompiledModel {
         &self.hysteresis
     }
 

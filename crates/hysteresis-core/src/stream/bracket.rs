@@ -1,6 +1,6 @@
 use super::{Forward, StreamState, check_limits};
+use crate::engine::CompiledModel;
 use crate::error::{Bound, Error, check_within_limits};
-use crate::memory::Kernel;
 use crate::process::Process;
 
 /// Where the output must lie when the history of the input is unknown: two streams that bracket the truth.
@@ -11,9 +11,9 @@ use crate::process::Process;
 /// stroke, unless thresholds are so large that no stroke between the limits wipes them out.
 ///
 /// ```
-/// use hysteresis_core::{Bracket, Kernel, Offsets, PrandtlIshlinskii};
+/// use hysteresis_core::{Bracket, CompiledModel, Offsets, PrandtlIshlinskii};
 /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
-/// let mut bracket = Bracket::new(&Kernel::new(&(&model).into()), (-10.0, 10.0))?;
+/// let mut bracket = Bracket::new(&CompiledModel::new(&(&model).into()), (-10.0, 10.0))?;
 /// assert_eq!(bracket.step(3.0), (3.5, 5.5)); // the play is between 1 and 5
 /// assert_eq!(bracket.width(), 2.0);
 /// bracket.step(10.0); // a full stroke
@@ -42,7 +42,7 @@ impl Bracket {
     ///
     /// # Errors
     /// [`Error::Domain`] for a negative weight, or unless the limits are finite and low < high.
-    pub fn new(model: &Kernel, limits: (f64, f64)) -> Result<Self, Error> {
+    pub fn new(model: &CompiledModel, limits: (f64, f64)) -> Result<Self, Error> {
         if let Some(got) = model.negative_weight() {
             return Err(Error::Domain { parameter: "weights", index: None, expected: Bound::NonNegative, got });
         }

@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
+use crate::engine::{CompiledModel, Memory, Method, check_same};
 use crate::error::{Error, check_finite, is_admissible};
-use crate::memory::{Kernel, Memory, Method, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -33,8 +33,8 @@ pub struct Forward {
 impl Forward {
     /// A stream at rest.
     #[must_use]
-    pub fn new(kernel: &Kernel) -> Self {
-        Self::start(kernel, kernel.memory_at_rest())
+    pub fn new(model: &CompiledModel) -> Self {
+        Self::start(model, model.memory_at_rest())
     }
 
     /// A stream that starts from the operator outputs `initial`, on the bank; the first sample projects each onto
@@ -42,13 +42,13 @@ impl Forward {
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one number per operator, [`Error::Domain`] unless all are finite.
-    pub fn with_initial(kernel: &Kernel, initial: &[f64]) -> Result<Self, Error> {
-        Ok(Self::start(kernel, kernel.memory_from(initial)?))
+    pub fn with_initial(model: &CompiledModel, initial: &[f64]) -> Result<Self, Error> {
+        Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    fn start(kernel: &Kernel, memory: Memory) -> Self {
+    fn start(model: &CompiledModel, memory: Memory) -> Self {
         let segment = Segment::new(memory.forward_piece(0.0), 0.0);
-        Self { segment, offsets: kernel.offsets, memory, rejected: 0, fingerprint: kernel.fingerprint() }
+        Self { segment, offsets: model.offsets, memory, rejected: 0, fingerprint: model.fingerprint() }
     }
 
     #[cold]
@@ -106,7 +106,7 @@ impl Forward {
     /// operators remember of it stay, the output is that of the new model.
     ///
     /// From then on the stream is the one that the new model would be in after the same inputs, to rounding; a model
-    /// that is equal changes no bit. Nothing is allocated. What the old kernel holds is freed if no other clone of it is
+    /// that is equal changes no bit. Nothing is allocated. What the old model holds is freed if no other clone of it is
     /// left: keep one where freeing must wait.
     ///
     /// # Errors
@@ -114,20 +114,20 @@ impl Forward {
     /// that weighs differently above and below zero counts as one operator more); the stream is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process};
     /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
     /// let mut forward = model(0.5)?.forward();
     /// assert_eq!(forward.step(4.0), 4.0 + 0.5 * 2.0);
-    /// forward.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// forward.set_model(&CompiledModel::new(&(&model(0.75)?).into()))?;
     /// assert_eq!(forward.step(3.0), 3.0 + 0.75 * 2.0); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
-        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
+        check_same("input_offset", self.offsets.input, model.offsets.input)?;
         let x = self.segment.input();
-        self.memory.reweigh(kernel, x)?;
-        self.offsets = kernel.offsets;
-        self.fingerprint = kernel.fingerprint();
+        self.memory.reweigh(model, x)?;
+        self.offsets = model.offsets;
+        self.fingerprint = model.fingerprint();
         self.segment = Segment::new(self.memory.forward_piece(x), x);
         Ok(())
     }
@@ -191,15 +191,15 @@ impl Process for Forward {
 }
 
 impl ModifiedPrandtlIshlinskii {
-    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    /// The forward model as a stream at rest. For many streams of one model make one [`CompiledModel`].
     #[must_use]
     pub fn forward(&self) -> Forward {
-        Forward::new(&Kernel::new(self))
+        Forward::new(&CompiledModel::new(self))
     }
 }
 
 impl PrandtlIshlinskii {
-    /// The forward model as a stream at rest. For many streams of one model make one [`Kernel`].
+    /// The forward model as a stream at rest. For many streams of one model make one [`CompiledModel`].
     #[must_use]
     pub fn forward(&self) -> Forward {
         ModifiedPrandtlIshlinskii::from(self).forward()

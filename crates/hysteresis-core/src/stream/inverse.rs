@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
+use crate::engine::{CompiledModel, Direction, Memory, Method, Piece, Point, check_same};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_within_limits, is_admissible};
-use crate::memory::{Direction, Kernel, Known, Memory, Method, Piece, check_same};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -42,25 +42,25 @@ impl Inverse {
     /// # Errors
     /// [`Error::NotInvertible`] if the model may not be, [`Error::Domain`] unless the limits are finite and
     /// low < high.
-    pub fn new(kernel: &Kernel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
-        Self::start(kernel, limits, kernel.memory_at_rest())
+    pub fn new(model: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+        Self::start(model, limits, model.memory_at_rest())
     }
 
     /// An inverse that starts from the operator outputs `initial`, on the bank.
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`Error::Length`] unless there is one number per operator.
-    pub fn with_initial(kernel: &Kernel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
-        Self::start(kernel, limits, kernel.memory_from(initial)?)
+    pub fn with_initial(model: &CompiledModel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
+        Self::start(model, limits, model.memory_from(initial)?)
     }
 
-    fn start(kernel: &Kernel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
-        kernel.invertible?;
+    fn start(model: &CompiledModel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
+        model.invertible?;
         let limits = check_limits(limits)?;
-        let offsets = kernel.offsets;
+        let offsets = model.offsets;
         let reach = (limits.0 - offsets.input, limits.1 - offsets.input);
         let nowhere = Segment::new(Piece::point(Direction::Rising, 0.0, 0.0), 0.0);
-        let (saturated, rejected, fingerprint) = (false, 0, kernel.fingerprint());
+        let (saturated, rejected, fingerprint) = (false, 0, model.fingerprint());
         let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated, rejected, fingerprint };
         stream.reset();
         Ok(stream)
@@ -101,8 +101,8 @@ impl Inverse {
 
     /// Where the memory is: its input, the drive, and its output, the target.
     #[inline]
-    fn known(&self) -> Known {
-        Known { input: self.segment.output(), output: self.segment.input() }
+    fn known(&self) -> Point {
+        Point { input: self.segment.output(), output: self.segment.input() }
     }
 
     /// Whether the output `y` is the present one, and the memory has come to the drive.
@@ -223,7 +223,7 @@ impl Inverse {
     /// The output that the new model has at the present drive, as a target, gives the present drive; any other moves it
     /// by what it differs, over a slope of the new model. From then on the stream is the one that the new model would be
     /// in after the same drives, to rounding; a model that is equal changes no bit. [`saturated`](Self::saturated) stays
-    /// until the next target. Nothing is allocated. What the old kernel holds is freed if no other clone of it is left:
+    /// until the next target. Nothing is allocated. What the old model holds is freed if no other clone of it is left:
     /// keep one where freeing must wait.
     ///
     /// # Errors
@@ -231,24 +231,24 @@ impl Inverse {
     /// input offset differ; the stream is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{Kernel, Offsets, PrandtlIshlinskii, Process};
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process};
     /// let model = |w| PrandtlIshlinskii::new(&[1.0, w], &[0.0, 2.0], Offsets::default());
     /// let mut inverse = model(0.5)?.inverse(None)?;
     /// assert!((inverse.step(5.0) - 4.0).abs() < 1e-15);
-    /// inverse.set_model(&Kernel::new(&(&model(0.75)?).into()))?;
+    /// inverse.set_model(&CompiledModel::new(&(&model(0.75)?).into()))?;
     /// assert!((inverse.step(4.0 + 0.75 * 2.0) - 4.0).abs() < 1e-15); // where it was
     /// assert!((inverse.step(3.0 + 0.75 * 2.0) - 3.0).abs() < 1e-15); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
-        kernel.invertible?;
-        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
+        model.invertible?;
+        check_same("input_offset", self.offsets.input, model.offsets.input)?;
         let input = self.known().input;
-        if self.memory.reweigh(kernel, input)? {
+        if self.memory.reweigh(model, input)? {
             self.enter_segment(input, self.memory.output(input));
         }
-        self.offsets = kernel.offsets;
-        self.fingerprint = kernel.fingerprint();
+        self.offsets = model.offsets;
+        self.fingerprint = model.fingerprint();
         Ok(())
     }
 
@@ -346,7 +346,7 @@ impl ModifiedPrandtlIshlinskii {
     /// # Errors
     /// As [`Inverse::new`].
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<Inverse, Error> {
-        Inverse::new(&Kernel::new(self), limits)
+        Inverse::new(&CompiledModel::new(self), limits)
     }
 }
 

@@ -12,14 +12,15 @@ pub use forward::Forward;
 pub use inverse::Inverse;
 pub(crate) use inverse::check_limits;
 
+use crate::engine::MemoryState;
 use crate::error::{Bound, Error};
-use crate::memory::MemoryState;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
 ///
 /// ```
-/// use hysteresis_core::{Process, paper};
-/// let actuator = paper::table_1_recovered();
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let mut stream = actuator.forward();
 /// stream.step(300.0);
 /// let saved = stream.state();
