@@ -25,11 +25,11 @@ def measured(u: Array, seed: int, sigma: float = NOISE) -> Array:
     return ACTUATOR.forward().run(u) + np.random.default_rng(seed).normal(0.0, sigma, u.size)
 
 
-def names(found: list[mh.Finding]) -> list[str]:
+def names(found: list[mh.results.Finding]) -> list[str]:
     return [finding.name for finding in found]
 
 
-def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.Finding]:
+def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.results.Finding]:
     found = mh.identify(u, y, skip=skip, **options)
     return mh.diagnose(u, y, found.model, skip=skip, delay=found.delay)
 
@@ -172,22 +172,22 @@ def test_a_measured_stack() -> None:
 @given(st.floats(1.0, 200.0), st.integers(0, 2**32 - 1))
 def test_the_loop_of_a_play_is_twice_its_threshold_wide(r: float, seed: int) -> None:
     z = mh.Play(r).run(DRIVE)
-    width = mh.loop_width(DRIVE[SKIP:], z[SKIP:])
+    width = mh.results.loop_width(DRIVE[SKIP:], z[SKIP:])
     # a part of 20 V holds five samples of 4 V: the two ways are half of a step apart
     assert width == pytest.approx(2.0 * r, abs=2.0)
     noisy = z[SKIP:] + np.random.default_rng(seed).normal(0.0, 1.0, z.size - SKIP)
     # five samples of either way in each of 50 parts: 0.63 rms, the largest of 50 at 5 sigma
-    assert mh.loop_width(DRIVE[SKIP:], noisy) == pytest.approx(width, abs=3.5)
+    assert mh.results.loop_width(DRIVE[SKIP:], noisy) == pytest.approx(width, abs=3.5)
 
 
 def test_the_loop_of_a_line_has_no_width_and_half_a_loop_none() -> None:
-    assert mh.loop_width(DRIVE, 2.0 * DRIVE + 3.0) == pytest.approx(0.0, abs=1e-9)
-    assert mh.loop_width(DRIVE[:300], DRIVE[:300]) is None
-    assert mh.loop_width([], []) is None
+    assert mh.results.loop_width(DRIVE, 2.0 * DRIVE + 3.0) == pytest.approx(0.0, abs=1e-9)
+    assert mh.results.loop_width(DRIVE[:300], DRIVE[:300]) is None
+    assert mh.results.loop_width([], []) is None
     with pytest.raises(ValueError, match=r"^y: expected"):
-        mh.loop_width(DRIVE, DRIVE[1:])
+        mh.results.loop_width(DRIVE, DRIVE[1:])
     with pytest.raises(ValueError, match=r"^u\[1\]: expected .* got NaN"):
-        mh.loop_width([0.0, math.nan], [0.0, 1.0])
+        mh.results.loop_width([0.0, math.nan], [0.0, 1.0])
 
 
 # ---- wrong input

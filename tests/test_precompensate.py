@@ -54,9 +54,9 @@ def test_precompensate_inverts_dynamics(there: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     target = column(there / "trajectory.csv", "target_um")
-    expected = mh.precompensate(
+    expected = mh.control.precompensate(
         *(actuator(), target, 1 / RATE),
-        dynamics=mh.SecondOrder(40.0, 0.7),
+        dynamics=mh.plant.SecondOrder(40.0, 0.7),
         delay=1.0,
         amplifier_pole=60.0,
     )

@@ -43,16 +43,16 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     reference = column(here / "reference.csv", "target_um")
-    stage = mh.SecondOrder(400.0, 0.95)
-    controller = mh.HybridController(
+    stage = mh.plant.SecondOrder(400.0, 0.95)
+    controller = mh.control.HybridController(
         actuator().inverse(LIMITS),
         kp=60.0,
         ki=0.6,
         limits=LIMITS,
-        preview=mh.preview(stage, 1e-4, ahead=4),
+        preview=mh.control.preview(stage, 1e-4, ahead=4),
     )
-    plant = mh.Plant(actuator(), dynamics=stage, noise=0.016, limits=LIMITS, seed=3)
-    expected = mh.simulate(controller, plant, reference)
+    plant = mh.plant.Plant(actuator(), dynamics=stage, noise=0.016, limits=LIMITS, seed=3)
+    expected = mh.plant.simulate(controller, plant, reference)
     # the time column gives the sampling interval but for rounding
     for name, array in (
         ("drive", expected.drive),
