@@ -1,6 +1,6 @@
 //! Which samples of a record become rows, and which the operators must see on the way.
 
-use crate::quality::as_f64;
+use crate::numeric::as_f64;
 use crate::record::Record;
 
 /// The fractional part of the golden ratio: its multiples spread evenly and follow no period of any drive.

@@ -1,110 +1,26 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
-pub(crate) mod signal;
+pub(crate) mod colour;
 mod survey;
-
-use std::fmt;
 
 use hysteresis_core::Model;
 
 use crate::error::Error;
-use crate::quality::as_f64;
+use crate::finding::{Finding, FindingCode};
+use crate::numeric::as_f64;
 use crate::record::Record;
+use crate::signal;
 use survey::Survey;
 
-/// What may be wrong with records, or with a model fitted to them.
-///
-/// A name is a contract: it stays, and the number behind it may be compared with its limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Defect {
-    /// Operators whose output never changes in the fitted samples: the input reaches no threshold of theirs, so their
-    /// weights are not determined. Value: how many, limit 0.
-    UnreachedThreshold,
-    /// Fewer reversals inside the input range than the limit 2: delay, ratios and loop width are weakly determined,
-    /// for on full strokes alone each makes up for the others. Value: the number of such reversals, at least a
-    /// twentieth of the range high and a tenth of it away from both ends.
-    NoMinorLoops,
-    /// Operators that this record does not tell apart. Value: the standard error of the least determined combination
-    /// of operators over the mean contribution of one operator to the output, limit 1. The error is that of least
-    /// squares, sigma / s, with sigma the rms residual, widened where residuals are correlated, and s the smallest
-    /// singular value of the operator outputs scaled to unit length (as Belsley, Kuh and Welsch scale them,
-    /// "Regression Diagnostics", Wiley 1980).
-    CollinearOperators,
-    /// The residual follows the speed of the input: a lag, another rate effect, or loop width that the model lacks.
-    /// Value and limit as for [`Drift`](Self::Drift).
-    RateEffects,
-    /// The residual follows time or its logarithm: creep, temperature. Value: the magnitude of the correlation
-    /// coefficient; limit: 0.3, about a tenth of the variance of the residual, or what chance gives once in 10^4
-    /// records, 4 / sqrt(m), if that is more. m is the number of independent samples, N (1 - a b) / (1 + a b) with a
-    /// and b the correlations of neighbouring samples of either signal (Bartlett, J. Roy. Stat. Soc. 98, 536, 1935).
-    /// What moves the output by less than 1e-4 of its range rms is not told.
-    Drift,
-    /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
-    /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
-    /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
-    /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
-    Outliers,
-    /// The output stays at its highest or lowest value while the input moves on. Value: how far the input moves
-    /// meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
-    ClippedOutput,
-    /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
-    /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
-    /// noise do while an input is held.
-    ClippedInput,
-    /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, delay)
-    /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
-    TooFewSamples,
-}
-
-impl Defect {
-    /// The name, in snake case.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UnreachedThreshold => "unreached_threshold",
-            Self::NoMinorLoops => "no_minor_loops",
-            Self::CollinearOperators => "collinear_operators",
-            Self::RateEffects => "rate_effects",
-            Self::Drift => "drift",
-            Self::Outliers => "outliers",
-            Self::ClippedOutput => "clipped_output",
-            Self::ClippedInput => "clipped_input",
-            Self::TooFewSamples => "too_few_samples",
-        }
-    }
-}
-
-impl fmt::Display for Defect {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// Something found: which defect, what it means here, and how far its number is past its limit.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Finding {
-    /// Which.
-    pub defect: Defect,
-    /// One sentence with the numbers in it.
-    pub message: String,
-    /// The number that was compared; what it is says [`Defect`].
-    pub value: f64,
-    /// What it was compared with.
-    pub limit: f64,
-    /// The record that shows it most, where records are looked at one by one.
-    pub record: Option<usize>,
-}
-
-/// Looks for every [`Defect`] in the fitted samples of `records`, given the model and delay fitted to them.
+/// Looks for every [`FindingCode`] in the fitted samples of `records`, given the model and delay fitted to them.
 ///
 /// Each record has an output offset of its own, the one that its residuals have no mean with. One pass over the
 /// records with all operators, and a QR of their outputs: the work of one step of an identification.
 ///
 /// ```
-/// use hysteresis_core::{Process, paper};
-/// use hysteresis_identify::{Defect, Record, diagnose};
+/// use hysteresis_core::Process;
+/// use hysteresis_simulate::paper;
+/// use hysteresis_identify::{FindingCode, Record, diagnose};
 ///
 /// let actuator = paper::table_1_recovered();
 /// let mut stream = actuator.forward();
@@ -112,7 +28,7 @@ pub struct Finding {
 /// let input: Vec<f64> = (0..4000).map(|k| 500.0 * (k as f64 / 100.0).sin()).collect();
 /// let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
 /// let findings = diagnose(&[Record::new(&input, &output, 0)?], &actuator.into(), 0.0)?;
-/// assert_eq!(findings.iter().map(|found| found.defect).collect::<Vec<_>>(), [Defect::NoMinorLoops]);
+/// assert_eq!(findings.iter().map(|found| found.code).collect::<Vec<_>>(), [FindingCode::NoMinorLoops]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -141,27 +57,12 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, delay: f64) -> Result<Vec
     Ok(checks.into_iter().flatten().collect())
 }
 
-/// A number before it is known whether it is past its limit.
-struct Measured {
-    defect: Defect,
-    value: f64,
-    limit: f64,
-    message: String,
-}
-
-impl Measured {
-    fn into_finding(self, record: Option<usize>) -> Finding {
-        let Self { defect, value, limit, message } = self;
-        Finding { defect, message, value, limit, record }
-    }
-}
-
 /// The finding of the record that is furthest past its limit, if one is.
-fn worst(records: &[Record<'_>], measure: impl Fn(usize, &Record<'_>) -> Option<Measured>) -> Option<Finding> {
+fn worst(records: &[Record<'_>], measure: impl Fn(usize, &Record<'_>) -> Option<Finding>) -> Option<Finding> {
     let measured = records.iter().enumerate().filter_map(|(i, record)| Some((i, measure(i, record)?)));
     let past = measured.filter(|(_, m)| m.value > m.limit);
     let (place, most) = past.max_by(|(_, a), (_, b)| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
-    Some(most.into_finding((records.len() > 1).then_some(place)))
+    Some(Finding { record: (records.len() > 1).then_some(place), ..most })
 }
 
 fn too_few_samples(records: &[Record<'_>], survey: &Survey) -> Option<Finding> {
@@ -170,10 +71,9 @@ fn too_few_samples(records: &[Record<'_>], survey: &Survey) -> Option<Finding> {
     let samples: usize = records.iter().map(Record::fitted_samples).sum();
     let unknowns = survey.operators() + records.len() + SEARCHED;
     let value = as_f64(samples) / as_f64(unknowns);
-    let message =
-        format!("{samples} fitted samples for up to {unknowns} unknowns: record longer, or fit fewer operators");
-    let measured = Measured { defect: Defect::TooFewSamples, value, limit: LIMIT, message };
-    (value < LIMIT).then(|| measured.into_finding(None))
+    let message = format!("{samples} fitted samples for up to {unknowns} unknowns");
+    let measured = Finding::new(FindingCode::TooFewSamples, value, LIMIT, message);
+    (value < LIMIT).then_some(measured)
 }
 
 fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
@@ -189,30 +89,30 @@ fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
     );
     let message = format!(
         "{value} reversals of the input inside its range from {low:.4} to {high:.4}: delay, ratios and loop width are \
-         weakly determined, add a decaying sweep"
+         weakly determined"
     );
-    let measured = Measured { defect: Defect::NoMinorLoops, value, limit: LIMIT, message };
-    (value < LIMIT).then(|| measured.into_finding(None))
+    let measured = Finding::new(FindingCode::NoMinorLoops, value, LIMIT, message);
+    (value < LIMIT).then_some(measured)
 }
 
-fn rate_effects(record: &Record<'_>, residual: &[f64], delay: f64) -> Option<Measured> {
+fn rate_effects(record: &Record<'_>, residual: &[f64], delay: f64) -> Option<Finding> {
     let speed = signal::speed(record.input(), record.skip(), delay);
     let (value, limit) = correlation(record, residual, &speed)?;
     let message = format!(
         "the residual follows the speed of the input, correlation {value:.2}: a lag, another rate effect, or loop \
          width that the model lacks"
     );
-    Some(Measured { defect: Defect::RateEffects, value: value.abs(), limit, message })
+    Some(Finding::new(FindingCode::RateEffects, value.abs(), limit, message))
 }
 
-fn drift(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
+fn drift(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
     let time: Vec<f64> = (0..residual.len()).map(as_f64).collect();
     let logarithm: Vec<f64> = time.iter().map(|t| t.ln_1p()).collect();
     let measure = |clock: &[f64], name: &str| {
         let (value, limit) = correlation(record, residual, clock)?;
         let message =
             format!("the residual follows {name}, correlation {value:.2}: creep, temperature or another slow change");
-        Some(Measured { defect: Defect::Drift, value: value.abs(), limit, message })
+        Some(Finding::new(FindingCode::Drift, value.abs(), limit, message))
     };
     let linear = measure(&time, "time")?;
     let creep = measure(&logarithm, "the logarithm of time")?;
@@ -234,7 +134,7 @@ fn correlation(record: &Record<'_>, residual: &[f64], other: &[f64]) -> Option<(
     Some((value, STRONG.max(CHANCE / independent.sqrt())))
 }
 
-fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
+fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
     const LIMIT: f64 = 7.0;
     const SMALLEST: f64 = 1e-5;
     let deviation = signal::robust_deviation(residual).max(SMALLEST * record.output_range());
@@ -246,10 +146,10 @@ fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Measured> {
         "{far} samples lie far from their neighbours, the furthest sample {} by {value:.1} standard deviations",
         record.skip() + first
     );
-    Some(Measured { defect: Defect::Outliers, value, limit: LIMIT, message })
+    Some(Finding::new(FindingCode::Outliers, value, LIMIT, message))
 }
 
-fn clipped_output(record: &Record<'_>) -> Measured {
+fn clipped_output(record: &Record<'_>) -> Finding {
     const LIMIT: f64 = 0.02;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (value, level) = signal::travel_at_the_ends(output, input);
@@ -257,10 +157,10 @@ fn clipped_output(record: &Record<'_>) -> Measured {
         "the output stays at {level:.6} while the input moves by {:.1} % of its range: a sensor or converter at its end",
         100.0 * value
     );
-    Measured { defect: Defect::ClippedOutput, value, limit: LIMIT, message }
+    Finding::new(FindingCode::ClippedOutput, value, LIMIT, message)
 }
 
-fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Measured {
+fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Finding {
     const HELD: f64 = 0.05;
     const NOISE: f64 = 8.0;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
@@ -270,5 +170,5 @@ fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Measured {
         "the recorded input stays at {level:.6} while the output moves by {:.1} % of its range: a monitor at its end",
         100.0 * value
     );
-    Measured { defect: Defect::ClippedInput, value, limit, message }
+    Finding::new(FindingCode::ClippedInput, value, limit, message)
 }

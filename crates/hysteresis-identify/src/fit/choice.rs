@@ -1,13 +1,14 @@
 //! What is left to cross-validation: the weight law, the number of operators, and how smooth their weights are.
 
 use crate::error::Error;
-use crate::folds::{CrossValidation, SMOOTHNESS, Stretches};
-use crate::law::Law;
-use crate::options::{Options, Setting, Thresholds, Weights};
-use crate::projection::{Fit, Projection};
+use crate::fit::folds::{CrossValidation, SMOOTHNESS, Stretches};
+use crate::fit::monitor::SearchMonitor;
+use crate::fit::projection::{ProjectedFit, Projection};
+use crate::fit::search::search;
+use crate::fit::space::{Point, Space};
+use crate::fit::weight_basis::WeightBasis;
+use crate::options::{Options, Setting, Thresholds, WeightLaw};
 use crate::record::Record;
-use crate::search::{Monitor, search};
-use crate::space::{Point, Space};
 
 /// The scan uses about this many samples per unknown, however long the records are.
 const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
@@ -22,7 +23,7 @@ const USUAL_OPERATORS: usize = 20;
 const OPERATORS: [usize; 8] = [4, 6, 8, 12, 16, 20, 24, 32];
 
 /// The laws that cross-validation chooses from, those with fewer unknowns first.
-const LAWS: [Weights; 3] = [Weights::Quadratic, Weights::Free, Weights::Split];
+const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::Split];
 
 /// Options that leave nothing to cross-validation, and what it said.
 pub(crate) struct Choice {
@@ -32,7 +33,7 @@ pub(crate) struct Choice {
     pub(crate) operators_tried: Vec<CrossValidation>,
     pub(crate) smoothness_tried: Vec<CrossValidation>,
     /// The fit of the choice on many of the samples, if there was a choice: where to go on.
-    pub(crate) start: Option<Fit>,
+    pub(crate) start: Option<ProjectedFit>,
     /// Where the choice was stopped, if it was and the best is to be kept.
     pub(crate) stopped: Option<Point>,
 }
@@ -46,7 +47,11 @@ struct Underway {
 /// Chooses what `options` leave open, each candidate at the ratios, offset and delay that suit it: first the weight law,
 /// then the number of operators, the smoothness of each on the way. Stopped and told to keep the best, it chooses from what
 /// it has tried until then.
-pub(crate) fn choose(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Choice, Error> {
+pub(crate) fn choose(
+    records: &[Record<'_>],
+    options: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Choice, Error> {
     let mut underway = Underway { options: options.clone(), best: None };
     match (choose_all(records, options, &mut underway, monitor), monitor.kept()) {
         (Err(Error::Interrupted), Some(point)) => {
@@ -80,7 +85,7 @@ fn choose_all(
     records: &[Record<'_>],
     options: &Options,
     underway: &mut Underway,
-    monitor: &mut Monitor<'_>,
+    monitor: &mut SearchMonitor<'_>,
 ) -> Result<Choice, Error> {
     let placed: Option<fn(usize) -> Thresholds> = match options.thresholds {
         Thresholds::Auto => Some(Thresholds::Uniform),
@@ -89,14 +94,14 @@ fn choose_all(
     };
     let mut options = options.clone();
     let (mut weights_tried, mut operators_tried, mut best) = (Vec::new(), Vec::new(), None);
-    let (laws, counts) = (options.weights == Weights::Auto, placed.is_some());
+    let (laws, counts) = (options.weights == WeightLaw::Auto, placed.is_some());
     let searches = usize::from(laws) * LAWS.len() + usize::from(counts) * OPERATORS.len() + 1;
     if laws {
         let thresholds = placed.map_or(options.thresholds.clone(), |placed| placed(USUAL_OPERATORS));
         let with = |weights| Options { weights, thresholds: thresholds.clone(), ..options.clone() };
         // Few samples are no reason to believe in the law of few unknowns.
-        let free = with(Weights::Free);
-        enough(records, &Space::new(records, &free), &Law::new(&free))?;
+        let free = with(WeightLaw::Free);
+        enough(records, &Space::new(records, &free), &WeightBasis::new(&free))?;
         let possible = LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).collect();
         let (candidate, tried) = simplest_good(records, possible, (0, searches), underway, monitor)?;
         options.weights = candidate.options.weights;
@@ -139,7 +144,7 @@ fn choose_all(
 /// Fitted on many of the samples and cross-validated.
 struct Candidate {
     options: Options,
-    fit: Fit,
+    fit: ProjectedFit,
     validation: CrossValidation,
     smoothness_tried: Vec<CrossValidation>,
 }
@@ -152,7 +157,7 @@ fn simplest_good(
     options: Vec<Options>,
     (done, searches): (usize, usize),
     underway: &mut Underway,
-    monitor: &mut Monitor<'_>,
+    monitor: &mut SearchMonitor<'_>,
 ) -> Result<(Candidate, Vec<CrossValidation>), Error> {
     let mut candidates: Vec<Candidate> = Vec::new();
     let earlier = underway.best.as_ref().map(|(validation, _)| validation.clone());
@@ -183,8 +188,8 @@ fn good(tried: &[CrossValidation]) -> usize {
     CrossValidation::good(tried).next().unwrap_or(0)
 }
 
-fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_>) -> Result<Candidate, Error> {
-    let (space, law) = (Space::new(records, options), Law::new(options));
+fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
+    let (space, law) = (Space::new(records, options), WeightBasis::new(options));
     let given = match options.smoothness {
         Setting::Fixed(smoothness) => Some(smoothness),
         Setting::Fit => None,
@@ -200,7 +205,7 @@ fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut Monitor<'_
 }
 
 /// How many samples there are, if there are enough for so many unknowns, and the latter.
-fn enough(records: &[Record<'_>], space: &Space, law: &Law) -> Result<(usize, usize), Error> {
+fn enough(records: &[Record<'_>], space: &Space, law: &WeightBasis) -> Result<(usize, usize), Error> {
     let unknowns = law.freedom() + records.len() + space.axes().len();
     let samples: usize = records.iter().map(Record::fitted_samples).sum();
     if samples < 2 * unknowns {
@@ -213,7 +218,7 @@ fn enough(records: &[Record<'_>], space: &Space, law: &Law) -> Result<(usize, us
 pub(crate) fn levels<'a>(
     records: &'a [Record<'a>],
     space: &'a Space,
-    law: &'a Law,
+    law: &'a WeightBasis,
     smoothness: f64,
     roughly: bool,
 ) -> Result<Vec<Projection<'a>>, Error> {

@@ -1,6 +1,6 @@
 //! Statistics of single signals and pairs of them.
 
-use crate::quality::as_f64;
+use crate::numeric::as_f64;
 
 pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))

@@ -2,11 +2,11 @@
 
 use faer::Mat;
 
-use crate::bounded;
-use crate::factor::triangle_of;
-use crate::options::{Options, Weights};
-use crate::projection::{Fit, Projection, below_offsets, output_offsets, penalised};
-use crate::quality::as_f64;
+use crate::fit::bounded;
+use crate::fit::factor::triangle_of;
+use crate::fit::projection::{ProjectedFit, Projection, below_offsets, output_offsets, penalised};
+use crate::numeric::as_f64;
+use crate::options::{Options, WeightLaw};
 
 /// Into how many stretches every record is cut.
 const FOLDS: usize = 8;
@@ -19,7 +19,7 @@ pub(crate) const SMOOTHNESS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-
 #[non_exhaustive]
 pub struct CrossValidation {
     /// What the weights may be.
-    pub weights: Weights,
+    pub weights: WeightLaw,
     /// How many operators the model has.
     pub operators: usize,
     /// How smooth its weights are asked to be; see [`Options::smoothness`](crate::Options::smoothness).
@@ -59,14 +59,14 @@ impl CrossValidation {
 /// to every selection of stretches, linearised about the fit to all.
 pub(crate) struct Stretches<'a> {
     projection: &'a Projection<'a>,
-    fit: &'a Fit,
+    fit: &'a ProjectedFit,
     parts: Vec<(Mat<f64>, usize)>,
     /// The triangle of all stretches but one, for each.
     others: Vec<Mat<f64>>,
 }
 
 impl<'a> Stretches<'a> {
-    pub(crate) fn new(projection: &'a Projection<'a>, fit: &'a Fit) -> Self {
+    pub(crate) fn new(projection: &'a Projection<'a>, fit: &'a ProjectedFit) -> Self {
         let parts = projection.parts(fit, FOLDS);
         let others = (0..FOLDS).map(|held_out| without(&parts, held_out)).collect();
         Self { projection, fit, parts, others }
@@ -98,7 +98,7 @@ impl<'a> Stretches<'a> {
         let offsets = self.projection.records();
         let (a, b) = below_offsets(factor, offsets);
         let (a, b) = penalised(&a, &b, penalty);
-        let steps = self.projection.space().reach(&self.fit.point, STEP);
+        let steps = self.projection.space().step_bounds(&self.fit.point, STEP);
         let mut bounds = vec![(0.0, f64::INFINITY); self.fit.unknowns.len()];
         bounds.extend(steps);
         let likely = |j: &usize| self.fit.unknowns.get(*j).is_none_or(|c| *c > 0.0);

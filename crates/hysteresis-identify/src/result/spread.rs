@@ -2,11 +2,11 @@
 
 use faer::Mat;
 
-use crate::law::Law;
-use crate::projection::{Fit, Linearised};
-use crate::regressor::{Bank, Regressor};
-use crate::space::{Parameter, Point, Space};
-use crate::uncertainty::Root;
+use crate::fit::projection::{Linearised, ProjectedFit};
+use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::weight_basis::WeightBasis;
+use crate::result::standard_errors::Root;
 
 /// What the covariance of all parameters makes of an output, linearised at the fit.
 ///
@@ -22,20 +22,20 @@ pub(crate) struct Spread {
     /// s^2 / N.
     of_offset: f64,
     weights: Vec<f64>,
-    here: Place,
+    here: OperatorsAt,
     /// For every axis a neighbour and how far away it is; none for the delay, whose derivative is at hand without.
-    neighbours: Vec<Option<(Place, f64)>>,
+    neighbours: Vec<Option<(OperatorsAt, f64)>>,
 }
 
 /// The operators at a point.
 #[derive(Clone, Debug, PartialEq)]
-struct Place {
-    bank: Bank,
+struct OperatorsAt {
+    bank: OperatorBank,
     input_offset: f64,
     delay: f64,
 }
 
-impl Place {
+impl OperatorsAt {
     fn at(space: &Space, point: &Point) -> Self {
         let (input_offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::Delay));
         Self { bank: space.bank(point), input_offset, delay }
@@ -47,7 +47,13 @@ impl Place {
 }
 
 impl Spread {
-    pub(crate) fn new(fit: &Fit, root: &Root, linearised: &Linearised, law: &Law, space: &Space) -> Self {
+    pub(crate) fn new(
+        fit: &ProjectedFit,
+        root: &Root,
+        linearised: &Linearised,
+        law: &WeightBasis,
+        space: &Space,
+    ) -> Self {
         let (unknowns, weights, axes) = (fit.unknowns.len(), fit.weights.len(), space.axes().len());
         let free = root.x.ncols();
         let of_parameter = |j: usize, k: usize| root.places[j].map_or(0.0, |place| root.x[(place, k)]);
@@ -55,7 +61,7 @@ impl Spread {
         let (means, rows) = linearised.means();
         let mean = |k: usize| means.iter().enumerate().map(|(j, mean)| mean * of_parameter(j, k)).sum();
         let neighbours = space.neighbours(&fit.point).into_iter().map(|(axis, neighbour, distance)| {
-            (axis != Parameter::Delay).then(|| (Place::at(space, &neighbour), distance))
+            (axis != Parameter::Delay).then(|| (OperatorsAt::at(space, &neighbour), distance))
         });
         Self {
             root: Mat::from_fn(weights + axes, free, |i, k| match i.checked_sub(weights) {
@@ -65,7 +71,7 @@ impl Spread {
             mean: (0..free).map(mean).collect(),
             of_offset: root.deviation * root.deviation / rows,
             weights: fit.weights.clone(),
-            here: Place::at(space, &fit.point),
+            here: OperatorsAt::at(space, &fit.point),
             neighbours: neighbours.collect(),
         }
     }

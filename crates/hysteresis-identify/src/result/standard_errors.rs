@@ -2,11 +2,11 @@
 
 use faer::Mat;
 
-use crate::factor::{back_substitute, triangle_of};
-use crate::law::Law;
-use crate::projection::{Fit, Linearised};
-use crate::quality::as_f64;
-use crate::space::{Parameter, Space};
+use crate::fit::factor::{back_substitute, triangle_of};
+use crate::fit::projection::{Linearised, ProjectedFit};
+use crate::fit::space::{Parameter, Space};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
 
 /// A column whose part beside the others is below this share of its norm tells nothing of its parameter.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
@@ -56,7 +56,7 @@ pub(crate) struct Root {
 }
 
 impl Root {
-    pub(crate) fn of(fit: &Fit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
+    pub(crate) fn of(fit: &ProjectedFit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
         let unknowns = fit.unknowns.len();
         let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
         let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] > 0.0).collect();
@@ -81,7 +81,7 @@ impl Root {
 }
 
 impl StandardErrors {
-    pub(crate) fn of(fit: &Fit, root: &Root, law: &Law, space: &Space) -> Self {
+    pub(crate) fn of(fit: &ProjectedFit, root: &Root, law: &WeightBasis, space: &Space) -> Self {
         let unknowns = fit.unknowns.len();
         let weights: Vec<f64> = fit
             .weights
@@ -116,7 +116,7 @@ impl StandardErrors {
 }
 
 /// s R^-1 of the free columns, those left out that depend on others.
-fn root(fit: &Fit, linearised: &Linearised, mut free: Vec<usize>, rows: usize) -> Root {
+fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows: usize) -> Root {
     let (a, _) = linearised.below_offsets();
     let r = loop {
         let r = triangle_of(Mat::from_fn(a.nrows().max(free.len()), free.len(), |i, j| {

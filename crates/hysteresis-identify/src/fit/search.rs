@@ -1,13 +1,13 @@
 //! The nonlinear half of the problem: a scan of starts on thinned rows, then Gauss-Newton on all of them.
 
 use std::cmp::Ordering;
-use std::ops::ControlFlow;
 
 use crate::error::Error;
-use crate::law::Law;
-use crate::projection::{Fit, Linearised, Projection};
-use crate::quality::as_f64;
-use crate::space::{Parameter, Point};
+use crate::fit::monitor::{SearchMonitor, SearchStage, Span};
+use crate::fit::projection::{Linearised, ProjectedFit, Projection};
+use crate::fit::space::{Parameter, Point};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
 
 /// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
@@ -30,98 +30,6 @@ const ROUNDING_SQUARES: f64 = 1e-28;
 /// Steps below this, in scales, change nothing.
 const MIN_STEP: f64 = 1e-13;
 
-/// What the search is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stage {
-    /// Trying starts on a selection of the samples.
-    Scan,
-    /// Improving the best starts on that selection.
-    Refine,
-    /// Improving the best of them on all samples.
-    Finish,
-}
-
-/// How far the search is, reported after every evaluation of the model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Progress {
-    /// What the search is doing; where cross-validation chooses, one search follows the other.
-    pub stage: Stage,
-    /// Passes over the records so far.
-    pub evaluations: usize,
-    /// The smallest root mean square error of this stage, in the unit of the output, over the samples it uses.
-    pub best_rmse: f64,
-    /// The share of the work that is done at least, from 0 to 1; it never decreases.
-    pub fraction: f64,
-}
-
-/// What an identification that is told to stop leaves behind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// Nothing: [`Error::Interrupted`].
-    Discard,
-    /// The best that was found so far, marked as partial.
-    KeepBest,
-}
-
-/// Counts evaluations and reports them.
-pub(crate) struct Monitor<'a> {
-    report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
-    now: Progress,
-    /// Where the smallest error of this stage was found.
-    best: Option<Point>,
-    keeps_best: bool,
-    /// The share of the whole work that the present search is.
-    span: Span,
-}
-
-impl<'a> Monitor<'a> {
-    pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
-        let now = Progress { stage: Stage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now, best: None, keeps_best: false, span: Span { from: 0.0, to: 1.0 } }
-    }
-
-    /// The best point so far, if the search was stopped and that is to be kept.
-    pub(crate) fn kept(&self) -> Option<Point> {
-        self.best.filter(|_| self.keeps_best)
-    }
-
-    /// Makes the next search the part number `part` of so many.
-    pub(crate) fn within(&mut self, part: usize, of: usize) {
-        let whole = Span { from: 0.0, to: 1.0 };
-        self.span = Span { from: whole.at(part, of), to: whole.at(part + 1, of) };
-        self.enter(Stage::Scan);
-    }
-
-    pub(crate) fn evaluations(&self) -> usize {
-        self.now.evaluations
-    }
-
-    /// Starts a stage.
-    fn enter(&mut self, stage: Stage) {
-        self.now.stage = stage;
-        self.now.best_rmse = f64::INFINITY;
-    }
-
-    /// Counts one evaluation.
-    fn evaluated(&mut self, projection: &Projection<'_>, fit: &Fit, fraction: f64) -> Result<(), Error> {
-        self.now.evaluations += 1;
-        let rmse = projection.rmse(fit.squares);
-        if rmse < self.now.best_rmse {
-            (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
-        }
-        self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
-        match (self.report)(&self.now) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(stop) => {
-                self.keeps_best = stop == Stop::KeepBest;
-                Err(Error::Interrupted)
-            }
-        }
-    }
-}
-
 /// When to stop improving.
 #[derive(Clone, Copy)]
 struct Patience {
@@ -131,28 +39,15 @@ struct Patience {
     passes: usize,
 }
 
-/// The part of the whole work that an improvement takes.
-#[derive(Clone, Copy)]
-struct Span {
-    from: f64,
-    to: f64,
-}
-
-impl Span {
-    fn at(self, done: usize, of: usize) -> f64 {
-        self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
-    }
-}
-
 /// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
 /// to start unless that is known, each further one is cheap because it starts next to where it ends, and the last has
 /// all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
-    law: &Law,
-    known: Option<&Fit>,
-    monitor: &mut Monitor<'_>,
-) -> Result<(Fit, Linearised), Error> {
+    law: &WeightBasis,
+    known: Option<&ProjectedFit>,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(ProjectedFit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
     let starts = all.space().starts();
     // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
@@ -173,7 +68,7 @@ pub(crate) fn search(
         }
         best = Some(found);
     }
-    monitor.enter(Stage::Finish);
+    monitor.enter(SearchStage::Finish);
     let start = best.as_ref().map_or(starts[0], |fit| fit.point);
     improve(
         all,
@@ -187,7 +82,11 @@ pub(crate) fn search(
 }
 
 /// The fits at all starts, best first, all at the delay that suits the best of them.
-fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -> Result<Vec<Fit>, Error> {
+fn scan(
+    thinned: &Projection<'_>,
+    starts: &[Point],
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Vec<ProjectedFit>, Error> {
     let delays = thinned.space().delays();
     let (mut done, total) = (0, 2 * starts.len() + delays.len());
     let span = Span { from: 0.0, to: 0.2 };
@@ -214,8 +113,13 @@ fn scan(thinned: &Projection<'_>, starts: &[Point], monitor: &mut Monitor<'_>) -
 }
 
 /// Where the best of these fits leads: in every round the better ones go on.
-fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut Monitor<'_>) -> Result<Fit, Error> {
-    monitor.enter(Stage::Refine);
+fn refine(
+    thinned: &Projection<'_>,
+    law: &WeightBasis,
+    mut fits: Vec<ProjectedFit>,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<ProjectedFit, Error> {
+    monitor.enter(SearchStage::Refine);
     let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
     let whole = Span { from: 0.2, to: 0.6 };
     for (entering, passes) in ROUNDS {
@@ -231,7 +135,7 @@ fn refine(thinned: &Projection<'_>, law: &Law, mut fits: Vec<Fit>, monitor: &mut
     Ok(fits.swap_remove(0))
 }
 
-fn by_objective(p: &Fit, q: &Fit) -> Ordering {
+fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
     p.objective.total_cmp(&q.objective)
 }
 
@@ -244,13 +148,13 @@ fn by_objective(p: &Fit, q: &Fit) -> Ordering {
 /// next derivatives at once, at the weights that the step foresaw.
 fn improve(
     projection: &Projection<'_>,
-    law: &Law,
+    law: &WeightBasis,
     start: &Point,
-    like: Option<&Fit>,
+    like: Option<&ProjectedFit>,
     mut patience: Patience,
     span: Span,
-    monitor: &mut Monitor<'_>,
-) -> Result<(Fit, Linearised), Error> {
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(ProjectedFit, Linearised), Error> {
     let first = if like.is_none() { Some(projection.fit(start, None)) } else { None };
     if let Some(first) = &first {
         monitor.evaluated(projection, first, span.from)?;
@@ -275,18 +179,18 @@ fn improve(
 #[expect(clippy::too_many_arguments, reason = "the state of one descent")]
 fn step_down(
     projection: &Projection<'_>,
-    law: &Law,
-    here: &Fit,
+    law: &WeightBasis,
+    here: &ProjectedFit,
     linearised: &Linearised,
     radius: &mut f64,
     patience: &mut Patience,
     fraction: f64,
-    monitor: &mut Monitor<'_>,
-) -> Result<Option<(Fit, Linearised)>, Error> {
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<(ProjectedFit, Linearised)>, Error> {
     let axes = projection.space().axes();
     while patience.passes > 0 {
         patience.passes -= 1;
-        let bounds = projection.space().reach(&here.point, *radius);
+        let bounds = projection.space().step_bounds(&here.point, *radius);
         let step = linearised.step(&bounds, law);
         let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
         let promised_decrease = here.objective - step.objective;

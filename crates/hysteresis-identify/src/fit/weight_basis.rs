@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-use crate::options::{Options, Thresholds, Weights};
-use crate::quality::as_f64;
+use crate::numeric::as_f64;
+use crate::options::{Options, Thresholds, WeightLaw};
 
 /// A weight law: the weights are B c with unknowns c >= 0.
 ///
@@ -12,14 +12,14 @@ use crate::quality::as_f64;
 /// that are nowhere negative at i = 1..n-1. For split ones the weights are those above zero, then those below, and an
 /// operator of threshold zero, the identity, has one unknown for both.
 #[derive(Clone, Debug)]
-pub(crate) struct Law {
+pub(crate) struct WeightBasis {
     operators: usize,
     split: bool,
     freedom: usize,
     basis: Option<Mat<f64>>,
 }
 
-impl Law {
+impl WeightBasis {
     pub(crate) fn new(options: &Options) -> Self {
         let n = options.operators();
         let has_identity = match &options.thresholds {
@@ -27,15 +27,15 @@ impl Law {
             _ => true,
         };
         let basis = match options.weights {
-            Weights::Auto | Weights::Free => None,
-            Weights::Quadratic => quadratics(n),
-            Weights::Split => Some(families(n, has_identity)),
+            WeightLaw::Auto | WeightLaw::Free => None,
+            WeightLaw::Quadratic => quadratics(n),
+            WeightLaw::Split => Some(families(n, has_identity)),
         };
-        let split = options.weights == Weights::Split;
+        let split = options.weights == WeightLaw::Split;
         let freedom = match options.weights {
-            Weights::Auto | Weights::Free => n,
-            Weights::Quadratic => n.min(4),
-            Weights::Split => 2 * n - usize::from(has_identity),
+            WeightLaw::Auto | WeightLaw::Free => n,
+            WeightLaw::Quadratic => n.min(4),
+            WeightLaw::Split => 2 * n - usize::from(has_identity),
         };
         Self { operators: n, split, freedom, basis }
     }
@@ -114,22 +114,22 @@ mod tests {
 
     use super::*;
 
-    fn law(weights: Weights, n: usize) -> Law {
-        Law::new(&Options { weights, thresholds: Thresholds::Uniform(n), ..Options::default() })
+    fn law(weights: WeightLaw, n: usize) -> WeightBasis {
+        WeightBasis::new(&Options { weights, thresholds: Thresholds::Uniform(n), ..Options::default() })
     }
 
     proptest! {
         /// Every quadratic that is nowhere negative is a non-negative combination of the rays, and no other is.
         #[test]
         fn rays_span_the_quadratics_that_are_not_negative(n in 5..25_usize, c in prop::array::uniform3(-1.0..1.0_f64)) {
-            let law = law(Weights::Quadratic, n);
+            let law = law(WeightLaw::Quadratic, n);
             let value = |i: usize| c[0] + as_f64(i) * (c[1] + as_f64(i) * c[2] / as_f64(n)) / as_f64(n);
             let mut target: Vec<f64> = (0..n).map(value).collect();
             target[0] = 0.3;
             let lowest = target.iter().copied().fold(f64::INFINITY, f64::min);
             let basis = law.basis.as_ref().unwrap();
             let bounds = vec![(0.0, f64::INFINITY); n];
-            let found = crate::bounded::solve(basis.as_ref(), &target, &bounds, &[]);
+            let found = crate::fit::bounded::solve(basis.as_ref(), &target, &bounds, &[]);
             let close = found.squares < 1e-18;
             prop_assert!(close || lowest < 1e-9, "{target:?} left {}", found.squares);
             prop_assert!(!close || lowest > -1e-8);
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn split_weights_share_the_identity() {
-        let law = law(Weights::Split, 3);
+        let law = law(WeightLaw::Split, 3);
         assert_eq!((law.columns(), law.freedom()), (6, 5));
         let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn columns_of_unknowns_stand_where_those_of_weights_stood() {
-        let law = law(Weights::Split, 2);
+        let law = law(WeightLaw::Split, 2);
         let columns = Mat::from_fn(1, 7, |_, j| as_f64(10_usize.pow(u32::try_from(j).unwrap())));
         // offset, [w0 w1 v0 v1] -> [w0 + v0, w1, v1], two more
         let mapped = law.in_unknowns(columns.as_ref(), 1);

@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, noise, output, paper_actuator, run, weights};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Defect, Error, Identification, Options, Quality, Record, RecordError, Setting, Stop, Thresholds, Weights, diagnose,
-    identify,
+    Error, FindingCode, Identification, Options, Quality, Record, RecordError, Setting, Stop, Thresholds, WeightLaw,
+    diagnose, identify,
 };
 
 const NOISE: f64 = 0.015;
@@ -24,7 +24,7 @@ fn noisy_about(centre: f64, samples: u32, periods: f64, seed: u64) -> (Vec<f64>,
     (input, clean.iter().zip(noise).map(|(y, e)| y + e).collect())
 }
 
-fn known(weights: Weights) -> Options {
+fn known(weights: WeightLaw) -> Options {
     Options {
         weights,
         thresholds: Thresholds::Given((0..10).map(|i| 50.0 * f64::from(i)).collect()),
@@ -42,10 +42,10 @@ fn warnings_are_the_findings_about_the_fitted_records() {
     measured.iter_mut().zip(noise(4000, NOISE, 3)).for_each(|(y, e)| *y += e);
     measured[2000] += 0.5;
     let record = [Record::new(&input, &measured, 100).unwrap()];
-    let found = run(&record, &known(Weights::Free)).unwrap();
+    let found = run(&record, &known(WeightLaw::Free)).unwrap();
     assert_eq!(found.warnings, diagnose(&record, &found.model, found.delay).unwrap());
-    let defects: Vec<_> = found.warnings.iter().map(|finding| finding.defect).collect();
-    assert!(defects.contains(&Defect::NoMinorLoops) && defects.contains(&Defect::Outliers), "{defects:?}");
+    let defects: Vec<_> = found.warnings.iter().map(|finding| finding.code).collect();
+    assert!(defects.contains(&FindingCode::NoMinorLoops) && defects.contains(&FindingCode::Outliers), "{defects:?}");
 }
 
 fn quality(found: &Identification, record: &Record<'_>, offset: Option<f64>) -> Quality {
@@ -56,7 +56,7 @@ fn quality(found: &Identification, record: &Record<'_>, offset: Option<f64>) -> 
 #[test]
 fn leaving_a_loop_out_is_fitting_without_it() {
     let (input, output) = noisy(3_000, 6.0, 5);
-    for law in [Weights::Free, Weights::Quadratic, Weights::Split] {
+    for law in [WeightLaw::Free, WeightLaw::Quadratic, WeightLaw::Split] {
         let record = [Record::new(&input, &output, 40).unwrap()];
         let found = run(&record, &known(law)).unwrap();
         let rows = found.leave_one_loop_out(&record).unwrap();
@@ -95,15 +95,15 @@ fn a_record_of_one_loop_is_left_out_whole() {
     let (input, output) = noisy(3_000, 6.0, 5);
     let shifted: Vec<f64> = output[..700].iter().map(|y| y + 7.0).collect();
     let records = [Record::new(&input, &output, 40).unwrap(), Record::new(&input[..700], &shifted, 40).unwrap()];
-    let found = run(&records, &known(Weights::Free)).unwrap();
+    let found = run(&records, &known(WeightLaw::Free)).unwrap();
     let rows = found.leave_one_loop_out(&records).unwrap();
     assert_eq!((rows.len(), rows[5].record, rows[5].samples.clone()), (6, 1, 40..700));
-    let alone = run(&records[..1], &known(Weights::Free)).unwrap();
+    let alone = run(&records[..1], &known(WeightLaw::Free)).unwrap();
     let expected = quality(&alone, &records[1], None);
     assert!((rows[5].left_out.rmse - expected.rmse).abs() < 1e-8 * expected.rmse);
     assert!((found.output_offsets[1] - found.output_offsets[0] - 7.0).abs() < 0.01);
 
-    let one = run(&records[1..], &known(Weights::Free)).unwrap();
+    let one = run(&records[1..], &known(WeightLaw::Free)).unwrap();
     let error = one.leave_one_loop_out(&records[1..]).unwrap_err();
     assert_eq!(error, Error::TooFewLoops { got: 1 });
     assert!(error.to_string().starts_with("records: expected at least two loops"), "{error}");
@@ -114,7 +114,7 @@ fn a_record_of_one_loop_is_left_out_whole() {
 fn many_loops_are_left_out_in_groups() {
     let (input, output) = noisy(9_000, 600.0, 5);
     let record = [Record::new(&input, &output, 0).unwrap()];
-    let rows = run(&record, &known(Weights::Quadratic)).unwrap().leave_one_loop_out(&record).unwrap();
+    let rows = run(&record, &known(WeightLaw::Quadratic)).unwrap().leave_one_loop_out(&record).unwrap();
     assert!((100..=200).contains(&rows.len()), "{}", rows.len());
     assert_eq!((rows[0].samples.start, rows[rows.len() - 1].samples.end), (0, 9_000));
     assert!(rows.windows(2).all(|pair| pair[0].samples.end == pair[1].samples.start));
@@ -157,7 +157,7 @@ fn a_search_that_is_stopped_hands_over_its_best() {
 #[test]
 fn the_deviation_of_a_prediction_is_its_spread() {
     let unseen = decaying_triangle(400, 250.0, 3.0, 210.0);
-    for law in [Weights::Free, Weights::Quadratic, Weights::Split] {
+    for law in [WeightLaw::Free, WeightLaw::Quadratic, WeightLaw::Split] {
         let (mut sums, mut squares, mut told) = (vec![0.0; 400], vec![0.0; 400], 0.0);
         for seed in 0..40 {
             // Far from zero the output offset and the weights make up for each other.
@@ -181,7 +181,7 @@ fn the_deviation_of_a_prediction_is_its_spread() {
 #[test]
 fn the_deviation_of_a_prediction_wants_finite_samples() {
     let (input, output) = noisy(1_500, 8.0, 9);
-    let found = run(&[Record::new(&input, &output, 0).unwrap()], &known(Weights::Free)).unwrap();
+    let found = run(&[Record::new(&input, &output, 0).unwrap()], &known(WeightLaw::Free)).unwrap();
     let error = found.predict_std(&[0.0, f64::NAN]).unwrap_err();
     assert!(matches!(error, RecordError::NotFinite { argument: "input", index: 1, .. }), "{error}");
     assert_eq!(found.predict_std(&[]), Ok(Vec::new()));

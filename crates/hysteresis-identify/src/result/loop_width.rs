@@ -1,9 +1,9 @@
 //! How wide the loops of a record are.
 
-use crate::diagnostics::signal::{bounds, turns};
 use crate::error::RecordError;
-use crate::quality::as_f64;
+use crate::numeric::as_f64;
 use crate::record::check_finite;
+use crate::signal::{bounds, turns};
 
 /// How many parts of the input range are looked at.
 const PARTS: usize = 50;

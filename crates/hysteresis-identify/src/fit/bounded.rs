@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use crate::factor::{back_substitute, triangle_of};
+use crate::fit::factor::{back_substitute, triangle_of};
 
 /// A column is taken as dependent on others if what is left of it is below this share of its norm.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-11;
@@ -29,7 +29,7 @@ pub(crate) struct Solution {
 /// the time. The answer satisfies the conditions of Karush, Kuhn and Tucker up to rounding; where columns depend on
 /// each other it is one of several.
 pub(crate) fn solve(a: MatRef<'_, f64>, b: &[f64], bounds: &[(f64, f64)], free: &[usize]) -> Solution {
-    let mut problem = Problem::new(a, b, bounds);
+    let mut problem = ActiveSet::new(a, b, bounds);
     problem.start(free);
     // Every round lowers |A x - b|, so no set of free unknowns comes back; the limit only guards against rounding.
     for _ in 0..10 * (bounds.len() + 1) {
@@ -42,7 +42,7 @@ pub(crate) fn solve(a: MatRef<'_, f64>, b: &[f64], bounds: &[(f64, f64)], free: 
     Solution { squares: residual.iter().map(|e| e * e).sum(), kkt_residual, x: problem.x }
 }
 
-struct Problem<'a> {
+struct ActiveSet<'a> {
     a: MatRef<'a, f64>,
     b: &'a [f64],
     bounds: &'a [(f64, f64)],
@@ -53,7 +53,7 @@ struct Problem<'a> {
     free: Vec<usize>,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> ActiveSet<'a> {
     fn new(a: MatRef<'a, f64>, b: &'a [f64], bounds: &'a [(f64, f64)]) -> Self {
         let norms = (0..a.ncols()).map(|j| a.col(j).norm_l2()).collect();
         let b_norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
@@ -216,7 +216,7 @@ mod tests {
             if (0..n).any(|j| sides[j] == 2 && bounds[j].1.is_infinite()) {
                 continue;
             }
-            let mut problem = Problem::new(a.as_ref(), b, bounds);
+            let mut problem = ActiveSet::new(a.as_ref(), b, bounds);
             problem.x = (0..n).map(|j| if sides[j] == 2 { bounds[j].1 } else { bounds[j].0 }).collect();
             problem.free = (0..n).filter(|j| sides[*j] == 0).collect();
             let Ok(x) = problem.minimum_over_free() else { continue };
@@ -236,7 +236,7 @@ mod tests {
         bounds: &[(f64, f64)],
         solution: &Solution,
     ) -> Result<(), TestCaseError> {
-        let problem = Problem { x: solution.x.clone(), ..Problem::new(a.as_ref(), b, bounds) };
+        let problem = ActiveSet { x: solution.x.clone(), ..ActiveSet::new(a.as_ref(), b, bounds) };
         let residual = problem.residual();
         for (j, (lower, upper)) in bounds.iter().enumerate() {
             let (x, downhill) = (solution.x[j], dot(a.as_ref(), j, &residual));
@@ -247,7 +247,7 @@ mod tests {
         }
         prop_assert!(solution.kkt_residual <= 1e-9, "{}", solution.kkt_residual);
         // What is called a residual is one: an answer that is not the best has it.
-        let wrong = Problem { x: bounds.iter().map(|(lower, _)| *lower).collect(), ..problem };
+        let wrong = ActiveSet { x: bounds.iter().map(|(lower, _)| *lower).collect(), ..problem };
         let residual = wrong.residual();
         let best = solution.squares >= residual.iter().map(|e| e * e).sum::<f64>() * (1.0 - 1e-9);
         prop_assert!(best || wrong.kkt_residual(&residual) > 1e-9);

@@ -4,14 +4,14 @@ use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
 /// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Bank {
+pub(crate) struct OperatorBank {
     r: Vec<f64>,
     ra: Vec<f64>,
     rb: Vec<f64>,
     rc: Vec<f64>,
 }
 
-impl Bank {
+impl OperatorBank {
     /// The operators of thresholds `r` in these proportions: the same products as in the core.
     pub(crate) fn from_ratios(r: &[f64], ratios: Ratios) -> Self {
         let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
@@ -80,7 +80,7 @@ fn min(a: f64, b: f64) -> f64 {
 /// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
 /// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.
 pub(crate) struct Regressor<'a> {
-    bank: &'a Bank,
+    bank: &'a OperatorBank,
     input: &'a [f64],
     input_offset: f64,
     whole: usize,
@@ -99,7 +99,7 @@ pub(crate) struct Regressor<'a> {
 
 impl<'a> Regressor<'a> {
     /// The regressor before the record's first sample; `delay` in samples, not negative.
-    pub(crate) fn new(bank: &'a Bank, input: &'a [f64], input_offset: f64, delay: f64) -> Self {
+    pub(crate) fn new(bank: &'a OperatorBank, input: &'a [f64], input_offset: f64, delay: f64) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
@@ -224,7 +224,7 @@ mod tests {
             delay in 0_usize..5,
         ) {
             let ratios = Ratios { ra, rb: rb * ra, rc };
-            let bank = Bank::from_ratios(&r, ratios);
+            let bank = OperatorBank::from_ratios(&r, ratios);
             #[expect(clippy::cast_precision_loss, reason = "small")]
             let mut regressor = Regressor::new(&bank, &input, input_offset, delay as f64);
             let operators: Vec<_> = r.iter().map(|r| CoupledPlay::new(*r, ra * r, ratios.rb * r, rc * r).unwrap()).collect();
@@ -253,8 +253,8 @@ mod tests {
             delay in 0.0..5.0_f64,
             rows in prop::sample::subsequence((0..80).collect::<Vec<_>>(), 1..20),
         ) {
-            let bank = Bank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER);
-            let turns = crate::course::turns(&input, 0.0);
+            let bank = OperatorBank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER);
+            let turns = crate::fit::course::turns(&input, 0.0);
             let (mut every, mut some) = (Regressor::new(&bank, &input, 0.5, delay), Regressor::new(&bank, &input, 0.5, delay));
             let (mut one, mut other) = ([0.0; 6], [0.0; 6]);
             for k in rows.into_iter().filter(|k| *k < input.len()) {
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_fractional_delay_lies_between_its_neighbours() {
-        let bank = Bank::from_ratios(&[0.0, 1.0], Ratios::PAPER);
+        let bank = OperatorBank::from_ratios(&[0.0, 1.0], Ratios::PAPER);
         let input = [0.0, 4.0, -4.0, 3.0];
         let outputs = |delay| {
             let mut regressor = Regressor::new(&bank, &input, 0.0, delay);

@@ -5,16 +5,17 @@ use std::ops::Range;
 use faer::Mat;
 use hysteresis_core::Offsets;
 
-use crate::bounded;
-use crate::diagnostics::signal::{bounds, turns};
 use crate::error::Error;
-use crate::factor::{TriangularFactor, triangle_of};
-use crate::identification::Identification;
-use crate::law::Law;
-use crate::projection::{below_offsets, output_offsets, penalised};
-use crate::quality::{Quality, as_f64};
+use crate::fit::bounded;
+use crate::fit::factor::{TriangularFactor, triangle_of};
+use crate::fit::projection::{below_offsets, output_offsets, penalised};
+use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
 use crate::record::Record;
-use crate::regressor::{Bank, Regressor};
+use crate::result::identification::Identification;
+use crate::result::quality::Quality;
+use crate::signal::{bounds, turns};
 
 /// The input turns round where it goes back by this share of its range.
 const SWING: f64 = 0.05;
@@ -39,7 +40,7 @@ pub struct LeftOutLoop {
 }
 
 /// The best weights and output offsets; no offset where no sample tells it.
-struct Solution {
+struct LeftOutSolution {
     unknowns: Vec<f64>,
     weights: Vec<f64>,
     output_offsets: Vec<Option<f64>>,
@@ -70,10 +71,10 @@ impl Identification {
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let (bank, _, offsets) = Bank::of_model(&self.model);
+        let (bank, _, offsets) = OperatorBank::of_model(&self.model);
         let pass = Pass { records, loops: &loops, bank: &bank, offsets, delay: self.delay };
-        let law = Law::new(&self.options);
-        let problem = Problem { offsets: records.len(), law: &law, penalty: &self.penalty };
+        let law = WeightBasis::new(&self.options);
+        let problem = LeaveOneOut { offsets: records.len(), law: &law, penalty: &self.penalty };
         let solutions = problem.solutions(&pass.triangles(&law), |loop_| loops[loop_].0);
         Ok(pass.judge(&solutions))
     }
@@ -111,7 +112,7 @@ fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
 struct Pass<'a> {
     records: &'a [Record<'a>],
     loops: &'a [(usize, Range<usize>)],
-    bank: &'a Bank,
+    bank: &'a OperatorBank,
     offsets: Offsets,
     delay: f64,
 }
@@ -135,7 +136,7 @@ impl Pass<'_> {
     }
 
     /// R of [output offsets | unknowns | y] of every loop.
-    fn triangles(&self, law: &Law) -> Vec<Mat<f64>> {
+    fn triangles(&self, law: &WeightBasis) -> Vec<Mat<f64>> {
         let (offsets, n) = (self.records.len(), law.columns());
         let columns = offsets + n + 1;
         let mut row = vec![0.0; columns];
@@ -158,7 +159,7 @@ impl Pass<'_> {
     }
 
     /// The errors of every loop, with the weights of all loops, which come first, and those of the others.
-    fn judge(&self, solutions: &[Solution]) -> Vec<LeftOutLoop> {
+    fn judge(&self, solutions: &[LeftOutSolution]) -> Vec<LeftOutLoop> {
         let all = &solutions[0];
         let mut outputs: Vec<[Vec<f64>; 2]> = self.loops.iter().map(|_| [Vec::new(), Vec::new()]).collect();
         self.walk(|number, _, regressor| {
@@ -195,18 +196,18 @@ impl Pass<'_> {
 }
 
 /// What is solved for any loops: the number of output offsets, the law, and the rows that ask for smooth weights.
-struct Problem<'a> {
+struct LeaveOneOut<'a> {
     offsets: usize,
-    law: &'a Law,
+    law: &'a WeightBasis,
     penalty: &'a Mat<f64>,
 }
 
-impl Problem<'_> {
+impl LeaveOneOut<'_> {
     /// The solution of all loops, then those without each of them.
     ///
     /// The triangles of several loops, one below the other, are those of all their samples. So with the triangles of all
     /// loops before and of all loops after each, a loop is left out without taking anything away.
-    fn solutions(&self, triangles: &[Mat<f64>], record: impl Fn(usize) -> usize) -> Vec<Solution> {
+    fn solutions(&self, triangles: &[Mat<f64>], record: impl Fn(usize) -> usize) -> Vec<LeftOutSolution> {
         let count = triangles.len();
         let mut after = vec![Mat::zeros(0, triangles[0].ncols())];
         for triangle in triangles.iter().rev() {
@@ -227,7 +228,7 @@ impl Problem<'_> {
     }
 
     /// The best weights and offsets, without the offset of a record that has no samples among these.
-    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> Solution {
+    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> LeftOutSolution {
         let Self { offsets, law, penalty } = *self;
         let kept: Vec<usize> = (0..factor.ncols()).filter(|j| Some(*j) != without).collect();
         let factor = match without {
@@ -242,7 +243,7 @@ impl Problem<'_> {
         let mut values = output_offsets(&factor, told, &unknowns).into_iter();
         let output_offsets =
             (0..offsets).map(|place| (Some(place) != without).then(|| values.next()).flatten()).collect();
-        Solution { weights: law.weights(&unknowns), unknowns, output_offsets }
+        LeftOutSolution { weights: law.weights(&unknowns), unknowns, output_offsets }
     }
 }
 

@@ -1,6 +1,7 @@
 //! How well a model fits, always with the base of every percentage.
 
-use crate::loop_width::loop_width;
+use super::loop_width::loop_width;
+use crate::numeric::as_f64;
 
 /// The errors of a model over fitted samples, in the unit of the output.
 ///
@@ -102,12 +103,6 @@ impl Quality {
             samples,
         }
     }
-}
-
-/// A count as a number; exact up to 2^53.
-#[expect(clippy::cast_precision_loss, reason = "no record has 2^53 samples")]
-pub(crate) fn as_f64(count: usize) -> f64 {
-    count as f64
 }
 
 #[cfg(test)]

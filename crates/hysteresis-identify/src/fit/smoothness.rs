@@ -2,9 +2,9 @@
 
 use faer::Mat;
 
-use crate::factor::triangle_of;
-use crate::law::Law;
-use crate::quality::as_f64;
+use crate::fit::factor::triangle_of;
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
 
 /// Rows D, one column for each unknown of the law, such that |D c|^2 is `strength` times the sum of the squared second
 /// differences of the weights w_i, i = 1..n-1, of every family.
@@ -12,7 +12,7 @@ use crate::quality::as_f64;
 /// Where thresholds are uneven, a weight counts per interval that its threshold stands for, and the differences are
 /// divided ones: w_i / h_i, h_i half the distance of both neighbours (at the ends: the whole distance of the one), over
 /// (r_i - r_j) / h, h the mean interval. For even thresholds that is w_(i-1) - 2 w_i + w_(i+1).
-pub(crate) fn penalty(law: &Law, thresholds: &[f64], strength: f64) -> Mat<f64> {
+pub(crate) fn penalty(law: &WeightBasis, thresholds: &[f64], strength: f64) -> Mat<f64> {
     let n = thresholds.len();
     let families = law.columns() / n.max(1);
     // No second difference without three weights besides the identity.
@@ -66,11 +66,11 @@ pub(crate) fn with_penalty(a: &Mat<f64>, b: &[f64], penalty: &Mat<f64>) -> (Mat<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::{Options, Thresholds, Weights};
+    use crate::options::{Options, Thresholds, WeightLaw};
 
-    fn of(weights: Weights, thresholds: &[f64], unknowns: &[f64]) -> f64 {
+    fn of(weights: WeightLaw, thresholds: &[f64], unknowns: &[f64]) -> f64 {
         let options = Options { weights, thresholds: Thresholds::Given(thresholds.to_vec()), ..Options::default() };
-        let rows = penalty(&Law::new(&options), thresholds, 4.0);
+        let rows = penalty(&WeightBasis::new(&options), thresholds, 4.0);
         let value = |i: usize| unknowns.iter().enumerate().map(|(j, c)| rows[(i, j)] * c).sum::<f64>();
         (0..rows.nrows()).map(|i| value(i).powi(2)).sum()
     }
@@ -79,10 +79,10 @@ mod tests {
     fn even_thresholds_have_plain_second_differences() {
         let r = [0.0, 2.0, 4.0, 6.0, 8.0];
         // differences 1 - 2 x 3 + 2 = -3 and 3 - 2 x 2 + 7 = 6, times 4
-        assert!((of(Weights::Free, &r, &[9.0, 1.0, 3.0, 2.0, 7.0]) - 180.0).abs() < 1e-12);
+        assert!((of(WeightLaw::Free, &r, &[9.0, 1.0, 3.0, 2.0, 7.0]) - 180.0).abs() < 1e-12);
         // and those of the other family, 1 - 2 x 1 + 0 and 1 - 0 + 0
-        assert!((of(Weights::Split, &r, &[9.0, 1.0, 3.0, 2.0, 7.0, 1.0, 1.0, 0.0, 0.0]) - 188.0).abs() < 1e-12);
-        assert_eq!(of(Weights::Free, &r[..3], &[1.0, 5.0, 2.0]), 0.0);
+        assert!((of(WeightLaw::Split, &r, &[9.0, 1.0, 3.0, 2.0, 7.0, 1.0, 1.0, 0.0, 0.0]) - 188.0).abs() < 1e-12);
+        assert_eq!(of(WeightLaw::Free, &r[..3], &[1.0, 5.0, 2.0]), 0.0);
     }
 
     /// A weight per volt that is a line over the threshold costs nothing, wherever the thresholds lie.
@@ -94,9 +94,9 @@ mod tests {
             let each = r[1..].iter().zip(interval).map(|(r, h)| density(*r) * h);
             std::iter::once(5.0).chain(each).collect::<Vec<_>>()
         };
-        assert!(of(Weights::Free, &r, &weights(&|r| 3.0 + 0.5 * r)) < 1e-20);
+        assert!(of(WeightLaw::Free, &r, &weights(&|r| 3.0 + 0.5 * r)) < 1e-20);
         // r^2 has the second difference 2 at all three places: in mean intervals of 1.5, (2 x 1.5^3)^2 x 4
-        let bent = of(Weights::Free, &r, &weights(&|r| r * r));
+        let bent = of(WeightLaw::Free, &r, &weights(&|r| r * r));
         assert!((bent / (3.0 * 4.0 * (2.0 * 1.5_f64.powi(3)).powi(2)) - 1.0).abs() < 1e-12, "{bent}");
     }
 }

@@ -2,22 +2,22 @@
 
 use faer::Mat;
 
-use crate::bounded;
-use crate::course::Course;
-use crate::factor::{TriangularFactor, back_substitute};
-use crate::law::Law;
-use crate::quality::as_f64;
+use crate::fit::bounded;
+use crate::fit::course::Course;
+use crate::fit::factor::{TriangularFactor, back_substitute};
+use crate::fit::regressor::Regressor;
+use crate::fit::smoothness::{penalty, with_penalty};
+use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
 use crate::record::Record;
-use crate::regressor::Regressor;
-use crate::smoothness::{penalty, with_penalty};
-use crate::space::{Parameter, Point, Space};
 
 /// A column that varies by less than this share of its size is constant.
 const MIN_VARYING_SHARE: f64 = 1e-11;
 
 /// The best fit at a point.
 #[derive(Clone, Debug)]
-pub(crate) struct Fit {
+pub(crate) struct ProjectedFit {
     pub(crate) point: Point,
     /// The unknowns c >= 0 of the weight law.
     pub(crate) unknowns: Vec<f64>,
@@ -57,7 +57,7 @@ pub(crate) struct Step {
 pub(crate) struct Projection<'a> {
     records: &'a [Record<'a>],
     space: &'a Space,
-    law: &'a Law,
+    law: &'a WeightBasis,
     smoothness: f64,
     courses: Vec<Course>,
     rows: usize,
@@ -69,7 +69,7 @@ impl<'a> Projection<'a> {
     pub(crate) fn new(
         records: &'a [Record<'a>],
         space: &'a Space,
-        law: &'a Law,
+        law: &'a WeightBasis,
         smoothness: f64,
         stride: usize,
     ) -> Self {
@@ -107,7 +107,7 @@ impl<'a> Projection<'a> {
     /// The best weights and output offsets at a point, by QR and non-negative least squares.
     ///
     /// `like` is a fit near by, if there is one: its weights at zero are likely zero here too.
-    pub(crate) fn fit(&self, point: &Point, like: Option<&Fit>) -> Fit {
+    pub(crate) fn fit(&self, point: &Point, like: Option<&ProjectedFit>) -> ProjectedFit {
         self.solve(point, &self.factor(point, &[], &[]), 0, like)
     }
 
@@ -115,7 +115,12 @@ impl<'a> Projection<'a> {
     ///
     /// The derivatives are those at the weights given: where they are the best ones but for a small difference, so are
     /// the derivatives.
-    pub(crate) fn linearise(&self, point: &Point, weights: &[f64], like: Option<&Fit>) -> (Fit, Linearised) {
+    pub(crate) fn linearise(
+        &self,
+        point: &Point,
+        weights: &[f64],
+        like: Option<&ProjectedFit>,
+    ) -> (ProjectedFit, Linearised) {
         let neighbours = self.space.neighbours(point);
         let factor = self.factor(point, &neighbours, weights);
         let fit = self.solve(point, &factor, neighbours.len(), like);
@@ -124,7 +129,7 @@ impl<'a> Projection<'a> {
         (fit, Linearised { factor, penalty, records: self.records.len(), free })
     }
 
-    fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&Fit>) -> Fit {
+    fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&ProjectedFit>) -> ProjectedFit {
         let offsets = self.records.len();
         let unknowns = factor.ncols() - offsets - derivatives - 1;
         let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
@@ -136,7 +141,7 @@ impl<'a> Projection<'a> {
         let solution = bounded::solve(a.as_ref(), &target, &bounds, &guess);
         let squares = if penalty.nrows() == 0 { solution.squares } else { squares(&data, &b, &solution.x) };
         let output_offsets = output_offsets(factor, offsets, &solution.x);
-        Fit {
+        ProjectedFit {
             point: *point,
             weights: self.law.weights(&solution.x),
             unknowns: solution.x,
@@ -161,7 +166,7 @@ impl<'a> Projection<'a> {
 
     /// R of [output offsets | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
     /// stretches, and part i has the i-th of each; with the number of its rows.
-    pub(crate) fn parts(&self, fit: &Fit, count: usize) -> Vec<(Mat<f64>, usize)> {
+    pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize) -> Vec<(Mat<f64>, usize)> {
         let (offsets, n) = (self.records.len(), self.law.columns());
         let neighbours = self.space.neighbours(&fit.point);
         let columns = offsets + n + neighbours.len() + 1;
@@ -226,7 +231,7 @@ impl<'a> Projection<'a> {
 
 impl Linearised {
     /// The best step within bounds together with the weights that go with it.
-    pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &Law) -> Step {
+    pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
         let (a, b) = self.below_offsets();
         let unknowns = a.ncols() - bounds.len();
         let mut all = vec![(0.0, f64::INFINITY); unknowns];
@@ -308,15 +313,15 @@ fn positive(unknowns: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::regressor::OperatorBank;
     use crate::options::{Options, Thresholds};
-    use crate::regressor::Bank;
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
     /// what a small step does.
     #[test]
     fn squares_and_derivatives_are_those_of_the_residuals() {
         // A lopsided hysteresis that no point of the space fits.
-        let bank = Bank::from_ratios(&[0.0, 0.5, 1.5], hysteresis_core::Ratios::PAPER);
+        let bank = OperatorBank::from_ratios(&[0.0, 0.5, 1.5], hysteresis_core::Ratios::PAPER);
         let signals = [3.0, 4.5].map(|rate| {
             let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
             let input: Vec<f64> = input.collect();
@@ -332,10 +337,10 @@ mod tests {
         let records = [record(0, 100), record(1, 0)];
         let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
         let space = Space::new(&records, &options);
-        let law = Law::new(&options);
+        let law = WeightBasis::new(&options);
         let projection = Projection::new(&records, &space, &law, 0.0, 1);
         let point = space.starts()[1].with(Parameter::Delay, 1.3);
-        let squares = |fit: &Fit, point: &Point| {
+        let squares = |fit: &ProjectedFit, point: &Point| {
             let bank = space.bank(point);
             let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::Delay));
             let mut squares = 0.0;

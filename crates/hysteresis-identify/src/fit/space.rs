@@ -2,11 +2,11 @@
 
 use hysteresis_core::Ratios;
 
-use crate::course::turns;
-use crate::options::{Form, Options, Setting, Thresholds};
-use crate::quality::as_f64;
+use crate::fit::course::turns;
+use crate::fit::regressor::OperatorBank;
+use crate::numeric::as_f64;
+use crate::options::{ModelKind, Options, Setting, Thresholds};
 use crate::record::Record;
-use crate::regressor::Bank;
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
@@ -65,7 +65,7 @@ pub(crate) struct Axis {
 
 /// The search space of one identification.
 pub(crate) struct Space {
-    form: Form,
+    model: ModelKind,
     thresholds: Thresholds,
     /// Kept beside the point, so that ratios that were given reach the model bit for bit.
     fixed_ratios: Option<Ratios>,
@@ -86,10 +86,10 @@ impl Space {
             samples = samples.min(record.input().len());
         }
         let range = high - low;
-        let fixed_ratios = match (options.form, options.ratios) {
-            (Form::Conventional, _) => Some(Ratios::PLAY),
-            (Form::Modified, Setting::Fixed(ratios)) => Some(ratios),
-            (Form::Modified, Setting::Fit) => None,
+        let fixed_ratios = match (options.model, options.ratios) {
+            (ModelKind::Conventional, _) => Some(Ratios::PLAY),
+            (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
+            (ModelKind::Modified, Setting::Fit) => None,
         };
         let mut axes = Vec::new();
         let mut origin = Point([0.0; 5]).with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
@@ -100,7 +100,7 @@ impl Space {
         let offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
             Setting::Fit => {
-                if options.form == Form::Modified {
+                if options.model == ModelKind::Modified {
                     let margin = OFFSET_MARGIN * range;
                     let parameter = Parameter::InputOffset;
                     axes.push(Axis { parameter, lower: low - margin, upper: high + margin, scale: range });
@@ -121,8 +121,8 @@ impl Space {
             Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * range)).collect(),
             _ => Vec::new(),
         };
-        let form = options.form;
-        Self { form, thresholds, fixed_ratios, input_low: low, input_high: high, reversals, axes, origin }
+        let model = options.model;
+        Self { model, thresholds, fixed_ratios, input_low: low, input_high: high, reversals, axes, origin }
     }
 
     /// The searched parameters.
@@ -133,9 +133,9 @@ impl Space {
     /// The thresholds r_i at a point.
     pub(crate) fn thresholds(&self, point: &Point) -> Vec<f64> {
         let offset = point.get(Parameter::InputOffset);
-        let reach = match self.form {
-            Form::Modified => (self.input_high - offset).abs().max((self.input_low - offset).abs()),
-            Form::Conventional => 0.5 * (self.input_high - self.input_low),
+        let reach = match self.model {
+            ModelKind::Modified => (self.input_high - offset).abs().max((self.input_low - offset).abs()),
+            ModelKind::Conventional => 0.5 * (self.input_high - self.input_low),
         };
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
@@ -151,9 +151,9 @@ impl Space {
 
     /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
     fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
-        let mut amplitudes: Vec<f64> = match self.form {
-            Form::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
-            Form::Conventional => {
+        let mut amplitudes: Vec<f64> = match self.model {
+            ModelKind::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
+            ModelKind::Conventional => {
                 self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
             }
         };
@@ -175,8 +175,8 @@ impl Space {
     }
 
     /// The operators at a point.
-    pub(crate) fn bank(&self, point: &Point) -> Bank {
-        Bank::from_ratios(&self.thresholds(point), self.ratios(point))
+    pub(crate) fn bank(&self, point: &Point) -> OperatorBank {
+        OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point))
     }
 
     /// The point moved by `step` along the axes, each within its bounds.
@@ -187,7 +187,7 @@ impl Space {
     }
 
     /// How far every axis lets a step go either way, `radius` scales at most.
-    pub(crate) fn reach(&self, point: &Point, radius: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn step_bounds(&self, point: &Point, radius: f64) -> Vec<(f64, f64)> {
         let within = |axis: &Axis| {
             let (value, reach) = (point.get(axis.parameter), radius * axis.scale);
             ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
