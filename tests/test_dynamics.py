@@ -26,6 +26,10 @@ INPUTS = np.random.default_rng(3).uniform(-3.0, 3.0, 100)
 positive = st.floats(1.0, 4000.0)
 
 
+def codes(found: mh.results.DynamicsIdentification) -> list[str]:
+    return [finding.code for finding in found.warnings]
+
+
 # ---- the linear blocks against their twin
 
 

@@ -21,10 +21,12 @@ extern crate std;
 mod control;
 mod engine;
 mod error;
+mod fingerprint;
 mod inverse;
 mod model;
 mod operator;
 mod process;
+mod quasistatic;
 mod stream;
 
 pub use control::{
@@ -38,7 +40,10 @@ pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};
 pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
-pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
+pub use quasistatic::{
+    CreepTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
+};
+pub use stream::{ActuatorError, Bracket, BracketState, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.
 #[cfg(doctest)]
