@@ -35,12 +35,12 @@ class Request:
     limits: tuple[float, float] | None = None
     dynamics: tuple[float, float] | None = None
     delay: float | None = None
-    amplifier_pole: float | None = None
+    amplifier_bandwidth: float | None = None
 
     @property
     def shaped(self) -> bool:
         """Whether there are dynamics to invert."""
-        return (self.dynamics, self.delay, self.amplifier_pole) != (None, None, None)
+        return (self.dynamics, self.delay, self.amplifier_bandwidth) != (None, None, None)
 
 
 def run(request: Request) -> str:
@@ -86,7 +86,7 @@ def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, l
                 dynamics=None
                 if request.dynamics is None
                 else mh.plant.SecondOrder(*request.dynamics),
-                amplifier_pole=request.amplifier_pole,
+                amplifier_bandwidth=request.amplifier_bandwidth,
                 delay=request.delay,
             )
     except ValueError as error:
@@ -101,7 +101,7 @@ def _as_options(message: str, path: Path) -> str:
         "frequency": "--dynamics",
         "damping": "--dynamics",
         "delay": "--delay",
-        "amplifier_pole": "--amplifier-pole",
+        "amplifier_bandwidth": "--amplifier-bandwidth",
         "trajectory": str(path),
     }
     name, colon, rest = message.partition(":")
