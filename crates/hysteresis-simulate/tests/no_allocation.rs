@@ -2,16 +2,22 @@
 
 use hysteresis_core::{Kernel, Process, paper};
 use hysteresis_simulate::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
-use hysteresis_simulate::linear::{Cascade, Creep, Delay, FirstOrder, SecondOrder, Stream};
+use hysteresis_simulate::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
 use hysteresis_simulate::plant::{Design, Plant};
 use hysteresis_simulate::{Observer, ObserverOptions};
 
 #[test]
 fn linear_streams_never_allocate() {
     let creep = Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap().block(1e-4).unwrap();
-    let lags = Cascade(FirstOrder::new(279.0).unwrap().block(1e-4).unwrap(), Delay::new(2.4).unwrap().block());
-    let stage = Cascade(SecondOrder::new(2000.0, 0.03).unwrap().block(1e-4).unwrap(), creep);
-    let mut stream = Stream::new(Cascade(lags, stage), 0.5);
+    let amplifier = LinearDynamics::from(FirstOrder::new(279.0).unwrap());
+    let stage = amplifier.then(SecondOrder::new(2000.0, 0.03).unwrap()).then(Delay::new(2.4e-4).unwrap());
+    runs_without_allocation(creep);
+    runs_without_allocation(Delay::new(2.4e-4).unwrap().block(1e-4).unwrap());
+    runs_without_allocation(stage.block(1e-4).unwrap());
+}
+
+fn runs_without_allocation(mut block: impl Block + Clone) {
+    let mut stream = Stream::new(block.clone(), 0.5);
     let input: Vec<f64> = (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) }).collect();
     let mut output = vec![0.0; input.len()];
     let count = allocations::count(|| {
@@ -20,6 +26,7 @@ fn linear_streams_never_allocate() {
         }
         stream.reset();
         stream.run(&input, &mut output).unwrap();
+        std::hint::black_box((block.look_ahead(1.0), block.advance(1.0)));
     });
     assert_eq!(count, 0);
     assert_eq!(stream.rejected(), 11);
@@ -49,7 +56,7 @@ fn plants_never_allocate() {
         amplifier_pole: Some(FirstOrder::new(279.0).unwrap()),
         dynamics: Some(SecondOrder::new(2000.0, 0.03).unwrap().into()),
         creep: Some(Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap()),
-        delay: Delay::new(2.4).unwrap(),
+        delay: Delay::new(2.4e-4).unwrap(),
         noise: 0.016,
         limits: Some((-500.0, 500.0)),
         dac_bits: Some(16),

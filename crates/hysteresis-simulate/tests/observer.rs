@@ -3,7 +3,7 @@
 mod support;
 
 use hysteresis_core::{Kernel, Process, paper};
-use hysteresis_simulate::linear::{Block, Cascade, Delay, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_simulate::linear::{Block, Delay, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_simulate::{Observer, ObserverOptions};
 use support::{DT, Loop, Noise, a1, reference_and_target};
 
@@ -17,10 +17,10 @@ fn what_the_model_knows_needs_no_measurement() {
     for dynamics in [a1(), FirstOrder::new(279.0).unwrap().into()] {
         let mut observer = observer(&dynamics, ObserverOptions { delay: 2.5, ..ObserverOptions::new(0.016, 0.5) });
         let mut actuator = paper::table_1_recovered().forward();
-        let mut path = Cascade(Delay::new(2.5).unwrap().block(), dynamics.block(DT).unwrap());
+        let (mut delay, mut path) = (Delay::new(2.5 * DT).unwrap().block(DT).unwrap(), dynamics.block(DT).unwrap());
         for k in 0..5000 {
             let drive = 400.0 * (2e-3 * f64::from(k)).sin() * (1.0 - 1e-4 * f64::from(k));
-            let position = path.advance(actuator.step(drive));
+            let position = path.advance(delay.step(actuator.step(drive)));
             let measurement = if k % 3 == 0 { position } else { f64::NAN };
             // Rounding only: both are the same recursion.
             assert!((observer.step(drive, measurement) - position).abs() < 1e-12, "{k}");
@@ -137,5 +137,5 @@ fn what_cannot_settle_is_refused() {
     let refused = |options| Observer::new(&kernel, &a1(), DT, &options).unwrap_err().parameter;
     assert_eq!(refused(ObserverOptions::new(0.0, 1.0)), "noise");
     assert_eq!(refused(ObserverOptions::new(1.0, f64::NAN)), "drift");
-    assert_eq!(refused(ObserverOptions { delay: -1.0, ..ObserverOptions::new(1.0, 1.0) }), "delay");
+    assert_eq!(refused(ObserverOptions { delay: -1.0, ..ObserverOptions::new(1.0, 1.0) }), "dead_time");
 }

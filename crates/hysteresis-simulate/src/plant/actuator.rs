@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use hysteresis_core::{Forward, Kernel, Process};
 
 use super::Design;
-use crate::linear::{Block, CreepBlock, DelayBlock, Dynamics, DynamicsBlock, Error, FirstOrder, FirstOrderBlock};
+use crate::linear::{Block, CreepBlock, DelayBlock, Dynamics, Error, FirstOrder, LinearBlock};
 
 /// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis.
 ///
@@ -26,11 +26,11 @@ fn sub_steps(amplifier: FirstOrder, dynamics: Dynamics, dt: f64) -> u32 {
 /// The drive after the D/A converter in, the position out.
 #[derive(Clone, Debug)]
 pub(super) struct Actuator {
-    amplifier: Option<FirstOrderBlock>,
+    amplifier: Option<LinearBlock>,
     hysteresis: Forward,
     /// The last output of the hysteresis.
     displacement: f64,
-    dynamics: Option<DynamicsBlock>,
+    dynamics: Option<LinearBlock>,
     creep: Option<CreepBlock>,
     delay: DelayBlock,
     sub_steps: u32,
@@ -56,7 +56,7 @@ impl Actuator {
             displacement: 0.0,
             dynamics: design.dynamics.map(|dynamics| dynamics.block(interval)).transpose()?,
             creep: design.creep.as_ref().map(|creep| creep.block(design.dt)).transpose()?,
-            delay: design.delay.block(),
+            delay: design.delay.block(design.dt)?,
             sub_steps,
         };
         actuator.settle(rest);

@@ -22,7 +22,7 @@ use hysteresis_core::{Bound, Error as CoreError, Kernel, MAX_MAGNITUDE, is_admis
 
 use self::actuator::Actuator;
 use self::noise::Noise;
-use crate::linear::{Chain, Creep, Delay, Dynamics, FirstOrder, check_positive};
+use crate::linear::{Creep, Delay, Dynamics, FirstOrder, LinearDynamics, check_positive};
 
 /// Everything about a plant but its hysteresis. The default is a plant of hysteresis alone, sampled at 10 kHz.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Design {
     pub dynamics: Option<Dynamics>,
     /// Creep of the position.
     pub creep: Option<Creep>,
-    /// By how much the position lags besides, in samples. Fractions interpolate the position.
+    /// By how much the position lags besides. Fractions of a sample interpolate the position.
     pub delay: Delay,
     /// Rms of the measurement noise, in the unit of the position.
     pub noise: f64,
@@ -113,9 +113,16 @@ pub struct Plant {
     position: f64,
     measured: f64,
     events: Events,
-    linear_part: Chain,
+    linear_part: LinearDynamics,
     slopes: (f64, f64),
     dt: f64,
+}
+
+/// Amplifier, dynamics and delay of a design.
+fn linear_part(design: &Design) -> LinearDynamics {
+    let amplifier = design.amplifier_pole.map_or_else(LinearDynamics::none, LinearDynamics::from);
+    let dynamics = design.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
+    amplifier.then(dynamics).then(design.delay)
 }
 
 /// Limits that no admissible drive meets.
@@ -155,7 +162,7 @@ impl Plant {
             position: 0.0,
             measured: 0.0,
             events: Events::default(),
-            linear_part: Chain { amplifier: design.amplifier_pole, dynamics: design.dynamics, delay: design.delay },
+            linear_part: linear_part(design),
             slopes: kernel.slope_range(),
             dt: check_positive("dt", None, design.dt)?,
         };
@@ -165,7 +172,7 @@ impl Plant {
 
     /// Amplifier, dynamics and delay: what feedback has to reckon with.
     #[must_use]
-    pub fn linear_part(&self) -> &Chain {
+    pub fn linear_part(&self) -> &LinearDynamics {
         &self.linear_part
     }
 

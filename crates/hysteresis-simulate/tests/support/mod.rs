@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use hysteresis_core::{Forward, Inverse, Model, Process, paper};
-use hysteresis_simulate::linear::{Block, Dynamics, DynamicsBlock, SecondOrder};
+use hysteresis_simulate::linear::{Block, Dynamics, LinearBlock, SecondOrder};
 
 pub(crate) const DT: f64 = 1e-4;
 pub(crate) const KP: f64 = 60.0;
@@ -31,7 +31,7 @@ impl Noise {
 pub(crate) struct Loop {
     inverse: Inverse,
     actuator: Forward,
-    dynamics: DynamicsBlock,
+    dynamics: LinearBlock,
     noise: Noise,
     noise_rms: f64,
     integral: f64,
