@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Error, FeedForward, Forward, HybridController, Inverse, Kernel, Law, Mode,
-    Preview, Process, StreamArray, paper,
+    AntiWindup, Command, CompiledModel, ControllerOptions, Error, FeedForward, Forward, HybridController, Inverse, Law,
+    Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Process, Ratios, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -106,15 +106,15 @@ fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, ki
     controller.set_gains(kp, ki)
 }
 
-fn controllers(kernel: &Kernel) -> Result<(), Error> {
+fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
     let conditional = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 0.6, limits) };
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
     let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
     let cases = [
-        (FeedForward::from(Inverse::new(kernel, Some(limits))?), Some(preview), conditional),
-        (Forward::new(kernel).into(), None, back_calculation),
+        (FeedForward::from(Inverse::new(compiled, Some(limits))?), Some(preview), conditional),
+        (Forward::new(compiled).into(), None, back_calculation),
         (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
         (FeedForward::None, None, ControllerOptions { law: Law::Printed, ..conditional }),
     ];
@@ -137,28 +137,31 @@ fn controllers(kernel: &Kernel) -> Result<(), Error> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let kernel = Kernel::new(&paper::table_1_recovered());
-    let zeros = vec![0.0; kernel.operators()];
+    let weights: Vec<f64> = (0..20).map(|i| if i == 0 { 4.3e-3 } else { 2e-4 }).collect();
+    let thresholds: Vec<f64> = (0..20).map(|i| 25.0 * f64::from(i)).collect();
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, Ratios::PAPER, Offsets::default())?;
+    let compiled = CompiledModel::new(&model);
+    let zeros = vec![0.0; compiled.operators()];
     let samples = black_box([0.0, 3.0, -1.0, 2.0, f64::NAN, 99.0]);
     let mut output = [0.0; 6];
-    for mut stream in [Forward::new(&kernel), Forward::with_initial(&kernel, &zeros)?] {
+    for mut stream in [Forward::new(&compiled), Forward::with_initial(&compiled, &zeros)?] {
         for sample in samples {
             black_box((forward_peek(&stream, sample), forward_step(&mut stream, sample)));
         }
         forward_run(&mut stream, &samples, &mut output)?;
     }
-    for mut stream in [Inverse::new(&kernel, None)?, Inverse::with_initial(&kernel, Some((-500.0, 500.0)), &zeros)?] {
+    for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?] {
         for sample in samples {
             black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
         }
         inverse_run(&mut stream, &samples, &mut output)?;
     }
-    controllers(&kernel)?;
-    let kernels = [kernel.clone(), kernel.clone(), kernel];
-    let mut actuators = StreamArray::forward(&kernels);
+    controllers(&compiled)?;
+    let models = [compiled.clone(), compiled.clone(), compiled];
+    let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;
     forward_array_run(&mut actuators, &samples, &mut output)?;
-    let mut array = StreamArray::inverse(&kernels, None)?;
+    let mut array = StreamArray::inverse(&models, None)?;
     array_peek(&array, &samples[..3], &mut output[..3])?;
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;

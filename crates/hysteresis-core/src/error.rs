@@ -93,6 +93,13 @@ pub enum Error {
         /// What the model has.
         got: f64,
     },
+    /// A saved state of another model.
+    OtherModel {
+        /// The fingerprint of the model that is to continue.
+        expected: u64,
+        /// The fingerprint in the state.
+        got: u64,
+    },
     /// A controller whose feed-forward has no model cannot take over another.
     NoModel,
     /// A saved state does not belong to this stream.
@@ -133,6 +140,13 @@ pub enum Bound {
         /// The most.
         high: f64,
     },
+    /// Below another number, named in words.
+    Below {
+        /// What bounds it from above.
+        what: &'static str,
+        /// The bound.
+        limit: f64,
+    },
     /// Above another number, named in words.
     Above {
         /// What bounds it from below.
@@ -151,6 +165,7 @@ impl fmt::Display for Bound {
             Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
+            Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
         }
     }
@@ -184,6 +199,12 @@ impl fmt::Display for Error {
             Self::OtherOperators { what, expected, got } => {
                 write!(f, "model: expected the {what} of the running stream, {expected}, got {got}")
             }
+            Self::OtherModel { expected, got } => {
+                write!(
+                    f,
+                    "state.model: expected the fingerprint of this model, {expected:#x}, got {got:#x}: the state was saved with another model"
+                )
+            }
             Self::NoModel => write!(f, "model: expected a feed-forward that has one, got a controller without"),
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }
@@ -195,6 +216,20 @@ impl core::error::Error for Error {}
 /// Checks one number, or names it.
 pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
+}
+
+/// Checks that drives lie within limits, or names the first that does not.
+pub(crate) fn check_within_limits(
+    parameter: &'static str,
+    drives: &[f64],
+    (low, high): (f64, f64),
+) -> Result<(), Error> {
+    match drives.iter().enumerate().find(|(_, drive)| !(low <= **drive && **drive <= high)) {
+        None => Ok(()),
+        Some((index, got)) => {
+            Err(Error::Domain { parameter, index: Some(index), expected: Bound::Between { low, high }, got: *got })
+        }
+    }
 }
 
 /// Checks one outer threshold, or names it.

@@ -1,14 +1,18 @@
 //! What the controller does on the paper's actuator, and what cannot be made.
 
+#[path = "support/models.rs"]
+mod models;
+
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Counters, Error, FeedForward, HybridController, Kernel, Law, Mode, Preview,
-    Process, paper,
+    AntiWindup, Command, CompiledModel, ControllerOptions, Counters, Error, FeedForward, HybridController, Law, Mode,
+    Preview, Process,
 };
+use models::{actuator, parametric_inverse};
 
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 
 fn exact() -> FeedForward {
-    paper::table_1_recovered().inverse(Some(LIMITS)).unwrap().into()
+    actuator().inverse(Some(LIMITS)).unwrap().into()
 }
 
 fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
@@ -17,7 +21,7 @@ fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
 
 /// Largest error of each hundred samples against the paper's actuator without dynamics, measured a sample late.
 fn errors(controller: &mut HybridController, references: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut actuator = paper::table_1_recovered().forward();
+    let mut actuator = actuator().forward();
     let mut position = 0.0;
     let all: Vec<f64> = references
         .map(|r| {
@@ -94,7 +98,7 @@ fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
 #[test]
 fn missing_measurements_do_not_stop_the_integral() {
     let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 2.0, LIMITS));
-    let mut actuator = paper::table_1_recovered().forward();
+    let mut actuator = actuator().forward();
     let mut position = 0.0;
     for k in 0..20_000 {
         let measurement = if k % 20 == 0 { f64::NAN } else { position };
@@ -109,8 +113,8 @@ fn the_printed_law_runs_to_the_rail() {
     let sine = |k: i32| 3.3 * (1e-4 * f64::from(k) * 5.0 * core::f64::consts::TAU).sin();
     let samples_to_the_rail = |law| {
         let options = ControllerOptions { law, ..ControllerOptions::new(60.0, 0.6, (-560.0, 560.0)) };
-        let mut controller = made(paper::table_2().forward().into(), options);
-        let mut actuator = paper::table_1_recovered().forward();
+        let mut controller = made(parametric_inverse().forward().into(), options);
+        let mut actuator = actuator().forward();
         let mut position = 0.0;
         (0..200).find(|k| {
             position = actuator.step(controller.step(sine(*k).into(), position));
@@ -280,7 +284,7 @@ fn changes_that_cannot_be_are_refused_and_change_nothing() {
     let before = controller.state();
     assert!(controller.set_gains(1.0, -1.0).unwrap_err().to_string().starts_with("ki: expected"));
     assert!(controller.reset_at(501.0).unwrap_err().to_string().starts_with("drive: expected a number from"));
-    let other = Kernel::new(&paper::table_2());
+    let other = CompiledModel::new(&parametric_inverse());
     assert!(matches!(controller.set_model(&other), Err(Error::OtherOperators { .. })));
     assert_eq!((controller.state(), controller.options().kp), (before, 5.0));
     assert!(controller.commit(), "the plan still stands");

@@ -6,8 +6,8 @@ use super::preview::{Preview, View};
 use super::state::{ControllerState, LoopState};
 use super::terms::{Counters, Terms};
 use super::{Command, Mode};
+use crate::engine::CompiledModel;
 use crate::error::{Error, is_admissible};
-use crate::memory::Kernel;
 
 /// Feed-forward and proportional-integral feedback, sample by sample: equation (8) with errata 10 to 12,
 ///
@@ -37,8 +37,9 @@ use crate::memory::Kernel;
 /// mode do not allocate, lock, panic, log or read a clock.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, HybridController, Process, paper};
-/// let model = paper::table_1_recovered();
+/// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let limits = (-500.0, 500.0); // V
 /// let mut actuator = model.forward(); // an ideal one: no dynamics, no noise
 /// let options = ControllerOptions::new(5.0, 0.6, limits);
@@ -291,7 +292,7 @@ impl HybridController {
     ///
     /// # Errors
     /// As there, and [`Error::NoModel`] without a source that has one; the controller is as before then.
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+    pub fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
         self.source.set_model(kernel)?;
         self.planned = None;
         if self.now.started && !self.now.given {
@@ -337,8 +338,10 @@ impl HybridController {
     /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{ControllerOptions, HybridController, paper};
-    /// let inverse = paper::table_1_recovered().inverse(Some((-500.0, 500.0)))?;
+    /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+    /// let inverse = model.inverse(Some((-500.0, 500.0)))?;
     /// let options = ControllerOptions::new(60.0, 0.6, (-500.0, 500.0));
     /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
     /// controller.step(1.5.into(), 0.0);

@@ -1,21 +1,24 @@
+use crate::engine::CompiledModel;
 use crate::error::Error;
-use crate::memory::Kernel;
 use crate::process::Process;
 use crate::stream::{Forward, Inverse, StreamState};
 
 /// Where the feed-forward term H^-1\[r\] of equation (8) comes from: a target in, volts out.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, paper};
+/// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 /// let limits = (-500.0, 500.0);
 /// let options = ControllerOptions { transition: 0.0, ..ControllerOptions::new(0.0, 0.0, limits) };
-/// let exact: FeedForward = paper::table_1_recovered().inverse(Some(limits))?.into();
-/// let parametric: FeedForward = paper::table_2().forward().into(); // itself an inverse: um in, V out
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let exact: FeedForward = model.inverse(Some(limits))?.into();
+/// let parametric = model.parametric_inverse(Ratios::PAPER_INVERSE)?; // itself a model: um in, V out
+/// let parametric: FeedForward = parametric.forward().into();
 /// for source in [exact, parametric] {
 ///     let mut controller = HybridController::new(source, None, &options)?;
 ///     controller.step(1.0.into(), 0.0); // starts from 0 V
 ///     let drive = controller.step(1.0.into(), 0.0);
-///     assert!((drive - 195.0).abs() < 5.0, "{drive}"); // V
+///     assert!((drive - 209.0).abs() < 5.0, "{drive}"); // V
 /// }
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
@@ -77,7 +80,7 @@ impl FeedForward {
         }
     }
 
-    pub(super) fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
+    pub(super) fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
         match self {
             Self::Inverse(stream) => stream.set_model(kernel),
             Self::Forward(stream) => stream.set_model(kernel),

@@ -91,8 +91,10 @@ impl LoopState {
 /// Options, gains and models are not part of it.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, HybridController, paper};
-/// let inverse = paper::table_1_recovered().inverse(Some((-500.0, 500.0)))?;
+/// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let inverse = model.inverse(Some((-500.0, 500.0)))?;
 /// let options = ControllerOptions::new(60.0, 0.6, (-500.0, 500.0));
 /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
 /// controller.step(0.5.into(), 0.1);

@@ -1,19 +1,21 @@
 //! Random controllers and what may happen to them.
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, ControllerState, FeedForward, Forward, HybridController, Inverse, Kernel,
-    Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Ratios,
+    AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, FeedForward, Forward, HybridController,
+    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Ratios,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 /// Two actuators of the same operators, volts in and um out, or two banks that are roughly their inverses.
-pub(crate) fn kernel(which: usize, inverse: bool) -> Kernel {
+pub(crate) fn compiled(which: usize, inverse: bool) -> CompiledModel {
     let actuators = ([0.0, 60.0, 150.0, 300.0], [[4.3e-3, 6e-4, 5e-4, 4e-4], [5.0e-3, 2e-4, 9e-4, 0.0]]);
     let banks = ([0.0, 0.25, 0.6, 1.4], [[235.0, -25.0, -20.0, -12.0], [200.0, -8.0, -30.0, 0.0]]);
     let (r, weights) = if inverse { banks } else { actuators };
     let ratios = if inverse { Ratios::PAPER_INVERSE } else { Ratios::PAPER };
-    Kernel::new(&ModifiedPrandtlIshlinskii::from_ratios(&weights[which], &r, ratios, Offsets::default()).unwrap())
+    CompiledModel::new(
+        &ModifiedPrandtlIshlinskii::from_ratios(&weights[which], &r, ratios, Offsets::default()).unwrap(),
+    )
 }
 
 /// Which feed-forward, and of which actuator.
@@ -30,8 +32,8 @@ impl Source {
         match self {
             Self::None => FeedForward::None,
             Self::Given => FeedForward::Given,
-            Self::Exact(which) => Inverse::new(&kernel(which, false), Some(limits)).unwrap().into(),
-            Self::Parametric(which) => Forward::new(&kernel(which, true)).into(),
+            Self::Exact(which) => Inverse::new(&compiled(which, false), Some(limits)).unwrap().into(),
+            Self::Parametric(which) => Forward::new(&compiled(which, true)).into(),
         }
     }
 }
@@ -169,7 +171,7 @@ pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mu
         Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
         Event::Model(which) => {
             let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
-            _ = controller.set_model(&kernel(which, inverse));
+            _ = controller.set_model(&compiled(which, inverse));
         }
         Event::Source(source) => controller.set_feedforward(source.make(limits)),
         Event::Reset => controller.reset(),

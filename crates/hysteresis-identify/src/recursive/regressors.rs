@@ -1,12 +1,14 @@
 //! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
 
+use hysteresis_control::linear::{Block, Dynamics, LinearBlock, LinearState};
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
 };
-use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock};
 
-use super::MIN_IDENTITY_SHARE;
 use crate::error::Error;
+
+/// The identity weight never falls below this share of that of the given model, so that an inverse exists.
+pub const MIN_IDENTITY_SHARE: f64 = 1e-6;
 
 /// Which part of an operator's output a weight counts for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +35,7 @@ pub(super) struct Regressors {
     outputs: Box<[f64]>,
     columns: Box<[Column]>,
     /// One for each column, or none.
-    lags: Box<[DynamicsBlock]>,
+    lags: Box<[LinearBlock]>,
     /// The scale of the inputs: a power of two, so that scaling rounds nothing.
     scale: f64,
 }
@@ -61,7 +63,7 @@ impl Regressors {
         columns.extend(others.iter().map(|(column, _)| *column));
         weights.extend(others.iter().map(|(_, v)| *v));
         let lags = match dynamics {
-            Some((dynamics, dt)) => vec![dynamics.block(dt).map_err(invalid)?; columns.len()],
+            Some((dynamics, dt)) => vec![dynamics.block(dt)?; columns.len()],
             None => Vec::new(),
         };
         let outputs = operators.iter().map(|_| 0.0).collect();
@@ -164,27 +166,24 @@ impl Regressors {
     }
 
     /// The operators' outputs, and the states of the lags.
-    pub(super) fn state(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
-        (self.outputs.to_vec(), self.lags.iter().map(DynamicsBlock::state).collect())
+    pub(super) fn state(&self) -> (Vec<f64>, Vec<LinearState>) {
+        (self.outputs.to_vec(), self.lags.iter().map(LinearBlock::state).collect())
     }
 
-    /// Whether there are as many numbers as [`state`](Self::state) gives.
-    pub(super) fn fits(&self, outputs: &[f64], lags: &[[f64; 2]]) -> bool {
-        outputs.len() == self.outputs.len() && lags.len() == self.lags.len()
+    /// Whether there are as many numbers as [`state`](Self::state) gives, and those of the lags are finite.
+    pub(super) fn fits(&self, outputs: &[f64], lags: &[LinearState]) -> bool {
+        let restores = |(lag, state): (&LinearBlock, _)| lag.clone().restore(state).is_ok();
+        let as_many = outputs.len() == self.outputs.len() && lags.len() == self.lags.len();
+        as_many && self.lags.iter().zip(lags).all(restores)
     }
 
     /// What fits.
-    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[[f64; 2]]) {
+    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[LinearState]) {
         self.outputs.copy_from_slice(outputs);
         for (lag, state) in self.lags.iter_mut().zip(lags) {
-            lag.restore(*state);
+            lag.restore(state).expect("a state that fits");
         }
     }
-}
-
-fn invalid(error: linear::Error) -> Error {
-    let linear::Error { parameter, index, expected, got } = error;
-    Error::Domain { parameter, index, expected, got }
 }
 
 /// The largest threshold, rounded up to a power of two; 1 without any.
