@@ -83,7 +83,7 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert 5.0 * full < plain and 1.3 * plain < feedback
     # what the controller does not know of the stage
     assert errors(*STAGE, "--plant", "other.json") > 5.0 * full
-    delayed = [*STAGE, "--delay", "2.5", "--amplifier-pole", "1000"]
+    delayed = [*STAGE, "--delay", "2.5", "--amplifier-bandwidth", "1000"]
     assert errors(*delayed) < 0.2 * errors(*delayed, "--no-preview")
 
 
@@ -116,7 +116,7 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--limits", "5,5"], ["--limits: expected a number above the low end"]),
         (["--limits", "5"], ["--limits", "LOW,HIGH"]),
         (["--dynamics", "0,1"], ["--dynamics: expected a finite number above 0", "got 0.0"]),
-        (["--amplifier-pole", "-1"], ["--amplifier-pole: expected", "got -1.0"]),
+        (["--amplifier-bandwidth", "-1"], ["--amplifier-bandwidth: expected", "got -1.0"]),
         (["--delay", "nan"], ["--delay: expected 0 to 2^20 samples, got NaN"]),
         (["--noise", "-1"], ["--noise: expected a finite number >= 0, got -1.0"]),
         (["--seed", "-1"], ["--seed: expected", "-1"]),

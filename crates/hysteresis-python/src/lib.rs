@@ -38,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::control::observer::Observer;
     #[pymodule_export]
-    use crate::control::precompensate::{precompensate, shape};
+    use crate::control::precompensate::{invert_dynamics, precompensate};
     #[pymodule_export]
     use crate::control::preview::Preview;
     #[pymodule_export]

@@ -126,7 +126,7 @@ def average_hysteresis(trials: Sequence[Trial]) -> list[Comparison]:
             f"{published.AVERAGE_HYSTERESIS[frequency]:g} % average hysteresis without a base",
             "% of peak-to-peak",
             None,
-            median([100.0 * run.metrics.rms_error / run.metrics.range for run in trial.runs]),
+            median([100.0 * run.metrics.rmse / run.metrics.range for run in trial.runs]),
             trial.plant,
             note="not comparable: neither base nor definition is printed",
         )

@@ -87,4 +87,4 @@ def _judge(run: mh.plant.Run) -> tuple[float, float, float, float]:
     arrays = (run.reference, run.measured, run.position, run.drive)
     metrics = mh.plant.Run(*(array[judged] for array in arrays)).metrics
     count = float(at_limit.sum())
-    return float(first), count, metrics.max_position_error, metrics.rms_position_error
+    return float(first), count, metrics.max_position_error, metrics.position_rmse

@@ -49,7 +49,7 @@ class Floor:
     @classmethod
     def of(cls, metrics: mh.plant.Metrics) -> Floor:
         """Take the error of the true position."""
-        return cls(metrics.max_position_error, metrics.rms_position_error)
+        return cls(metrics.max_position_error, metrics.position_rmse)
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def loops(traces: Sequence[Trace]) -> Figure:
         whole, width = panels[0][column], panels[1][column]
         fitted = slice(trace.skip, None)
         drive, measured = trace.input[fitted], trace.measured[fitted]
-        line = np.polynomial.Polynomial.fit(drive, measured, 1)(drive)
+        line = _line(drive, measured)
         every = canvas.thinned(drive.size, LOOP_POINTS)
         for axes, base in ((whole, np.zeros_like(line)), (width, line)):
             cloud = canvas.thinned(drive.size, CLOUD_POINTS)
@@ -101,6 +101,19 @@ def loops(traces: Sequence[Trace]) -> Figure:
         canvas.dress(width, f"{trace.name}, straight line removed", label, f"Δ {output.label}")
     canvas.top_legend(figure, panels[0][0])
     return figure
+
+
+def _line(drive: Samples, measured: Samples) -> Samples:
+    """Return the straight line through the samples, whatever their magnitude."""
+    low, span = float(measured.min()), float(np.ptp(measured))
+    share = _share_of_span(drive)
+    fitted = np.polynomial.Polynomial.fit(share, _share_of_span(measured), 1)(share)
+    return np.asarray(low + span * fitted, dtype=np.float64)
+
+
+def _share_of_span(values: Samples) -> Samples:
+    share = (values - values.min()) / (float(np.ptp(values)) or 1.0)
+    return np.asarray(share, dtype=np.float64)
 
 
 def residuals(trace: Trace) -> Figure:

@@ -1,6 +1,6 @@
 //! The feedback loop that learning believes in, and another one to judge it by.
 
-use hysteresis_simulate::learning::FeedbackLoop;
+use hysteresis_control::learning::FeedbackLoop;
 use pyo3::prelude::*;
 
 use super::linear::given_dynamics;

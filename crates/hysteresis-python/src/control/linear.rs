@@ -1,7 +1,7 @@
 //! The parameters of linear dynamics: immutable, comparable, hashable, picklable.
 
+use hysteresis_control::linear::{self, Block, Dynamics, Error, Stream};
 use hysteresis_core::is_admissible;
-use hysteresis_simulate::linear::{self, Block, Dynamics, Error, Stream};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -72,10 +72,10 @@ pub(crate) fn given_creep(creep: &Bound<'_, PyAny>) -> PyResult<linear::Creep> {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.SecondOrder(2000.0, 0.03)
+/// >>> stage = mh.plant.SecondOrder(2000.0, 0.03)
 /// >>> stage.response([1.0] * 4, dt=1e-4).round(3)
 /// array([0.674, 1.733, 1.739, 0.761])
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct SecondOrder(pub(crate) linear::SecondOrder);
 
 #[pymethods]
@@ -138,10 +138,10 @@ impl SecondOrder {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> amplifier = mh.FirstOrder(279.0)
+/// >>> amplifier = mh.plant.FirstOrder(279.0)
 /// >>> amplifier.response([1.0, 1.0], dt=1e-4).round(4)
 /// array([0.1608, 0.2957])
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct FirstOrder(pub(crate) linear::FirstOrder);
 
 #[pymethods]
@@ -157,7 +157,7 @@ impl FirstOrder {
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
-    /// >>> round(mh.FirstOrder.from_time_constant(1e-3).frequency, 3)
+    /// >>> round(mh.plant.FirstOrder.from_time_constant(1e-3).frequency, 3)
     /// 159.155
     #[staticmethod]
     fn from_time_constant(time_constant: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -221,11 +221,11 @@ impl FirstOrder {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> creep = mh.Creep.logarithmic(0.02, start=0.01, end=1000.0, terms=10)
+/// >>> creep = mh.plant.Creep.logarithmic(0.02, start=0.01, end=1000.0, terms=10)
 /// >>> position = creep.response([1.0] * 1000, dt=0.01)
 /// >>> round(float(position[999] - position[99]), 4)  # from 1 s to 10 s after the step: 2 % per decade
 /// 0.02
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Creep(pub(crate) linear::Creep);
 
 #[pymethods]
@@ -250,7 +250,7 @@ impl Creep {
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
-    /// >>> mh.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
+    /// >>> mh.plant.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
     /// array([0.01, 0.01])
     #[staticmethod]
     fn logarithmic(

@@ -1,30 +1,30 @@
 //! The linear part of an actuator from the keywords that several functions share.
 
-use hysteresis_simulate::linear::{Chain, Delay, FirstOrder as Lag};
+use hysteresis_control::linear::{Chain, Delay, FirstOrder as Lag};
 use pyo3::prelude::*;
 
 use super::linear::{FirstOrder, SecondOrder};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::identify::dynamics::DynamicsIdentification;
 
-/// The keywords `dynamics`, `amplifier_pole` and `delay`, as they came.
+/// The keywords `dynamics`, `amplifier_bandwidth` and `delay`, as they came.
 pub(crate) struct LinearPart<'a, 'py> {
     pub(crate) dynamics: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) amplifier_pole: Option<f64>,
+    pub(crate) amplifier_bandwidth: Option<f64>,
     pub(crate) delay: Option<f64>,
 }
 
 impl LinearPart<'_, '_> {
     /// Whether nothing was given: what follows its input at once.
     pub(crate) fn is_absent(&self) -> bool {
-        self.dynamics.is_none() && self.amplifier_pole.is_none() && self.delay.is_none()
+        self.dynamics.is_none() && self.amplifier_bandwidth.is_none() && self.delay.is_none()
     }
 
     /// The chain for a sampling interval; of an identification its dynamics, and its delay unless one was given.
     pub(crate) fn chain(&self, dt: f64) -> PyResult<Chain> {
-        let amplifier = self.amplifier_pole.map(Lag::new).transpose().map_err(|error| {
-            let parameter = "amplifier_pole";
-            raise(hysteresis_simulate::linear::Error { parameter, ..error })
+        let amplifier = self.amplifier_bandwidth.map(Lag::new).transpose().map_err(|error| {
+            let parameter = "amplifier_bandwidth";
+            raise(hysteresis_control::linear::Error { parameter, ..error })
         })?;
         let (dynamics, identified) = match self.dynamics {
             None => (None, None),

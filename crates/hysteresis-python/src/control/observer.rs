@@ -1,6 +1,6 @@
 //! The position behind a noisy measurement.
 
-use hysteresis_simulate::ObserverOptions;
+use hysteresis_control::ObserverOptions;
 use pyo3::prelude::*;
 
 use super::linear::given_dynamics;
@@ -42,12 +42,12 @@ use crate::model::object::kernel_of;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> actuator = mh.paper.table_1_recovered()
-/// >>> observer = mh.Observer(actuator, dynamics=mh.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
+/// >>> observer = mh.control.Observer(actuator, dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
 /// >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
 /// >>> 0.0 < estimate < 0.02
 /// True
-#[pyclass(module = "mpi_hyst")]
-pub(crate) struct Observer(pub(crate) hysteresis_simulate::Observer);
+#[pyclass(module = "mpi_hyst.control")]
+pub(crate) struct Observer(pub(crate) hysteresis_control::Observer);
 
 #[pymethods]
 impl Observer {
@@ -65,7 +65,7 @@ impl Observer {
         numbers!(noise, drift, delay = 0.0, dt = 1e-4);
         let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
         let dynamics = given_dynamics(dynamics)?;
-        hysteresis_simulate::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
+        hysteresis_control::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
     }
 
     /// Takes the drive that was held since the last sample, and the measurement of now; the position.

@@ -2,9 +2,9 @@
 
 use std::ffi::CString;
 
+use hysteresis_control::feedforward::{Shaper, worst_miss};
+use hysteresis_control::linear::Chain;
 use hysteresis_core::{Inverse, Process, is_admissible};
-use hysteresis_simulate::linear::Chain;
-use hysteresis_simulate::shaping::{Shaper, worst_miss};
 use numpy::PyArray1;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -92,7 +92,7 @@ impl Course<'_, '_> {
 /// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
 ///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain and offset. With
 ///     creep it is refused: only feedback removes that.
-/// amplifier_pole : float, optional
+/// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
 /// delay : float, optional
 ///     Samples of dead time besides the hold. A record whose output was measured when its input was put out counts one
@@ -120,30 +120,30 @@ impl Course<'_, '_> {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.SecondOrder(400.0, 0.95)
+/// >>> stage = mh.plant.SecondOrder(400.0, 0.95)
 /// >>> scan = mh.trajectories.Sine(3.3, 20.0)
-/// >>> target = mh.shape(scan, 1e-4, dynamics=stage)
+/// >>> target = mh.control.invert_dynamics(scan, 1e-4, dynamics=stage)
 /// >>> position, _, _ = scan.sample(1e-4)
 /// >>> missed = stage.response(target, 1e-4)[:-1] - position[1:]
 /// >>> bool(abs(missed[100:]).max() < 1e-4)  # um, once the start is over
 /// True
 #[pyfunction]
-#[pyo3(signature = (trajectory, dt, *, dynamics=None, amplifier_pole=None, delay=None,
-    window=None, seconds=None), text_signature = "(trajectory, dt, *, dynamics=None, amplifier_pole=None, delay=None, \
+#[pyo3(signature = (trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None,
+    window=None, seconds=None), text_signature = "(trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, \
     window=8, seconds=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
-pub(crate) fn shape<'py>(
+pub(crate) fn invert_dynamics<'py>(
     py: Python<'py>,
     trajectory: &Bound<'py, PyAny>,
     dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
-    amplifier_pole: Option<&Bound<'py, PyAny>>,
+    amplifier_bandwidth: Option<&Bound<'py, PyAny>>,
     delay: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
-    numbers!(dt, amplifier_pole, delay, seconds);
-    let part = LinearPart { dynamics, amplifier_pole, delay };
+    numbers!(dt, amplifier_bandwidth, delay, seconds);
+    let part = LinearPart { dynamics, amplifier_bandwidth, delay };
     part.refuse_creep()?;
     let course = Course { trajectory, dt, seconds };
     Ok(PyArray1::from_vec(py, course.targets(py, &part.chain(dt)?, window)?))
@@ -152,7 +152,7 @@ pub(crate) fn shape<'py>(
 /// The drive that makes the position follow a trajectory: the exact inverse of the hysteresis, after the inverse of the
 /// dynamics where there are any.
 ///
-/// With `dynamics`, `amplifier_pole` or `delay` the hysteresis has to put out the target of `shape`. Without any of them
+/// With `dynamics`, `amplifier_bandwidth` or `delay` the hysteresis has to put out the target of `invert_dynamics`. Without any of them
 /// the position is taken to follow the hysteresis at once, and the drive is the inverse of the samples as they are.
 /// The actuator starts from the virgin state.
 ///
@@ -165,11 +165,11 @@ pub(crate) fn shape<'py>(
 /// dt : float
 ///     Sampling interval in seconds.
 /// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
-///     As for `shape`.
-/// amplifier_pole : float, optional
+///     As for `invert_dynamics`.
+/// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
 /// delay : float, optional
-///     Samples of dead time besides the hold, as for `shape`.
+///     Samples of dead time besides the hold, as for `invert_dynamics`.
 /// limits : (low, high), optional
 ///     Of the drive (V): where the target is out of reach, the drive stays at a limit.
 /// window : int
@@ -192,20 +192,20 @@ pub(crate) fn shape<'py>(
 /// Warns
 /// -----
 /// UserWarning
-///     Where samples are too rough for the dynamics, as for `shape`.
+///     Where samples are too rough for the dynamics, as for `invert_dynamics`.
 ///
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> model, stage = mh.paper.table_1_recovered(), mh.SecondOrder(400.0, 0.95)
+/// >>> model, stage = mh.paper.table_1_recovered(), mh.plant.SecondOrder(400.0, 0.95)
 /// >>> moves = mh.trajectories.PointToPoint([0.0, 2.0], velocity=200.0, acceleration=2e5, jerk=4e8)
-/// >>> drive = mh.precompensate(model, moves, 1e-4, dynamics=stage, limits=(-500.0, 500.0))
+/// >>> drive = mh.control.precompensate(model, moves, 1e-4, dynamics=stage, limits=(-500.0, 500.0))
 /// >>> position = stage.response(model.forward().run(drive), 1e-4)
 /// >>> bool(abs(position[:-1] - moves.sample(1e-4)[0][1:]).max() < 2e-3)  # um: starts from rest
 /// True
 #[pyfunction]
-#[pyo3(signature = (model, trajectory, dt, *, dynamics=None, amplifier_pole=None, delay=None, limits=None,
-    window=None, seconds=None), text_signature = "(model, trajectory, dt, *, dynamics=None, amplifier_pole=None, delay=None, limits=None, \
+#[pyo3(signature = (model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, limits=None,
+    window=None, seconds=None), text_signature = "(model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, limits=None, \
     window=8, seconds=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn precompensate<'py>(
@@ -214,14 +214,14 @@ pub(crate) fn precompensate<'py>(
     trajectory: &Bound<'py, PyAny>,
     dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
-    amplifier_pole: Option<&Bound<'py, PyAny>>,
+    amplifier_bandwidth: Option<&Bound<'py, PyAny>>,
     delay: Option<&Bound<'py, PyAny>>,
     limits: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
-    numbers!(dt, amplifier_pole, delay, seconds);
-    let part = LinearPart { dynamics, amplifier_pole, delay };
+    numbers!(dt, amplifier_bandwidth, delay, seconds);
+    let part = LinearPart { dynamics, amplifier_bandwidth, delay };
     part.refuse_creep()?;
     let mut inverse =
         Inverse::new(&kernel_of("model", model)?, limits.map(|limits| pair("limits", limits)).transpose()?)

@@ -1,7 +1,7 @@
 //! The preview of a controller.
 
+use hysteresis_control::feedforward::PreviewCoefficients;
 use hysteresis_core as core;
-use hysteresis_simulate::shaping::PreviewCoefficients;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -33,13 +33,13 @@ use crate::convert::errors::raise;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> half_a_sample = mh.Preview([0.5, 0.5], 1)
-/// >>> controller = mh.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
+/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
 /// >>> for reference in (1.0, 2.0, 3.0):
 /// ...     drive = controller.step(reference, 0.0)
 /// >>> controller.terms.reference, controller.terms.target
 /// (2.0, 2.5)
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Preview {
     pub(crate) preview: core::Preview,
     /// What it was made of, if it was made by `preview`.
@@ -76,7 +76,7 @@ impl Preview {
 
     /// The error of the target for a sine of this frequency in Hz, relative to the target that the inverse dynamics want.
     ///
-    /// Only `mpi_hyst.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
+    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
     /// was pickled.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
         numbers!(frequency);

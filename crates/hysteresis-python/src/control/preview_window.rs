@@ -1,6 +1,6 @@
 //! Feed-forward through inverse dynamics, sample by sample.
 
-use hysteresis_simulate::shaping::{PreviewOptions, Shaper};
+use hysteresis_control::feedforward::{PreviewOptions, Shaper};
 use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;
@@ -29,7 +29,7 @@ use crate::convert::errors::raise;
 /// degree : int, optional
 ///     Of the polynomials; by default 5, or what a window of less than 6 allows. A longer window smooths, a higher degree
 ///     follows faster references.
-/// amplifier_pole : float, optional
+/// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
 /// delay : float, optional
 ///     Samples of dead time besides the hold. A record whose output was measured when its input was put out counts one
@@ -48,24 +48,24 @@ use crate::convert::errors::raise;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> made = mh.preview(mh.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// >>> made = mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// >>> made
 /// <Preview of 8 taps, ahead 4>
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
 /// (True, True)
 #[pyfunction]
-#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_pole=None, delay=None))]
+#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_bandwidth=None, delay=None))]
 pub(crate) fn preview(
     dynamics: Option<&Bound<'_, PyAny>>,
     dt: &Bound<'_, PyAny>,
     ahead: &Bound<'_, PyAny>,
     window: Option<&Bound<'_, PyAny>>,
     degree: Option<&Bound<'_, PyAny>>,
-    amplifier_pole: Option<&Bound<'_, PyAny>>,
+    amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Preview> {
-    numbers!(dt, amplifier_pole, delay);
-    let chain = LinearPart { dynamics, amplifier_pole, delay }.chain(dt)?;
+    numbers!(dt, amplifier_bandwidth, delay);
+    let chain = LinearPart { dynamics, amplifier_bandwidth, delay }.chain(dt)?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,
         window: window.map(|window| samples("window", window)).transpose()?,

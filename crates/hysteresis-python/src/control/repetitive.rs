@@ -1,6 +1,6 @@
 //! Learning in the running loop, one period later.
 
-use hysteresis_simulate::learning::{self, FeedbackLoop, RepetitiveOptions};
+use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
@@ -37,8 +37,8 @@ use crate::convert::objects::exclusive;
 /// --------
 /// >>> import math
 /// >>> import mpi_hyst as mh
-/// >>> repetitive = mh.RepetitiveControl(
-/// ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
+/// >>> repetitive = mh.control.RepetitiveControl(
+/// ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.plant.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
 /// ... )
 /// >>> y, decay, errors = 0.0, math.exp(-2 * math.pi * 50.0 * 1e-3), []
 /// >>> for k in range(3000):
@@ -47,7 +47,7 @@ use crate::convert::objects::exclusive;
 /// ...     y = target + decay * (y - target)
 /// >>> max(errors[:100]) > 0.1, max(errors[-100:]) < 2e-3
 /// (True, True)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct RepetitiveControl {
     pub(crate) control: learning::RepetitiveControl,
     feedback: FeedbackLoop,
@@ -74,10 +74,15 @@ impl RepetitiveControl {
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain = 0.3, limit = f64::INFINITY);
+        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain, limit);
         let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
-        let settle = settle.map_or(Ok(1), |settle| whole("settle", settle))?;
-        let options = RepetitiveOptions { bandwidth, gain, settle, limit };
+        let default = RepetitiveOptions::new(bandwidth);
+        let options = RepetitiveOptions {
+            gain: gain.unwrap_or(default.gain),
+            settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
+            limit: limit.unwrap_or(default.limit),
+            ..default
+        };
         let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
         Ok(Self { control: control.map_err(raise)?, feedback })
     }
@@ -108,13 +113,13 @@ impl RepetitiveControl {
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
     #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
-    fn rate(
+    fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
         delay: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         numbers!(slope, delay);
-        self.control.rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
     }
 }

@@ -1,6 +1,6 @@
 //! `mpi_hyst.trajectories`.
 
-use hysteresis_simulate::trajectory::{self, MotionLimits, Trajectory};
+use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};

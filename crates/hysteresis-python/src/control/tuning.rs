@@ -1,8 +1,8 @@
 //! Gains of the feedback.
 
-use hysteresis_simulate::linear::Chain;
+use hysteresis_control::linear::Chain;
+use hysteresis_control::tuning::{self, TuningOptions};
 use hysteresis_simulate::plant;
-use hysteresis_simulate::tuning::{self, TuningOptions};
 use pyo3::prelude::*;
 
 use super::linear_part::LinearPart;
@@ -13,7 +13,7 @@ use crate::model::object::kernel_of;
 use crate::plant::plant::Plant;
 
 /// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Tuning(tuning::Tuning);
 
 #[pymethods]
@@ -32,14 +32,14 @@ impl Tuning {
 
     /// The margins where the hysteresis has its least slope.
     #[getter]
-    fn least(&self) -> Margins {
-        Margins(self.0.least)
+    fn at_min_slope(&self) -> Margins {
+        Margins(self.0.at_min_slope)
     }
 
     /// The margins where it has its greatest slope.
     #[getter]
-    fn most(&self) -> Margins {
-        Margins(self.0.most)
+    fn at_max_slope(&self) -> Margins {
+        Margins(self.0.at_max_slope)
     }
 
     /// The peak of the sensitivity over all slopes between.
@@ -49,15 +49,16 @@ impl Tuning {
     }
 
     fn __repr__(&self) -> String {
-        let tuning::Tuning { kp, ki, least, most, peak_sensitivity } = self.0;
-        let (low, high) = (least.crossover.min(most.crossover), least.crossover.max(most.crossover));
+        let tuning::Tuning { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = self.0;
+        let (low, high) = (at_min_slope.crossover, at_max_slope.crossover);
+        let (low, high) = (low.min(high), low.max(high));
         let loops = format!("crossover {low:.3} to {high:.3} Hz, peak sensitivity {peak_sensitivity:.3}");
         format!("<Tuning: kp {kp:.6}, ki {ki:.6}, {loops}>")
     }
 }
 
 /// How robust a loop is at one slope of the hysteresis.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Margins(tuning::Margins);
 
 #[pymethods]
@@ -127,7 +128,7 @@ impl Margins {
 ///     Sampling interval in seconds.
 /// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
 ///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain and creep.
-/// amplifier_pole : float, optional
+/// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
 /// delay : float, optional
 ///     Samples of dead time besides the hold, at most 1000. A record whose output was measured when its input was put out
@@ -147,27 +148,27 @@ impl Margins {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> tuning = mh.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.SecondOrder(400.0, 0.95))
+/// >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
 /// >>> round(tuning.kp), round(tuning.ki), round(tuning.peak_sensitivity, 3)
 /// (185, 36, 1.7)
-/// >>> mh.tune(mh.paper.plant("A1")).kp == tuning.kp
+/// >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
 /// True
-/// >>> tuning.most
+/// >>> tuning.at_max_slope
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
 #[pyfunction]
-#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=None),
-    text_signature = "(model, *, dt=None, dynamics=None, amplifier_pole=None, delay=None, peak_sensitivity=1.7)")]
+#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_bandwidth=None, delay=None, peak_sensitivity=None),
+    text_signature = "(model, *, dt=None, dynamics=None, amplifier_bandwidth=None, delay=None, peak_sensitivity=1.7)")]
 pub(crate) fn tune(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
     dt: Option<&Bound<'_, PyAny>>,
     dynamics: Option<&Bound<'_, PyAny>>,
-    amplifier_pole: Option<&Bound<'_, PyAny>>,
+    amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
     delay: Option<&Bound<'_, PyAny>>,
     peak_sensitivity: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Tuning> {
-    numbers!(dt, amplifier_pole, delay, peak_sensitivity = 1.7);
-    let given = LinearPart { dynamics, amplifier_pole, delay };
+    numbers!(dt, amplifier_bandwidth, delay, peak_sensitivity = 1.7);
+    let given = LinearPart { dynamics, amplifier_bandwidth, delay };
     let (chain, slopes, dt) = match (model.cast::<Plant>(), dt) {
         (Ok(plant), dt) => of_plant(&shared(plant)?.0, &given, dt)?,
         (Err(_), Some(dt)) => (given.chain(dt)?, kernel_of("model", model)?.slope_range(), dt),
@@ -187,7 +188,8 @@ pub(crate) fn tune(
 /// What a plant says of itself: nothing else may be given.
 fn of_plant(plant: &plant::Plant, given: &LinearPart<'_, '_>, dt: Option<f64>) -> PyResult<(Chain, (f64, f64), f64)> {
     if dt.is_some() || !given.is_absent() {
-        let message = "expected a model beside dt, dynamics, amplifier_pole or delay, got a Plant, which has its own";
+        let message =
+            "expected a model beside dt, dynamics, amplifier_bandwidth or delay, got a Plant, which has its own";
         return Err(wrong_type("model", message));
     }
     Ok((*plant.linear_part(), plant.slope_range(), plant.dt()))

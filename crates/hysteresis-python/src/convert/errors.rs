@@ -5,9 +5,10 @@
 
 use std::fmt::{self, Display};
 
+use hysteresis_control::linear;
 use hysteresis_core::{self as core, ActuatorError, JsonError};
 use hysteresis_identify::{self as identify, RecordError};
-use hysteresis_simulate::{linear, plant, signals};
+use hysteresis_simulate::{plant, signals};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;

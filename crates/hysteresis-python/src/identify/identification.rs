@@ -15,7 +15,7 @@ use crate::convert::errors::{self, raise, record};
 use crate::model::object::object;
 
 /// What `identify` found: the model, its delay, and how well it fits.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct Identification {
     found: identification::Identification,
     validations: Vec<identification::Quality>,

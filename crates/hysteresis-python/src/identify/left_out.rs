@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::quality::Quality;
 
 /// One loop of a record, predicted with weights that all loops asked for, and with those of all other loops.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 pub(crate) struct LeftOutLoop {
     /// The number of its record.
     record: usize,

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 ///
 /// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
 /// of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 pub(crate) struct Quality {
     /// Largest absolute error, in the unit of the output.
     max_error: f64,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_core::{self as core, Kernel, Model, Offsets};
+use hysteresis_core::{self as core, CompiledModel, Model, Offsets};
 use pyo3::prelude::*;
 
 use crate::convert::arguments::pair;
@@ -11,7 +11,7 @@ use crate::convert::errors::raise;
 use crate::convert::files::write_file;
 use crate::stream::streams::{Forward, Inverse};
 
-pub(super) fn forward(kernel: &Kernel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+pub(super) fn forward(kernel: &CompiledModel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
     let Some(initial) = initial else { return Ok(Forward(core::Forward::new(kernel))) };
     let initial = vector("initial", initial)?;
     core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(raise)
@@ -22,7 +22,11 @@ pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
 pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-pub(super) fn inverse(kernel: &Kernel, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
+pub(super) fn inverse(
+    kernel: &CompiledModel,
+    limits: Argument<'_, '_>,
+    initial: Argument<'_, '_>,
+) -> PyResult<Inverse> {
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let stream = match initial {
         None => core::Inverse::new(kernel, limits),

@@ -1,7 +1,7 @@
 //! Plants: an actuator between its converters.
 
-use hysteresis_simulate::linear::{Delay, FirstOrder};
-use hysteresis_simulate::plant::{self, Design};
+use hysteresis_control::linear::{Delay, FirstOrder};
+use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -35,7 +35,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 ///     Drive (V) in, displacement (um) out.
 /// dynamics : SecondOrder or FirstOrder, optional
 ///     Behind the hysteresis.
-/// amplifier_pole : float, optional
+/// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of the amplifier, a first-order lag before the hysteresis.
 /// creep : Creep, optional
 ///     Of the position.
@@ -63,7 +63,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.Plant(mh.paper.table_1_recovered(), dynamics=mh.SecondOrder(400.0, 0.95), noise=0.016,
+/// >>> stage = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
 /// ...                  limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), seed=1)
 /// >>> measured, position = stage.run([300.0] * 100)
 /// >>> bool(measured[-1] == stage.measured), bool(position[-1] == stage.position)
@@ -74,23 +74,23 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// >>> _ = stage.step(float("nan")), stage.step(900.0)
 /// >>> stage.drive, stage.rejected, stage.clamped
 /// (560.0, 1, 1)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.plant")]
 pub(crate) struct Plant(pub(crate) plant::Plant);
 
 #[pymethods]
 impl Plant {
     #[new]
     #[pyo3(
-        signature = (hysteresis, *, dynamics=None, amplifier_pole=None, creep=None, delay=None, noise=None, dac_bits=None,
+        signature = (hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=None, noise=None, dac_bits=None,
             adc_bits=None, adc_range=None, limits=None, dt=None, seed=None),
-        text_signature = "(hysteresis, *, dynamics=None, amplifier_pole=None, creep=None, delay=0.0, noise=0.0, \
+        text_signature = "(hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=0.0, noise=0.0, \
             dac_bits=None, adc_bits=None, adc_range=None, limits=None, dt=0.0001, seed=0)"
     )]
     #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
         hysteresis: &Bound<'_, PyAny>,
         dynamics: Option<&Bound<'_, PyAny>>,
-        amplifier_pole: Option<&Bound<'_, PyAny>>,
+        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
         creep: Option<&Bound<'_, PyAny>>,
         delay: Option<&Bound<'_, PyAny>>,
         noise: Option<&Bound<'_, PyAny>>,
@@ -101,10 +101,10 @@ impl Plant {
         dt: Option<&Bound<'_, PyAny>>,
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let default = Design::default();
-        numbers!(amplifier_pole, delay, noise = default.noise, dt = default.dt);
-        let design = Design {
-            amplifier_pole: amplifier_pole.map(amplifier).transpose()?,
+        let default = PlantOptions::default();
+        numbers!(amplifier_bandwidth, delay, noise = default.noise, dt = default.dt);
+        let design = PlantOptions {
+            amplifier: amplifier_bandwidth.map(amplifier).transpose()?,
             dynamics: dynamics.map(given_dynamics).transpose()?,
             creep: creep.map(given_creep).transpose()?,
             delay: delay.map_or(Ok(default.delay), Delay::new).map_err(raise)?,
@@ -216,7 +216,7 @@ impl Plant {
 /// The amplifier of a cut-off frequency.
 fn amplifier(frequency: f64) -> PyResult<FirstOrder> {
     FirstOrder::new(frequency)
-        .map_err(|error| raise(hysteresis_simulate::linear::Error { parameter: "amplifier_pole", ..error }))
+        .map_err(|error| raise(hysteresis_control::linear::Error { parameter: "amplifier_bandwidth", ..error }))
 }
 
 /// A number of bits; the plant says how many there may be.

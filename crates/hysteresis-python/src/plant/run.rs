@@ -1,6 +1,6 @@
 //! Closed loops: a controller, a plant, a reference, and how well the plant followed.
 
-use hysteresis_simulate::metrics::{self, Record};
+use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -15,18 +15,18 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
 /// matters, and free of measurement noise.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
 pub(crate) struct Metrics {
     /// How many samples they are of.
     samples: usize,
     /// Largest magnitude of the measured error, um.
     max_error: f64,
     /// Root mean square of the measured error, um.
-    rms_error: f64,
+    rmse: f64,
     /// Largest magnitude of the position error, um.
     max_position_error: f64,
     /// Root mean square of the position error, um.
-    rms_position_error: f64,
+    position_rmse: f64,
     /// Peak-to-peak of the reference, um: the base of `hysteresis_percent`.
     range: f64,
     /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
@@ -37,7 +37,7 @@ pub(crate) struct Metrics {
     /// Highest drive, V.
     drive_high: f64,
     /// At how many samples the drive was at a limit of the plant.
-    saturated: usize,
+    saturated_count: usize,
 }
 
 impl From<metrics::Metrics> for Metrics {
@@ -45,26 +45,26 @@ impl From<metrics::Metrics> for Metrics {
         let metrics::Metrics {
             samples,
             max_error,
-            rms_error,
+            rmse,
             max_position_error,
-            rms_position_error,
+            position_rmse,
             range,
             hysteresis_percent,
             drive_low,
             drive_high,
-            saturated,
+            saturated_count,
         } = metrics;
         Self {
             samples,
             max_error,
-            rms_error,
+            rmse,
             max_position_error,
-            rms_position_error,
+            position_rmse,
             range,
             hysteresis_percent,
             drive_low,
             drive_high,
-            saturated,
+            saturated_count,
         }
     }
 }
@@ -75,12 +75,7 @@ impl Metrics {
         format!(
             "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
              saturated>",
-            self.max_error,
-            self.rms_error,
-            self.max_position_error,
-            self.rms_position_error,
-            self.samples,
-            self.saturated
+            self.max_error, self.rmse, self.max_position_error, self.position_rmse, self.samples, self.saturated_count
         )
     }
 }
@@ -107,13 +102,13 @@ impl Metrics {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> run = mh.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
+/// >>> run = mh.plant.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
 /// ...              limits=(-9.0, 9.0), period=2)
-/// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated
+/// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated_count
 /// (0.5, 0.25, 2)
 /// >>> run.metrics.hysteresis_percent, run.settled.max_error
 /// (12.5, 0.25)
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Run(pub(crate) metrics::Run);
 
 #[pymethods]
@@ -129,7 +124,7 @@ impl Run {
         period: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(period);
-        let record = Record {
+        let record = LoopRecord {
             reference: numbers("reference", reference)?,
             measured: numbers("measured", measured)?,
             position: numbers("position", position)?,

@@ -1,6 +1,6 @@
 //! Arrays of actuators: the models, each with the kernel that its streams share.
 
-use hysteresis_core::{self as core, ActuatorError, Error, Kernel, StreamArray};
+use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, StreamArray};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
@@ -42,7 +42,7 @@ use crate::model::object::kernel;
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ActuatorArray {
     models: Py<PyTuple>,
-    kernels: Box<[Kernel]>,
+    kernels: Box<[CompiledModel]>,
     distinct: usize,
 }
 

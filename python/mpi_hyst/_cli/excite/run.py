@@ -75,10 +75,10 @@ def design(request: Request) -> Drive:
                 rate=request.rate,
                 cycles=request.cycles,
                 shape=request.shape,
-                around=request.around,
+                center=request.around,
                 start=request.start,
             )
-            lead_in, reversals = 0, 2 * request.cycles + 1
+            initialization_samples, reversals = 0, 2 * request.cycles + 1
         else:
             made = mh.signals.excitation(
                 low,
@@ -87,10 +87,10 @@ def design(request: Request) -> Drive:
                 rate=request.rate,
                 cycles=request.cycles,
                 shape=request.shape,
-                around=request.around,
+                center=request.around,
                 start=request.start,
             )
-            values, lead_in, reversals = made.drive, made.lead_in, made.reversals.size
+            values, initialization_samples, reversals = made.drive, made.initialization_samples, made.reversals.size
     except (ValueError, TypeError) as error:
         raise CommandError(_in_terms_of_the_options(str(error))) from error
     return Drive(
@@ -99,7 +99,7 @@ def design(request: Request) -> Drive:
         request.rate,
         request.slew,
         request.cycles,
-        lead_in,
+        initialization_samples,
         reversals,
         request.demagnetize,
     )
@@ -116,7 +116,7 @@ def _next(drive: Drive, request: Request) -> str:
     return (
         "play it, record the displacement beside it at the same rate, then\n"
         f"mpi-hyst identify RECORD.csv --input {request.column} --output COLUMN "
-        f"--skip {drive.lead_in} --operators {request.cycles} -o stage.json"
+        f"--skip {drive.initialization_samples} --operators {request.cycles} -o stage.json"
     )
 
 

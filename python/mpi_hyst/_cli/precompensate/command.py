@@ -26,7 +26,7 @@ from mpi_hyst._cli.terminal import say
         help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
     ),
     click.option("--delay", type=float, help="Samples of dead time besides the hold."),
-    click.option("--amplifier-pole", type=float, metavar="HZ", help="Cut-off of the amplifier."),
+    click.option("--amplifier-bandwidth", type=float, metavar="HZ", help="Cut-off of the amplifier."),
 )
 def precompensate(**given: Any) -> None:
     """Compute the drive that makes the model follow a trajectory: the exact inverse.

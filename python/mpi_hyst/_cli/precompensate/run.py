@@ -35,12 +35,12 @@ class Request:
     limits: tuple[float, float] | None = None
     dynamics: tuple[float, float] | None = None
     delay: float | None = None
-    amplifier_pole: float | None = None
+    amplifier_bandwidth: float | None = None
 
     @property
     def shaped(self) -> bool:
         """Whether there are dynamics to invert."""
-        return (self.dynamics, self.delay, self.amplifier_pole) != (None, None, None)
+        return (self.dynamics, self.delay, self.amplifier_bandwidth) != (None, None, None)
 
 
 def run(request: Request) -> str:
@@ -48,9 +48,7 @@ def run(request: Request) -> str:
     check_outputs([request.drive_path], [request.model_path, request.trajectory])
     model = load_model(request.model_path)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
-    if columns.time_column in (_DRIVE, _SATURATED):
-        taken = f"{_DRIVE} and {_SATURATED} are the names of what is written"
-        raise CommandError(f"{columns.path}: the time column is {columns.time_column}; {taken}")
+    _check_names(columns, column)
     target, notes = _target(columns, column, request)
     drive, saturated = _drive(model, target, request)
     table: dict[str, Samples | list[int]] = {}
@@ -63,6 +61,14 @@ def run(request: Request) -> str:
     write_outputs([Output.of_text(request.drive_path, write_table(table))])
     summary = _summary(request, Quantity(column), drive, residual, saturated)
     return "\n".join([summary, *notes])
+
+
+def _check_names(columns: Columns, column: str) -> None:
+    """Refuse columns that would stand beside what is written under the same name."""
+    for name in (columns.time_column, column):
+        if name in (_DRIVE, _SATURATED):
+            written = f"{_DRIVE} and {_SATURATED}, which are written"
+            raise CommandError(f"{columns.path}: expected other columns than {written}, got {name}")
 
 
 def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
@@ -80,7 +86,7 @@ def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, l
                 dynamics=None
                 if request.dynamics is None
                 else mh.plant.SecondOrder(*request.dynamics),
-                amplifier_pole=request.amplifier_pole,
+                amplifier_bandwidth=request.amplifier_bandwidth,
                 delay=request.delay,
             )
     except ValueError as error:
@@ -95,7 +101,7 @@ def _as_options(message: str, path: Path) -> str:
         "frequency": "--dynamics",
         "damping": "--dynamics",
         "delay": "--delay",
-        "amplifier_pole": "--amplifier-pole",
+        "amplifier_bandwidth": "--amplifier-bandwidth",
         "trajectory": str(path),
     }
     name, colon, rest = message.partition(":")

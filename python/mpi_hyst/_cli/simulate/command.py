@@ -37,7 +37,7 @@ from mpi_hyst._cli.terminal import say
         **numbers("FREQ,DAMPING"),
         help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
     ),
-    click.option("--amplifier-pole", type=float, metavar="HZ", help="Cut-off of the amplifier."),
+    click.option("--amplifier-bandwidth", type=float, metavar="HZ", help="Cut-off of the amplifier."),
     click.option(
         "--delay",
         type=float,

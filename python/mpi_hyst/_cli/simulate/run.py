@@ -25,7 +25,7 @@ _OPTIONS = {
     "frequency": "--dynamics",
     "damping": "--dynamics",
     "dynamics": "--dynamics",
-    "amplifier_pole": "--amplifier-pole",
+    "amplifier_bandwidth": "--amplifier-bandwidth",
     "delay": "--delay",
     "noise": "--noise",
     "seed": "--seed",
@@ -49,7 +49,7 @@ class Request:
     rate: float | None = None
     plant_path: Path | None = None
     dynamics: tuple[float, float] | None = None
-    amplifier_pole: float | None = None
+    amplifier_bandwidth: float | None = None
     delay: float = 0.0
     noise: float = 0.0
     seed: int = 0
@@ -113,7 +113,7 @@ def _setup(request: Request, gains: tuple[float, float], ahead: int) -> Setup:
         reference=str(request.trajectory),
         limits=request.limits,
         dynamics=request.dynamics,
-        amplifier_pole=request.amplifier_pole,
+        amplifier_bandwidth=request.amplifier_bandwidth,
         delay=request.delay,
         noise=request.noise,
         seed=request.seed,
@@ -145,7 +145,7 @@ def _plant(actuator: Model, request: Request, dt: float) -> mh.plant.Plant:
     return mh.plant.Plant(
         actuator,
         dynamics=_dynamics(request),
-        amplifier_pole=request.amplifier_pole,
+        amplifier_bandwidth=request.amplifier_bandwidth,
         delay=request.delay,
         noise=request.noise,
         limits=request.limits,
@@ -159,7 +159,7 @@ def _tuned(model: Model, request: Request, dt: float) -> tuple[float, float]:
         model,
         dt=dt,
         dynamics=_dynamics(request),
-        amplifier_pole=request.amplifier_pole,
+        amplifier_bandwidth=request.amplifier_bandwidth,
         delay=request.delay,
     )
     return tuned.kp, tuned.ki
@@ -178,7 +178,7 @@ def _controller(
             _dynamics(request),
             dt,
             ahead=ahead,
-            amplifier_pole=request.amplifier_pole,
+            amplifier_bandwidth=request.amplifier_bandwidth,
             delay=request.delay,
         )
     return mh.control.HybridController(

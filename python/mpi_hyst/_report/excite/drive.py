@@ -20,7 +20,7 @@ class Drive:
     rate: float
     slew: float
     cycles: int
-    lead_in: int
+    initialization_samples: int
     reversals: int
     demagnetizes: bool
 
@@ -48,8 +48,8 @@ def facts(drive: Drive) -> list[tuple[str, str]]:
         ("reversals", f"{drive.reversals}, of them {2 * drive.cycles - 1} decaying"),
     ]
     if not drive.demagnetizes:
-        lead_in = f"{drive.lead_in} samples, {digits(drive.lead_in / drive.rate)} s"
-        pairs.append(("until the memory is known", lead_in))
+        initialization_samples = f"{drive.initialization_samples} samples, {digits(drive.initialization_samples / drive.rate)} s"
+        pairs.append(("until the memory is known", initialization_samples))
     return pairs
 
 

@@ -16,7 +16,7 @@ def report(drive: Drive, name: str) -> str:
     cards = [Card(pairs["duration"], "duration"), Card(pairs["range"], "range")]
     cards.append(Card(str(drive.reversals), "reversals"))
     if not drive.demagnetizes:
-        cards.append(Card(f"{drive.lead_in}", "samples of lead-in", "to be skipped by identify"))
+        cards.append(Card(f"{drive.initialization_samples}", "samples of lead-in", "to be skipped by identify"))
     text = [
         "Straight lines or half cosines from reversal to reversal, never beyond the slew limit."
     ]
@@ -48,8 +48,8 @@ def _drive(drive: Drive) -> Canvas:
     axes = figure.subplots()
     kept = canvas.envelope(drive.values)
     axes.plot(drive.seconds[kept], drive.values[kept], color=canvas.BLUE, linewidth=0.9)
-    if drive.lead_in:
-        end = drive.seconds[drive.lead_in]
+    if drive.initialization_samples:
+        end = drive.seconds[drive.initialization_samples]
         axes.axvspan(0.0, end, color=canvas.GRID, label="lead-in, not to be fitted", zorder=0)
         canvas.top_legend(figure, axes)
     axes.set_xlim(0.0, drive.seconds[-1])

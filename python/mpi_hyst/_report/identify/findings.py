@@ -20,7 +20,7 @@ def text(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> str:
     if not findings:
         return "warnings: none"
     lines = [
-        f"  {found.name}: {_place(found, records)}{found.message}"
+        f"  {found.code}: {_place(found, records)}{found.message}"
         f" (value {digits(found.value, 3)}, limit {digits(found.limit, 3)})"
         for found in findings
     ]
@@ -36,7 +36,7 @@ def section(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> S
         ["name", "record", "value", "limit"],
         [
             [
-                found.name,
+                found.code,
                 "all" if found.record is None else records[found.record],
                 digits(found.value, 3),
                 digits(found.limit, 3),
@@ -44,7 +44,7 @@ def section(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> S
             for found in findings
         ],
     )
-    sentences = [f"{found.name}: {_place(found, records)}{found.message}." for found in findings]
+    sentences = [f"{found.code}: {_place(found, records)}{found.message}." for found in findings]
     return Section("warnings", "Warnings", [*sentences, _LOOKED_FOR], [table])
 
 

@@ -21,7 +21,7 @@ class Setup:
     reference: str
     limits: tuple[float, float]
     dynamics: tuple[float, float] | None
-    amplifier_pole: float | None
+    amplifier_bandwidth: float | None
     delay: float
     noise: float
     seed: int
@@ -61,7 +61,7 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
         ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
-        ("saturated", f"{metrics.saturated} of {len(run)} samples at {low:g} or {high:g}"),
+        ("saturated", f"{metrics.saturated_count} of {len(run)} samples at {low:g} or {high:g}"),
     ]
 
 
@@ -70,8 +70,8 @@ def _stage(setup: Setup, unit: str) -> list[str]:
     if setup.dynamics is not None:
         frequency, damping = setup.dynamics
         parts.append(f"dynamics {frequency:g} Hz, {damping:g}")
-    if setup.amplifier_pole is not None:
-        parts.append(f"amplifier {setup.amplifier_pole:g} Hz")
+    if setup.amplifier_bandwidth is not None:
+        parts.append(f"amplifier {setup.amplifier_bandwidth:g} Hz")
     if setup.delay:
         parts.append(f"delay {setup.delay:g} samples")
     if setup.noise:
@@ -86,8 +86,8 @@ def errors(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
     header = ["error", f"max{suffix}", f"rms{suffix}", "max %", "rms %", f"base{suffix}"]
     rows = []
     for name, largest, rms in (
-        ("true position", metrics.max_position_error, metrics.rms_position_error),
-        ("measured", metrics.max_error, metrics.rms_error),
+        ("true position", metrics.max_position_error, metrics.position_rmse),
+        ("measured", metrics.max_error, metrics.rmse),
     ):
         percents = [
             f"{100.0 * value / metrics.range:.3f}" if metrics.range else "-"

@@ -19,9 +19,9 @@ def report(outcome: Outcome) -> str:
     named = dict(rows)
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
-        Card(in_unit(metrics.rms_position_error, unit, 3), "rms error", "true position"),
+        Card(in_unit(metrics.position_rmse, unit, 3), "rms error", "true position"),
         Card(named["drive"], "drive", f"limits {setup.limits[0]:g} to {setup.limits[1]:g}"),
-        Card(str(metrics.saturated), "samples at a limit", f"of {metrics.samples}"),
+        Card(str(metrics.saturated_count), "samples at a limit", f"of {metrics.samples}"),
     ]
     text = [
         "A simulation: the stage is the model with the dynamics, delay and noise given below. What "
