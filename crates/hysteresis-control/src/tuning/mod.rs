@@ -6,9 +6,7 @@ mod response;
 use feedback::{Gains, Slopes, golden_section, is_admissible, margins, peak};
 use response::{Point, response};
 
-use core::f64::consts::TAU;
-
-use crate::linear::{Chain, Dynamics, Error, FirstOrder, PulseTransfer, check_positive};
+use crate::linear::{Error, LinearDynamics, PulseTransfer, check_positive};
 
 /// The longest delay that is tuned for, in samples: each turns the response once more.
 const MAX_DELAY: f64 = 1000.0;
@@ -68,7 +66,7 @@ pub struct Margins {
 /// The gains with the greatest ki that keep the peak of the sensitivity within a bound for every slope of the hysteresis.
 ///
 /// The loop is L(z) = (kp + ki / (1 - 1/z)) slope P(z), the positional law u = kp e + ki sum e before a plant P, the
-/// [pulse transfer function](Chain::pulse_transfer) of the chain. The bound is
+/// [pulse transfer function](LinearDynamics::pulse_transfer) of the dynamics. The bound is
 ///
 /// |S| = 1 / |1 + L| <= M for all frequencies and all slopes between the two, and the loop stable.
 ///
@@ -79,12 +77,11 @@ pub struct Margins {
 /// Gains are not negative.
 ///
 /// ```
-/// use hysteresis_control::linear::{Chain, Delay, SecondOrder};
+/// use hysteresis_control::linear::SecondOrder;
 /// use hysteresis_control::tuning::{TuningOptions, tune};
-/// let stage = SecondOrder::new(400.0, 0.95)?;
-/// let chain = Chain { amplifier: None, dynamics: Some(stage.into()), delay: Delay::new(0.0)? };
+/// let stage = SecondOrder::new(400.0, 0.95)?.into();
 /// let slopes = (4.3e-3, 7.9e-3); // um/V
-/// let tuning = tune(&chain, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: 1.7 })?;
+/// let tuning = tune(&stage, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: 1.7 })?;
 /// assert!((tuning.peak_sensitivity - 1.7).abs() < 1e-3);
 /// assert!(tuning.at_max_slope.gain_margin > 1.7 / 0.7 && tuning.at_max_slope.phase_margin > 34.0);
 /// # Ok::<(), hysteresis_control::linear::Error>(())
@@ -92,17 +89,17 @@ pub struct Margins {
 ///
 /// # Errors
 /// [`Error`] for slopes that are not 0 < least <= greatest, a peak outside 1.05 to 5, a delay beyond 1000 samples,
-/// dynamics or an amplifier slower than 1e5 samples a radian, a damping ratio below 1e-7, or as for [`Chain::block`].
-pub fn tune(chain: &Chain, options: &TuningOptions) -> Result<Tuning, Error> {
+/// dynamics slower than 1e5 samples a radian, a damping ratio below 1e-7, or as for [`LinearDynamics::block`].
+pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning, Error> {
     let (slopes, limit) = (check_slopes(options.slopes)?, options.peak_sensitivity);
     if !(1.05..=5.0).contains(&limit) {
         return Err(Error { parameter: "peak_sensitivity", index: None, expected: "1.05 to 5", got: limit });
     }
-    if chain.delay.samples() > MAX_DELAY {
-        let got = chain.delay.samples();
-        return Err(Error { parameter: "delay", index: None, expected: "at most 1000 samples", got });
+    if dynamics.dead_time() > MAX_DELAY * check_positive("dt", None, options.dt)? {
+        let got = dynamics.dead_time();
+        return Err(Error { parameter: "dead_time", index: None, expected: "at most 1000 samples", got });
     }
-    let transfer = resolved(chain, options.dt)?;
+    let transfer = resolved(dynamics, options.dt)?;
     let points = response(&transfer);
     let mut bound = limit;
     // The response is known at its points; between them the peak may be a little higher.
@@ -123,40 +120,31 @@ pub fn tune(chain: &Chain, options: &TuningOptions) -> Result<Tuning, Error> {
 ///
 /// # Errors
 /// [`Error`] unless gains and slope are finite, ki and the slope above 0 and kp not below, or as for [`tune`].
-pub fn loop_margins(chain: &Chain, dt: f64, kp: f64, ki: f64, slope: f64) -> Result<Margins, Error> {
+pub fn loop_margins(dynamics: &LinearDynamics, dt: f64, kp: f64, ki: f64, slope: f64) -> Result<Margins, Error> {
     check_positive("ki", None, ki)?;
     check_positive("slope", None, slope)?;
     if !(0.0..=hysteresis_core::MAX_MAGNITUDE).contains(&kp) {
         return Err(Error { parameter: "kp", index: None, expected: "a finite number, 0 or more", got: kp });
     }
-    let transfer = resolved(chain, dt)?;
+    let transfer = resolved(dynamics, dt)?;
     Ok(margins(Gains { kp, ki }, slope, &transfer, &response(&transfer), dt))
 }
 
 /// The pulse transfer function, if its response shows at the frequencies that are looked at.
-fn resolved(chain: &Chain, dt: f64) -> Result<PulseTransfer, Error> {
-    let transfer = chain.pulse_transfer(dt)?;
-    // Radians per second.
-    let lag = |lag: FirstOrder| 1.0 / lag.time_constant();
-    let slowest = match chain.dynamics {
-        Some(Dynamics::FirstOrder(dynamics)) => lag(dynamics),
-        Some(Dynamics::SecondOrder(resonance)) => {
-            let (w, zeta) = (TAU * resonance.frequency(), resonance.damping());
-            if zeta < MIN_DAMPING {
-                return Err(Error {
-                    parameter: "damping",
-                    index: None,
-                    expected: "1e-7 or more to tune for",
-                    got: zeta,
-                });
-            }
-            w / (zeta.max(1.0) + (zeta * zeta - 1.0).max(0.0).sqrt())
+fn resolved(dynamics: &LinearDynamics, dt: f64) -> Result<PulseTransfer, Error> {
+    let transfer = dynamics.pulse_transfer(dt)?;
+    for pole in dynamics.poles() {
+        // Radians per second.
+        let rate = pole.norm();
+        let damping = -pole.re / rate;
+        if damping < MIN_DAMPING {
+            let expected = "1e-7 or more to tune for";
+            return Err(Error { parameter: "damping", index: None, expected, got: damping });
         }
-        None => f64::INFINITY,
-    };
-    if slowest.min(chain.amplifier.map_or(f64::INFINITY, lag)) * dt * MAX_SAMPLES_PER_RADIAN < 1.0 {
-        let expected = "at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier";
-        return Err(Error { parameter: "dt", index: None, expected, got: dt });
+        if rate * dt * MAX_SAMPLES_PER_RADIAN < 1.0 {
+            let expected = "at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier";
+            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+        }
     }
     Ok(transfer)
 }

@@ -1,0 +1,6 @@
+//! The stage: one object that holds all parts, its file, and what runs that is made from it.
+
+pub(crate) mod parts;
+pub(crate) mod precompensate;
+pub(crate) mod stage;
+pub(crate) mod streams;
