@@ -4,11 +4,11 @@ use hysteresis_control::linear::{self, Block, Dynamics, Error, Stream};
 use hysteresis_core::is_admissible;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, Place, raise, unexpected};
+use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
 use crate::stream::blocks::{Single, run};
 
@@ -118,8 +118,8 @@ impl SecondOrder {
         format!("SecondOrder(frequency={:?}, damping={:?})", self.frequency(), self.damping())
     }
 
-    fn __getnewargs__(&self) -> (f64, f64) {
-        (self.frequency(), self.damping())
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.frequency(), self.damping()), keywords!(py), None)
     }
 }
 
@@ -197,8 +197,8 @@ impl FirstOrder {
         format!("FirstOrder(frequency={:?})", self.frequency())
     }
 
-    fn __getnewargs__(&self) -> (f64,) {
-        (self.frequency(),)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.frequency(),), keywords!(py), None)
     }
 }
 
@@ -297,7 +297,7 @@ impl Creep {
         format!("Creep(amplitudes={:?}, time_constants={:?})", self.0.amplitudes(), self.0.time_constants())
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        (self.amplitudes(py)?, self.time_constants(py)?).into_pyobject(py)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.amplitudes(py)?, self.time_constants(py)?), keywords!(py), None)
     }
 }

@@ -4,109 +4,83 @@ use hysteresis_control::linear::Chain;
 use hysteresis_control::tuning::{self, TuningOptions};
 use hysteresis_simulate::plant;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::linear_part::LinearPart;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::shared;
+use crate::convert::pickling::result_methods;
 use crate::model::object::kernel_of;
 use crate::plant::plant::Plant;
 
 /// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
-#[pyclass(module = "mpi_hyst.control", frozen)]
-pub(crate) struct Tuning(tuning::Tuning);
-
-#[pymethods]
-impl Tuning {
+#[pyclass(module = "mpi_hyst.control", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Tuning {
     /// Proportional gain (V/um).
-    #[getter]
-    fn kp(&self) -> f64 {
-        self.0.kp
-    }
-
+    kp: f64,
     /// Integral gain (V/um per sample).
-    #[getter]
-    fn ki(&self) -> f64 {
-        self.0.ki
-    }
-
-    /// The margins where the hysteresis has its least slope.
-    #[getter]
-    fn at_min_slope(&self) -> Margins {
-        Margins(self.0.at_min_slope)
-    }
-
+    ki: f64,
+    /// The margins where the hysteresis has its smallest slope.
+    at_min_slope: Margins,
     /// The margins where it has its greatest slope.
-    #[getter]
-    fn at_max_slope(&self) -> Margins {
-        Margins(self.0.at_max_slope)
-    }
-
+    at_max_slope: Margins,
     /// The peak of the sensitivity over all slopes between.
-    #[getter]
-    fn peak_sensitivity(&self) -> f64 {
-        self.0.peak_sensitivity
-    }
+    peak_sensitivity: f64,
+}
 
+impl From<tuning::Tuning> for Tuning {
+    fn from(made: tuning::Tuning) -> Self {
+        let tuning::Tuning { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = made;
+        Self { kp, ki, at_min_slope: at_min_slope.into(), at_max_slope: at_max_slope.into(), peak_sensitivity }
+    }
+}
+
+result_methods!(Tuning {
     fn __repr__(&self) -> String {
-        let tuning::Tuning { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = self.0;
+        let Self { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = self;
         let (low, high) = (at_min_slope.crossover, at_max_slope.crossover);
         let (low, high) = (low.min(high), low.max(high));
         let loops = format!("crossover {low:.3} to {high:.3} Hz, peak sensitivity {peak_sensitivity:.3}");
         format!("<Tuning: kp {kp:.6}, ki {ki:.6}, {loops}>")
     }
-}
+});
 
 /// How robust a loop is at one slope of the hysteresis.
-#[pyclass(module = "mpi_hyst.control", frozen)]
-pub(crate) struct Margins(tuning::Margins);
-
-#[pymethods]
-impl Margins {
+#[pyclass(module = "mpi_hyst.control", frozen, get_all, skip_from_py_object)]
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Margins {
     /// The slope (um/V).
-    #[getter]
-    fn slope(&self) -> f64 {
-        self.0.slope
-    }
-
+    slope: f64,
     /// The factor by which the gain may grow until the loop oscillates; infinite if it never does.
-    #[getter]
-    fn gain_margin(&self) -> f64 {
-        self.0.gain_margin
-    }
-
+    gain_margin: f64,
     /// How many degrees the phase may lag more, the least over all frequencies with abs(L) = 1.
-    #[getter]
-    fn phase_margin(&self) -> f64 {
-        self.0.phase_margin
-    }
-
+    phase_margin: f64,
     /// The highest frequency in Hz with abs(L) = 1.
-    #[getter]
-    fn crossover(&self) -> f64 {
-        self.0.crossover
-    }
-
+    crossover: f64,
     /// The peak of the sensitivity abs(1 / (1 + L)).
-    #[getter]
-    fn peak_sensitivity(&self) -> f64 {
-        self.0.peak_sensitivity
-    }
-
+    peak_sensitivity: f64,
     /// Where that peak is, in Hz.
-    #[getter]
-    fn peak_frequency(&self) -> f64 {
-        self.0.peak_frequency
-    }
+    peak_frequency: f64,
+}
 
+impl From<tuning::Margins> for Margins {
+    fn from(made: tuning::Margins) -> Self {
+        let tuning::Margins { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency } = made;
+        Self { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency }
+    }
+}
+
+result_methods!(Margins {
     fn __repr__(&self) -> String {
-        let tuning::Margins { slope, gain_margin, phase_margin, crossover, peak_sensitivity, .. } = self.0;
+        let Self { slope, gain_margin, phase_margin, crossover, peak_sensitivity, .. } = self;
         let margins = format!("gain margin {gain_margin:.3}, phase margin {phase_margin:.1} degrees");
         format!(
             "<Margins at slope {slope:.6}: {margins}, crossover {crossover:.3} Hz, peak sensitivity {peak_sensitivity:.3}>"
         )
     }
-}
+});
 
 /// Gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
 ///
@@ -182,7 +156,7 @@ pub(crate) fn tune(
         return Err(errors::value("model", format_args!("expected {expected}, got one down to {:?}", slopes.0)));
     }
     let options = TuningOptions { slopes, dt, peak_sensitivity };
-    py.detach(|| tuning::tune(&chain, &options)).map(Tuning).map_err(raise)
+    py.detach(|| tuning::tune(&chain, &options)).map(Tuning::from).map_err(raise)
 }
 
 /// What a plant says of itself: nothing else may be given.
