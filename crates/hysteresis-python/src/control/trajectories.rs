@@ -14,8 +14,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;
 
 fn sample<'py>(py: Python<'py>, trajectory: &impl Trajectory, dt: f64, seconds: Option<f64>) -> Motions<'py> {
-    let count = trajectory.samples(dt, seconds).map_err(raise)?;
-    let motions: Vec<_> = (0..count).map(|k| trajectory.at(f64::from(k) * dt)).collect();
+    let motions = trajectory.sample(dt, seconds).map_err(raise)?;
     let column = |of: fn(&trajectory::Motion) -> f64| PyArray1::from_iter(py, motions.iter().map(of));
     Ok((column(|motion| motion.position), column(|motion| motion.velocity), column(|motion| motion.acceleration)))
 }

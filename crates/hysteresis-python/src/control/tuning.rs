@@ -1,12 +1,12 @@
 //! Gains of the feedback.
 
-use hysteresis_control::linear::Chain;
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::tuning::{self, TuningOptions};
 use hysteresis_simulate::plant;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::linear_part::LinearPart;
+use super::linear::part::LinearPart;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::shared;
@@ -86,7 +86,7 @@ result_methods!(Margins {
 ///
 /// The loop is L(z) = (kp + ki / (1 - 1/z)) slope P(z): the positional law kp e + ki sum(e), the slope of the hysteresis,
 /// which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
-/// delay for an input that is held from one measurement to the next. Of all gains with
+/// dead time for an input that is held from one measurement to the next. Of all gains with
 ///
 /// abs(1 / (1 + L)) <= peak_sensitivity at all frequencies and slopes, and the loop stable,
 ///
@@ -100,13 +100,11 @@ result_methods!(Margins {
 ///     Whose range of slopes counts. Of a plant all else is known, but for the sensitivity.
 /// dt : float
 ///     Sampling interval in seconds.
-/// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
-///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain and creep.
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
-/// delay : float, optional
-///     Samples of dead time besides the hold, at most 1000. A record whose output was measured when its input was put out
-///     counts one too many: then give the identified delay less 1.
+/// dead_time : float, optional
+///     What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
 /// peak_sensitivity : float
 ///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
 ///
@@ -130,22 +128,22 @@ result_methods!(Margins {
 /// >>> tuning.at_max_slope
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
 #[pyfunction]
-#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_bandwidth=None, delay=None, peak_sensitivity=None),
-    text_signature = "(model, *, dt=None, dynamics=None, amplifier_bandwidth=None, delay=None, peak_sensitivity=1.7)")]
+#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_bandwidth=None, dead_time=None, peak_sensitivity=None),
+    text_signature = "(model, *, dt=None, dynamics=None, amplifier_bandwidth=None, dead_time=None, peak_sensitivity=1.7)")]
 pub(crate) fn tune(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
     dt: Option<&Bound<'_, PyAny>>,
     dynamics: Option<&Bound<'_, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    delay: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
     peak_sensitivity: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Tuning> {
-    numbers!(dt, amplifier_bandwidth, delay, peak_sensitivity = 1.7);
-    let given = LinearPart { dynamics, amplifier_bandwidth, delay };
+    numbers!(dt, amplifier_bandwidth, dead_time, peak_sensitivity = 1.7);
+    let given = LinearPart { dynamics, amplifier_bandwidth, dead_time };
     let (chain, slopes, dt) = match (model.cast::<Plant>(), dt) {
         (Ok(plant), dt) => of_plant(&shared(plant)?.0, &given, dt)?,
-        (Err(_), Some(dt)) => (given.chain(dt)?, kernel_of("model", model)?.slope_range(), dt),
+        (Err(_), Some(dt)) => (given.dynamics()?, kernel_of("model", model)?.slope_range(), dt),
         (Err(_), None) => {
             kernel_of("model", model)?;
             return Err(wrong_type("dt", "expected the sampling interval in seconds beside a model, got None"));
@@ -160,11 +158,15 @@ pub(crate) fn tune(
 }
 
 /// What a plant says of itself: nothing else may be given.
-fn of_plant(plant: &plant::Plant, given: &LinearPart<'_, '_>, dt: Option<f64>) -> PyResult<(Chain, (f64, f64), f64)> {
+fn of_plant(
+    plant: &plant::Plant,
+    given: &LinearPart<'_, '_>,
+    dt: Option<f64>,
+) -> PyResult<(LinearDynamics, (f64, f64), f64)> {
     if dt.is_some() || !given.is_absent() {
         let message =
-            "expected a model beside dt, dynamics, amplifier_bandwidth or delay, got a Plant, which has its own";
+            "expected a model beside dt, dynamics, amplifier_bandwidth or dead_time, got a Plant, which has its own";
         return Err(wrong_type("model", message));
     }
-    Ok((*plant.linear_part(), plant.slope_range(), plant.dt()))
+    Ok((plant.linear_part().clone(), plant.slope_range(), plant.dt()))
 }

@@ -10,7 +10,7 @@ pub(crate) type Reduced<'py> = PyResult<Bound<'py, PyTuple>>;
 /// The call `make(*positional, **keywords)`, and then `__setstate__(state)` if there is one.
 pub(crate) fn reduce<'py>(
     make: Bound<'py, PyAny>,
-    positional: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+    positional: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error: Into<PyErr>>,
     keywords: Bound<'py, PyDict>,
     state: Option<Bound<'py, PyAny>>,
 ) -> Reduced<'py> {
@@ -20,6 +20,7 @@ pub(crate) fn reduce<'py>(
     } else {
         py.import(intern!(py, "functools"))?.call_method(intern!(py, "partial"), (make,), Some(&keywords))?
     };
+    let positional = positional.into_pyobject(py).map_err(Into::into)?;
     (make, positional, state).into_pyobject(py)
 }
 
