@@ -2,5 +2,6 @@
 
 pub(crate) mod parts;
 pub(crate) mod precompensate;
+#[expect(clippy::module_inception, reason = "the class `Stage`")]
 pub(crate) mod stage;
 pub(crate) mod streams;
