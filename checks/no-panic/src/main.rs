@@ -101,14 +101,23 @@ fn controller_commit(controller: &mut HybridController) -> bool {
 #[no_panic]
 #[inline(never)]
 fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, ki: f64) -> Result<(), Error> {
-    controller.set_mode(mode);
+    controller.hold();
+    controller.set_mode(mode)?;
     controller.release();
     controller.set_gains(kp, ki)
 }
 
+#[no_panic]
+#[inline(never)]
+fn controller_stop(controller: &mut HybridController, rate: f64, rest_drive: f64) -> Result<(), Error> {
+    controller.stop(rate, rest_drive)
+}
+
 fn controllers(kernel: &Kernel) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
-    let conditional = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let set = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
+    let conditional =
+        ControllerOptions { measurement_range: Some((-5.0, 5.0)), max_measurement_step: Some(1.0), ..set };
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
     let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
@@ -116,7 +125,7 @@ fn controllers(kernel: &Kernel) -> Result<(), Error> {
         (FeedForward::from(Inverse::new(kernel, Some(limits))?), Some(preview), conditional),
         (Forward::new(kernel).into(), None, back_calculation),
         (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
-        (FeedForward::None, None, ControllerOptions { law: Law::Printed, ..conditional }),
+        (FeedForward::None, None, set),
     ];
     for (source, preview, options) in black_box(cases) {
         let mut controller = HybridController::new(source, preview, &options)?;
@@ -130,6 +139,13 @@ fn controllers(kernel: &Kernel) -> Result<(), Error> {
             }
             controller_changes(&mut controller, Mode::Feedforward, 2.0, 0.1)?;
             black_box(controller_step(&mut controller, x.into(), 1.0));
+            controller_stop(&mut controller, 1e5, 10.0)?;
+            for _ in 0..3 {
+                black_box(controller_peek(&controller, x.into(), x));
+                black_box(controller_step(&mut controller, x.into(), x));
+                black_box(controller_plan(&mut controller, x.into(), x));
+                black_box(controller_commit(&mut controller));
+            }
             controller_changes(&mut controller, Mode::Run, 2.0, 0.1)?;
         }
     }

@@ -29,8 +29,8 @@ mod process;
 mod stream;
 
 pub use control::{
-    AntiWindup, Command, ControllerOptions, ControllerState, Counters, FeedForward, HybridController, Law, LoopState,
-    Mode, Preview, PreviewState, Terms,
+    AntiWindup, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, HybridController, Law,
+    LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
 pub use memory::{Direction, FamilyState, Kernel, MemoryState, Method, TurningPoint, TurningPointState};

@@ -69,7 +69,12 @@ fn a_controller_never_allocates_while_it_runs() {
     let limits = (-500.0, 500.0);
     let sources: [FeedForward; 2] =
         [Inverse::new(&kernel, Some(limits)).unwrap().into(), paper::table_2().forward().into()];
-    let options = ControllerOptions { slew: Some(1e6), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let set = ControllerOptions {
+        measurement_range: Some((-5.0, 5.0)),
+        max_measurement_step: Some(0.1),
+        ..ControllerOptions::new(5.0, 6e3, 1e-4, limits)
+    };
+    let options = ControllerOptions { slew: Some(1e6), ..set };
     let signal = signal();
     for source in sources {
         let preview = Preview::new(&[-1.0, 3.0, -1.0], 1).unwrap();
@@ -85,9 +90,17 @@ fn a_controller_never_allocates_while_it_runs() {
                 controller.commit();
             }
             for mode in [Mode::Hold, Mode::Feedforward, Mode::Run] {
-                controller.set_mode(mode);
+                controller.set_mode(mode).unwrap();
                 controller.step(1.0.into(), 1.0);
             }
+            controller.stop(1e5, 0.0).unwrap();
+            for _ in 0..100 {
+                std::hint::black_box(controller.peek(1.0.into(), 1.0));
+                controller.step(1.0.into(), 1.0);
+                controller.plan(1.0.into(), 1.0);
+                controller.commit();
+            }
+            controller.release();
             controller.set_gains(1.0, 0.1).unwrap();
             controller.set_model(&other).unwrap();
             controller.reset();

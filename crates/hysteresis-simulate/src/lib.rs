@@ -10,6 +10,7 @@ pub mod learning;
 pub mod linear;
 pub mod metrics;
 mod observer;
+pub mod paper;
 pub mod plant;
 pub mod shaping;
 pub mod signals;

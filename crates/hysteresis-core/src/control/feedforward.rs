@@ -1,4 +1,4 @@
-use crate::error::Error;
+use crate::error::{Error, MAX_MAGNITUDE};
 use crate::memory::Kernel;
 use crate::process::Process;
 use crate::stream::{Forward, Inverse, StreamState};
@@ -8,7 +8,7 @@ use crate::stream::{Forward, Inverse, StreamState};
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, paper};
 /// let limits = (-500.0, 500.0);
-/// let options = ControllerOptions { transition: 0.0, ..ControllerOptions::new(0.0, 0.0, limits) };
+/// let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, 1e-4, limits) };
 /// let exact: FeedForward = paper::table_1_recovered().inverse(Some(limits))?.into();
 /// let parametric: FeedForward = paper::table_2().forward().into(); // itself an inverse: um in, V out
 /// for source in [exact, parametric] {
@@ -23,8 +23,8 @@ use crate::stream::{Forward, Inverse, StreamState};
 pub enum FeedForward {
     /// Feedback alone: 0 V.
     None,
-    /// The exact inverse of the actuator's model. It should have the limits of the controller: else targets out of reach
-    /// take its memory where the drive never goes.
+    /// The exact inverse of the actuator's model. It must have the limits of the controller: else targets out of reach
+    /// would take its memory where the drive never goes.
     Inverse(Inverse),
     /// A model that is itself an inverse, displacement in and volts out: Table II, or a closed form.
     Forward(Forward),
@@ -63,6 +63,14 @@ impl FeedForward {
             Self::Forward(stream) => stream.peek(target),
             Self::None | Self::Given => 0.0,
         }
+    }
+
+    /// Checks that an inverse has the limits of its controller.
+    pub(super) fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
+        let Self::Inverse(stream) = self else { return Ok(()) };
+        let got = stream.limits();
+        let same = got.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE)) == expected;
+        if same { Ok(()) } else { Err(Error::OtherLimits { expected, got }) }
     }
 
     pub(super) fn is_given(&self) -> bool {

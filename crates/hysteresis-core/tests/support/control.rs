@@ -7,6 +7,8 @@ use hysteresis_core::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+pub(crate) const DT: f64 = 1e-4;
+
 /// Two actuators of the same operators, volts in and um out, or two banks that are roughly their inverses.
 pub(crate) fn kernel(which: usize, inverse: bool) -> Kernel {
     let actuators = ([0.0, 60.0, 150.0, 300.0], [[4.3e-3, 6e-4, 5e-4, 4e-4], [5.0e-3, 2e-4, 9e-4, 0.0]]);
@@ -69,7 +71,6 @@ fn law() -> impl Strategy<Value = (Law, AntiWindup)> {
         2 => Just((Law::Positional, AntiWindup::Conditional)),
         2 => tracking.prop_map(|tracking_time| (Law::Positional, AntiWindup::BackCalculation { tracking_time })),
         1 => Just((Law::Incremental, AntiWindup::Conditional)),
-        1 => Just((Law::Printed, AntiWindup::Conditional)),
     ]
 }
 
@@ -78,15 +79,26 @@ fn window() -> impl Strategy<Value = Option<(Vec<f64>, usize)>> {
     prop_oneof![1 => Just(None), 1 => vec(-3.0..3.0, 1..6).prop_flat_map(ahead)]
 }
 
+/// What a sensor can show: nothing is known, or positions of a few um that move by less than that in a sample.
+fn gate() -> impl Strategy<Value = (Option<(f64, f64)>, Option<f64>)> {
+    (maybe_pair(), prop_oneof![Just(None), (0.1..5.0).prop_map(Some)])
+}
+
+fn maybe_pair() -> impl Strategy<Value = Option<(f64, f64)>> {
+    prop_oneof![Just(None), (-5.0..-2.0, 2.0..5.0).prop_map(Some)]
+}
+
 pub(crate) fn setup() -> impl Strategy<Value = Setup> {
     let slew = prop_oneof![1 => Just(None), 2 => (1e3..1e6).prop_map(Some)];
     let limits = prop_oneof![Just((-500.0, 500.0)), Just((-20.0, 150.0)), Just((30.0, 100.0)), Just((-1e100, 1e100))];
-    let transition = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
-    (source(), window(), (gain(), gain()), limits, slew, law(), transition, 0..4_u32).prop_map(
-        |(source, window, (kp, ki), limits, slew, (law, anti_windup), transition, max_missing)| {
-            let set = ControllerOptions::new(kp, ki, limits);
-            let options = ControllerOptions { slew, law, anti_windup, transition, max_missing, ..set };
-            Setup { source, window, options }
+    let dt = prop_oneof![Just(DT), 1e-5..1e-3];
+    let bumpless_time = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
+    (source(), window(), (gain(), gain(), dt, limits, slew), law(), bumpless_time, 0..4_u32, gate()).prop_map(
+        |(source, window, (kp, ki, dt, limits, slew), (law, anti_windup), bumpless_time, max_missing, gate)| {
+            let set = ControllerOptions::new(kp, ki / DT, dt, limits);
+            let (measurement_range, max_measurement_step) = gate;
+            let options = ControllerOptions { slew, law, anti_windup, bumpless_time, max_missing, ..set };
+            Setup { source, window, options: ControllerOptions { measurement_range, max_measurement_step, ..options } }
         },
     )
 }
@@ -98,6 +110,7 @@ pub(crate) enum Event {
     /// A plan, and whether it is committed.
     Plan(Command, f64, bool),
     Mode(Mode),
+    Stop(f64, f64),
     Release,
     Gains(f64, f64),
     Model(usize),
@@ -123,13 +136,14 @@ pub(crate) fn command() -> impl Strategy<Value = Command> {
         .prop_map(|(reference, target, feedforward)| Command { reference, target, feedforward })
 }
 
-/// Samples, and changes of mode: what leaves the configuration as it is.
+/// Samples, stops and changes of mode: what leaves the configuration as it is.
 pub(crate) fn event() -> impl Strategy<Value = Event> {
     let mode = prop_oneof![Just(Mode::Run), Just(Mode::Feedforward), Just(Mode::Hold)];
     prop_oneof![
         20 => (command(), wild()).prop_map(|(command, y)| Event::Sample(command, y)),
         4 => (command(), wild(), any::<bool>()).prop_map(|(command, y, commit)| Event::Plan(command, y, commit)),
         1 => mode.prop_map(Event::Mode),
+        1 => (1e2..1e6, -600.0..600.0).prop_map(|(rate, rest)| Event::Stop(rate, rest)),
         2 => Just(Event::Release),
     ]
 }
@@ -137,7 +151,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
 /// Another configuration.
 pub(crate) fn switch() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki)),
+        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki / DT)),
         (0..2_usize).prop_map(Event::Model),
         source().prop_map(Event::Source),
     ]
@@ -164,14 +178,15 @@ pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mu
             controller.plan(command, y);
             assert!(!commit || controller.commit());
         }
-        Event::Mode(mode) => controller.set_mode(mode),
+        Event::Mode(mode) => controller.set_mode(mode).unwrap(),
+        Event::Stop(rate, rest) => _ = controller.stop(rate, rest),
         Event::Release => controller.release(),
         Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
         Event::Model(which) => {
             let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
             _ = controller.set_model(&kernel(which, inverse));
         }
-        Event::Source(source) => controller.set_feedforward(source.make(limits)),
+        Event::Source(source) => controller.set_feedforward(source.make(limits)).unwrap(),
         Event::Reset => controller.reset(),
         Event::ResetAt(drive) => return controller.reset_at(drive).is_ok(),
         Event::Save => *saved = Some(controller.state()),
