@@ -10,7 +10,7 @@ import mpi_hyst as mh
 import numpy as np
 import numpy.typing as npt
 from click.testing import CliRunner, Result
-from mpi_hyst._commands import commands
+from mpi_hyst._cli.commands import commands
 
 Array = npt.NDArray[np.float64]
 

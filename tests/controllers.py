@@ -22,7 +22,7 @@ def actuator(which: int = 0) -> mh.ModifiedPrandtlIshlinskii:
 
 
 def feedforward(source: str | None, limits: tuple[float, float]) -> Any:
-    """What mh.HybridController takes."""
+    """What mh.control.HybridController takes."""
     if source == "exact":
         return actuator().inverse(limits)
     return actuator().parametric_inverse().forward() if source == "parametric" else source
@@ -48,11 +48,11 @@ class Drawn:
     window: tuple[list[float], int] | None
     keywords: dict[str, Any]
 
-    def controller(self, **others: Any) -> mh.HybridController:
+    def controller(self, **others: Any) -> mh.control.HybridController:
         keywords = {**self.keywords, **others}
-        preview = None if self.window is None else mh.Preview(*self.window)
+        preview = None if self.window is None else mh.control.Preview(*self.window)
         source = feedforward(self.source, keywords["limits"])
-        return mh.HybridController(source, preview=preview, **keywords)
+        return mh.control.HybridController(source, preview=preview, **keywords)
 
     def twin(self) -> reference.Controller:
         source = twin_feedforward(self.source, self.keywords["limits"])
@@ -130,7 +130,9 @@ def events(upheavals: bool = False) -> st.SearchStrategy[tuple[str, Any]]:
     )
 
 
-def happen(controller: mh.HybridController, event: tuple[str, Any], saved: list[Any]) -> bool:
+def happen(
+    controller: mh.control.HybridController, event: tuple[str, Any], saved: list[Any]
+) -> bool:
     """Let it happen. True if the amplifier is where the controller has just been told it is."""
     name, value = event
     if name == "step":
@@ -151,7 +153,7 @@ def happen(controller: mh.HybridController, event: tuple[str, Any], saved: list[
 
 
 def _upheave(
-    controller: mh.HybridController, name: str, value: Any, saved: list[dict[str, Any]]
+    controller: mh.control.HybridController, name: str, value: Any, saved: list[dict[str, Any]]
 ) -> bool:
     if name == "set_feedforward":
         controller.set_feedforward(feedforward(value, controller.limits))

@@ -28,9 +28,9 @@ def sine(frequency: float) -> Array:
 Bank = mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
 
 
-def track(name: Name, ref: Array, bank: Bank, seed: int = 0) -> mh.Run:
+def track(name: Name, ref: Array, bank: Bank, seed: int = 0) -> mh.plant.Run:
     law = PositionalLaw(bank.forward().step, *mh.paper.gains(name))
-    return mh.simulate(law, mh.paper.plant(name, seed=seed), ref, period=len(ref) / 3)
+    return mh.plant.simulate(law, mh.paper.plant(name, seed=seed), ref, period=len(ref) / 3)
 
 
 def median(name: Name, ref: Array, bank: Bank, seeds: int = 10) -> float:
@@ -86,22 +86,22 @@ def test_metrics_are_those_of_the_arrays() -> None:
         assert metrics.max_error == abs(error).max()
         assert metrics.max_position_error == abs(missing).max()
         # numpy sums in another order
-        assert metrics.rms_error == pytest.approx(math.sqrt((error**2).mean()), rel=1e-12)
+        assert metrics.rmse == pytest.approx(math.sqrt((error**2).mean()), rel=1e-12)
         rms = math.sqrt((missing**2).mean())
-        assert metrics.rms_position_error == pytest.approx(rms, rel=1e-12)
+        assert metrics.position_rmse == pytest.approx(rms, rel=1e-12)
         assert metrics.range == np.ptp(ref)
         percent = 100.0 * abs(error).max() / np.ptp(ref)
         assert metrics.hysteresis_percent == pytest.approx(percent, rel=1e-15)
         assert (metrics.drive_low, metrics.drive_high) == (drive.min(), drive.max())
-        assert metrics.saturated == 0
+        assert metrics.saturated_count == 0
     assert track("P3", sine(15.0), mh.paper.table_2()).metrics.max_error == run.metrics.max_error
 
 
 def test_saturated_samples_are_those_at_a_limit() -> None:
     plant = mh.paper.plant("A1")
-    run = mh.simulate(Drives([0.0, 560.0, 561.0, -1e9, math.nan, 559.0]), plant, np.zeros(6))
+    run = mh.plant.simulate(Drives([0.0, 560.0, 561.0, -1e9, math.nan, 559.0]), plant, np.zeros(6))
     assert run.drive.tolist() == [0.0, 560.0, 560.0, -560.0, -560.0, 559.0]
-    assert (run.metrics.saturated, run.metrics.hysteresis_percent) == (4, None)
+    assert (run.metrics.saturated_count, run.metrics.hysteresis_percent) == (4, None)
     assert (plant.rejected, plant.clamped, run.settled) == (1, 2, None)
 
 
@@ -136,27 +136,30 @@ class Failing:
 def test_a_run_goes_on_from_where_the_plant_is() -> None:
     whole, parts = mh.paper.plant("A1"), mh.paper.plant("A1")
     drives = [float(u) for u in range(100)]
-    expected = mh.simulate(Drives(drives), whole, np.zeros(100))
-    first = mh.simulate(Drives(drives[:40]), parts, np.zeros(40))
-    second = mh.simulate(Drives(drives[40:]), parts, np.zeros(60))
+    expected = mh.plant.simulate(Drives(drives), whole, np.zeros(100))
+    first = mh.plant.simulate(Drives(drives[:40]), parts, np.zeros(40))
+    second = mh.plant.simulate(Drives(drives[40:]), parts, np.zeros(60))
     assert np.array_equal(expected.measured, np.append(first.measured, second.measured))
 
 
 def test_an_exception_of_the_controller_ends_the_run() -> None:
     plant = mh.paper.plant("A1")
     with pytest.raises(ZeroDivisionError):
-        mh.simulate(Failing(), plant, np.zeros(3))
+        mh.plant.simulate(Failing(), plant, np.zeros(3))
     message = r"^controller.step: expected a number at sample 1, got 'no'$"
     with pytest.raises(TypeError, match=message):
-        mh.simulate(Drives([1.0, "no"]), plant, np.zeros(3))
+        mh.plant.simulate(Drives([1.0, "no"]), plant, np.zeros(3))
     assert plant.drive == 1.0
-    assert mh.simulate(Drives([1, np.float64(2.0)]), plant, np.zeros(2)).drive.tolist() == [1, 2]
+    assert mh.plant.simulate(Drives([1, np.float64(2.0)]), plant, np.zeros(2)).drive.tolist() == [
+        1,
+        2,
+    ]
 
 
 def test_progress_is_told_and_may_stop_the_run() -> None:
     seen: list[float] = []
     plant = mh.paper.plant("A1")
-    mh.simulate(Drives([0.0] * 8192), plant, np.zeros(8192), progress=seen.append)
+    mh.plant.simulate(Drives([0.0] * 8192), plant, np.zeros(8192), progress=seen.append)
     assert seen == [0.0, 0.5]
 
     def stop(fraction: float) -> None:
@@ -165,18 +168,18 @@ def test_progress_is_told_and_may_stop_the_run() -> None:
 
     taken = Drives([0.0] * 8192)
     with pytest.raises(KeyboardInterrupt):
-        mh.simulate(taken, plant, np.zeros(8192), progress=stop)
+        mh.plant.simulate(taken, plant, np.zeros(8192), progress=stop)
     assert len(list(taken.drives)) == 4096
 
 
 def simulated(**changes: Any) -> Callable[[], object]:
     given = {"controller": Failing(), "plant": mh.paper.plant("A1"), "reference": np.zeros(4)}
-    return lambda: mh.simulate(**{**given, **changes})
+    return lambda: mh.plant.simulate(**{**given, **changes})
 
 
 def recorded(**changes: Any) -> Callable[[], object]:
     names = ("reference", "measured", "position", "drive")
-    return lambda: mh.Run(**{**{name: np.zeros(4) for name in names}, **changes})
+    return lambda: mh.plant.Run(**{**{name: np.zeros(4) for name in names}, **changes})
 
 
 BROKEN = [0.0, 0.0, math.nan, 0.0]

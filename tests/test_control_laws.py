@@ -24,7 +24,7 @@ ROUNDING = 1e-11
 Events = list[tuple[str, Any]]
 
 
-def drives(controller: mh.HybridController, happenings: Events) -> bytes:
+def drives(controller: mh.control.HybridController, happenings: Events) -> bytes:
     found = []
     for event in happenings:
         happen(controller, event, [])
@@ -166,7 +166,7 @@ def test_incremental_is_positional_where_nothing_is_limited(
 
 @given(numbers(0.0, 100.0), numbers(0.01, 10.0), numbers(4.0, 1e3), st.booleans())
 def test_the_integral_does_not_wind_up(kp: float, ki: float, reference: float, back: bool) -> None:
-    controller = mh.HybridController(
+    controller = mh.control.HybridController(
         None,
         kp=kp,
         ki=ki,

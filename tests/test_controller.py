@@ -17,11 +17,13 @@ MODEL = mh.paper.table_1_recovered()
 LIMITS = (-500.0, 500.0)
 
 
-def made(feedforward: Any = None, **keywords: Any) -> mh.HybridController:
-    return mh.HybridController(feedforward, **{"kp": 5.0, "ki": 0.6, "limits": LIMITS, **keywords})
+def made(feedforward: Any = None, **keywords: Any) -> mh.control.HybridController:
+    return mh.control.HybridController(
+        feedforward, **{"kp": 5.0, "ki": 0.6, "limits": LIMITS, **keywords}
+    )
 
 
-def moving(samples: int = 300, **keywords: Any) -> mh.HybridController:
+def moving(samples: int = 300, **keywords: Any) -> mh.control.HybridController:
     controller = made(MODEL.inverse(LIMITS), **keywords)
     for k in range(samples):
         controller.step(2e-3 * k, 2e-3 * k - 0.02)
@@ -82,9 +84,9 @@ def test_a_preview_that_is_none_is_named() -> None:
         (([1.0], -1), "ahead: expected a whole number of at least zero, got -1"),
     ]:
         with pytest.raises(ValueError) as caught:
-            mh.Preview(*arguments)
+            mh.control.Preview(*arguments)
         assert str(caught.value).startswith(message)
-    preview = pickle.loads(pickle.dumps(mh.Preview([1.0, 2.0], 1)))
+    preview = pickle.loads(pickle.dumps(mh.control.Preview([1.0, 2.0], 1)))
     assert (list(preview.coefficients), preview.ahead) == ([1.0, 2.0], 1)
     with pytest.raises(ValueError):
         preview.coefficients[0] = 3.0
@@ -199,7 +201,7 @@ def test_changes_that_cannot_be_are_refused_and_change_nothing() -> None:
 
 
 def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
-    controller: Any = moving(preview=mh.Preview([0.5, 0.5], 1))
+    controller: Any = moving(preview=mh.control.Preview([0.5, 0.5], 1))
     before = controller.state
 
     def refusal(*path: str, value: Any) -> str:
@@ -230,7 +232,9 @@ def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
     for value in nonsense:
         with pytest.raises(ValueError, match=r"state: expected what \.state returned"):
             controller.state = value
-    narrow = made(MODEL.inverse(LIMITS), limits=(0.0, 1.0), preview=mh.Preview([0.5, 0.5], 1))
+    narrow = made(
+        MODEL.inverse(LIMITS), limits=(0.0, 1.0), preview=mh.control.Preview([0.5, 0.5], 1)
+    )
     with pytest.raises(ValueError, match=r"terms\.drive: expected a number from 0\.0 to 1\.0"):
         narrow.state = before
 

@@ -18,18 +18,18 @@ MEASURED = Path(__file__).parents[2] / "shared" / "data" / "piezo_stack"
 ACTUATOR = mh.paper.table_1_recovered()
 NOISE = 0.015  # um, of the paper's gauges
 MADE = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
-DRIVE, SKIP = MADE.drive, MADE.lead_in
+DRIVE, SKIP = MADE.drive, MADE.initialization_samples
 
 
 def measured(u: Array, seed: int, sigma: float = NOISE) -> Array:
     return ACTUATOR.forward().run(u) + np.random.default_rng(seed).normal(0.0, sigma, u.size)
 
 
-def names(found: list[mh.Finding]) -> list[str]:
-    return [finding.name for finding in found]
+def names(found: list[mh.results.Finding]) -> list[str]:
+    return [finding.code for finding in found]
 
 
-def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.Finding]:
+def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.results.Finding]:
     found = mh.identify(u, y, skip=skip, **options)
     return mh.diagnose(u, y, found.model, skip=skip, delay=found.delay)
 
@@ -51,7 +51,7 @@ def test_a_clean_record_and_its_fit_have_none(
     made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0, shape=shape)
     y = measured(made.drive, seed, sigma)
     y = np.concatenate([np.full(lag, y[0]), y[: y.size - lag]])
-    assert names(fitted(made.drive, y, made.lead_in, operators=operators)) == []
+    assert names(fitted(made.drive, y, made.initialization_samples, operators=operators)) == []
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -96,9 +96,9 @@ def test_what_is_wrong_with_an_output_is_named(
 ) -> None:
     found = fitted(DRIVE, spoil(measured(DRIVE, seed)))
     assert name in names(found)
-    finding = next(finding for finding in found if finding.name == name)
+    finding = next(finding for finding in found if finding.code == name)
     assert finding.value > finding.limit > 0 and finding.record is None
-    assert finding.message and f"{finding.name}: value {finding.value:.3f}" in repr(finding)
+    assert finding.message and f"{finding.code}: value {finding.value:.3f}" in repr(finding)
 
 
 def test_a_lag_that_no_delay_takes_up_is_named() -> None:
@@ -122,7 +122,7 @@ def test_too_many_operators_are_named() -> None:
 
 def test_thresholds_beyond_the_input_are_named() -> None:
     found = fitted(DRIVE, measured(DRIVE, 6), thresholds=np.arange(0.0, 700.0, 25.0), delay=0.0)
-    finding = next(finding for finding in found if finding.name == "unreached_threshold")
+    finding = next(finding for finding in found if finding.code == "unreached_threshold")
     # the input offset is fitted: within a few volts of zero
     assert finding.value in (6.0, 7.0) and finding.limit == 0.0
 
@@ -140,7 +140,7 @@ def test_a_clipped_monitor_is_named() -> None:
 def test_the_record_at_fault_is_numbered() -> None:
     good, bad = measured(DRIVE, 9), spiked(measured(DRIVE, 10)) + 7.0
     found = mh.diagnose([(DRIVE, good), (DRIVE, bad)], None, ACTUATOR, skip=SKIP)
-    assert [(finding.name, finding.record) for finding in found] == [("outliers", 1)]
+    assert [(finding.code, finding.record) for finding in found] == [("outliers", 1)]
     assert "sample 3000 " in found[0].message and "record 1, " in repr(found[0])
     assert mh.diagnose([(DRIVE, good)], None, ACTUATOR, skip=[SKIP]) == []
 
@@ -156,14 +156,14 @@ def test_a_measured_stack() -> None:
     found = mh.identify(records, skip=skips, operators=16)
     told = mh.diagnose(records, None, found.model, skip=skips, delay=found.delay)
     # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range
-    assert [(finding.name, finding.record) for finding in told] == [("drift", 0)]
+    assert [(finding.code, finding.record) for finding in told] == [("drift", 0)]
     # its README: on full loops alone the lag is invisible
     told = fitted(*records[0], skips[0], operators=16)
     assert {"no_minor_loops", "drift"} <= set(names(told))
     # and not so where minor loops are: without the delay the residual follows the speed
     found = mh.identify(records, skip=skips, operators=16, delay=0.0)
     told = mh.diagnose(records, None, found.model, skip=skips)
-    assert ("rate_effects", 1) in [(finding.name, finding.record) for finding in told]
+    assert ("rate_effects", 1) in [(finding.code, finding.record) for finding in told]
 
 
 # ---- loop width
@@ -172,22 +172,22 @@ def test_a_measured_stack() -> None:
 @given(st.floats(1.0, 200.0), st.integers(0, 2**32 - 1))
 def test_the_loop_of_a_play_is_twice_its_threshold_wide(r: float, seed: int) -> None:
     z = mh.Play(r).run(DRIVE)
-    width = mh.loop_width(DRIVE[SKIP:], z[SKIP:])
+    width = mh.results.loop_width(DRIVE[SKIP:], z[SKIP:])
     # a part of 20 V holds five samples of 4 V: the two ways are half of a step apart
     assert width == pytest.approx(2.0 * r, abs=2.0)
     noisy = z[SKIP:] + np.random.default_rng(seed).normal(0.0, 1.0, z.size - SKIP)
     # five samples of either way in each of 50 parts: 0.63 rms, the largest of 50 at 5 sigma
-    assert mh.loop_width(DRIVE[SKIP:], noisy) == pytest.approx(width, abs=3.5)
+    assert mh.results.loop_width(DRIVE[SKIP:], noisy) == pytest.approx(width, abs=3.5)
 
 
 def test_the_loop_of_a_line_has_no_width_and_half_a_loop_none() -> None:
-    assert mh.loop_width(DRIVE, 2.0 * DRIVE + 3.0) == pytest.approx(0.0, abs=1e-9)
-    assert mh.loop_width(DRIVE[:300], DRIVE[:300]) is None
-    assert mh.loop_width([], []) is None
+    assert mh.results.loop_width(DRIVE, 2.0 * DRIVE + 3.0) == pytest.approx(0.0, abs=1e-9)
+    assert mh.results.loop_width(DRIVE[:300], DRIVE[:300]) is None
+    assert mh.results.loop_width([], []) is None
     with pytest.raises(ValueError, match=r"^y: expected"):
-        mh.loop_width(DRIVE, DRIVE[1:])
+        mh.results.loop_width(DRIVE, DRIVE[1:])
     with pytest.raises(ValueError, match=r"^u\[1\]: expected .* got NaN"):
-        mh.loop_width([0.0, math.nan], [0.0, 1.0])
+        mh.results.loop_width([0.0, math.nan], [0.0, 1.0])
 
 
 # ---- wrong input

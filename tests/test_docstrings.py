@@ -11,20 +11,31 @@ import mpi_hyst as mh
 import pytest
 
 WITHOUT_EXAMPLES = {
-    "ControllerTerms": "of HybridController, whose example reads it",
+    "control.ControllerTerms": "of HybridController, whose example reads it",
     "signals.Excitation": "made by excitation, whose example reads it",
-    "Finding": "made by diagnose, whose example reads it",
-    "DynamicsIdentification": "made by identify_dynamics, whose example reads it",
-    "Identification": "made by identify, whose example reads it",
-    "Metrics": "made by Run, whose example reads it",
-    "LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
-    "Quality": "made by identify: numbers without arguments",
-    "Margins": "made by tune, whose example reads it",
-    "Tuning": "made by tune, whose example reads it",
+    "results.Finding": "made by diagnose, whose example reads it",
+    "results.DynamicsIdentification": "made by identify_dynamics, whose example reads it",
+    "results.Identification": "made by identify, whose example reads it",
+    "plant.Metrics": "made by Run, whose example reads it",
+    "results.LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
+    "results.Quality": "made by identify: numbers without arguments",
+    "control.Margins": "made by tune, whose example reads it",
+    "control.Tuning": "made by tune, whose example reads it",
     "NotInvertibleError": "an exception",
+    "io.Columns": "made by read, whose example reads it",
+    "io.ReadError": "an exception",
 }
 
-MODULES = [mh, mh.paper, mh.signals, mh.trajectories]
+MODULES = [
+    mh,
+    mh.control,
+    mh.io,
+    mh.paper,
+    mh.plant,
+    mh.results,
+    mh.signals,
+    mh.trajectories,
+]
 
 
 def public_objects() -> dict[str, Any]:

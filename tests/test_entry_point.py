@@ -26,7 +26,7 @@ def python(*code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_real_command_refuses_with_one_line(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "mpi_hyst._command_line", "identify", "missing.csv", *COLUMNS]
+    command = [sys.executable, "-m", "mpi_hyst._cli", "identify", "missing.csv", *COLUMNS]
     ended = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert ended.stderr == "mpi-hyst: error: missing.csv: No such file or directory\n"
@@ -37,7 +37,7 @@ def test_the_real_command_refuses_with_one_line(tmp_path: Path) -> None:
 def test_a_missing_extra_is_one_line(package: str) -> None:
     ended = python(
         f"import sys; sys.modules[{package!r}] = None",
-        "from mpi_hyst._command_line import main",
+        "from mpi_hyst._cli.__main__ import main",
         "main()",
     )
     assert ended.returncode == 2
@@ -50,7 +50,7 @@ def test_a_missing_extra_is_one_line(package: str) -> None:
 def test_a_missing_report_extra_is_one_line(package: str, arguments: list[str]) -> None:
     ended = python(
         f"import sys; sys.modules[{package!r}] = None; sys.argv[1:] = {arguments!r}",
-        "from mpi_hyst._command_line import main",
+        "from mpi_hyst._cli.__main__ import main",
         "main()",
     )
     assert ended.returncode == 2
@@ -64,6 +64,21 @@ def test_the_library_needs_no_extra() -> None:
         "print(sorted({'click', 'tqdm', 'jinja2', 'matplotlib'} & set(sys.modules)))",
     )
     assert ended.stdout == "[]\n", ended.stderr
+
+
+@pytest.mark.parametrize("package", ["click", "mpi_hyst._cli.commands"])
+def test_an_interrupt_while_packages_are_imported_is_one_line(package: str) -> None:
+    ended = python(
+        "import sys",
+        "from mpi_hyst._cli.__main__ import main",
+        "class Interrupt:",
+        "    def find_spec(name, path=None, target=None):",
+        f"        if name == {package!r}: raise KeyboardInterrupt",
+        "sys.meta_path.insert(0, Interrupt)",
+        "main()",
+    )
+    assert (ended.returncode, ended.stdout) == (130, "")
+    assert ended.stderr == "mpi-hyst: error: interrupted, nothing written\n"
 
 
 def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
@@ -82,7 +97,8 @@ def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
         # where the tests run in the background it would be ignored
         "signal.signal(signal.SIGINT, signal.default_int_handler)",
         f"sys.argv[1:] = {command!r}",
-        "from mpi_hyst import _command_line, _commands, _identify",
+        "from mpi_hyst._cli import __main__, commands",
+        "from mpi_hyst._cli.identify import run as room",
         # said as soon as the search has a first result
         "def show(fraction, best):",
         "    if not said: said.append(print('searching', flush=True))",
@@ -91,8 +107,8 @@ def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
         "@contextmanager",
         "def bar(*_):",
         "    yield show",
-        "_identify.progress_bar = bar",
-        "_command_line.main()",
+        "room.progress_bar = bar",
+        "__main__.main()",
     ]
     with subprocess.Popen(
         [sys.executable, "-c", "\n".join(code)],

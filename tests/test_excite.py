@@ -24,7 +24,7 @@ def test_the_drive_is_that_of_the_library(here: Path) -> None:
     result = run("excite", *PLAN, *options, "-o", "drive.csv")
     assert result.exit_code == 0, result.output
     made = mh.signals.excitation(
-        -20.0, 120.0, slew=200.0, rate=100.0, cycles=10, shape="sine", around=40.0, start=10.0
+        -20.0, 120.0, slew=200.0, rate=100.0, cycles=10, shape="sine", center=40.0, start=10.0
     )
     np.testing.assert_array_equal(column(here / "drive.csv", "voltage_v"), made.drive)
     np.testing.assert_array_equal(
@@ -33,7 +33,7 @@ def test_the_drive_is_that_of_the_library(here: Path) -> None:
     assert names_in(here) == {"drive.csv"}
     for said in (
         *(f"{made.drive.size} at 100.0 Hz", f"{(made.drive.size - 1) / 100:.2f} s"),
-        *("-20.00 to 120.0 V", f"--skip {made.lead_in} ", "23, of them 19 decaying"),
+        *("-20.00 to 120.0 V", f"--skip {made.initialization_samples} ", "23, of them 19 decaying"),
     ):
         assert said in result.stdout
 
@@ -52,7 +52,7 @@ def test_the_drive_can_be_played_recorded_and_identified(here: Path) -> None:
         f"{u!r},{y!r}" for u, y in zip(drive.tolist(), stream.run(drive).tolist(), strict=True)
     ]
     (here / "record.csv").write_text("\n".join(lines))
-    skip = str(mh.signals.excitation(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10).lead_in)
+    skip = str(mh.signals.excitation(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10).initialization_samples)
     result = run(
         *("identify", "record.csv", "--input", "drive_v", "--output", "position_um"),
         *("--skip", skip, "--operators", "10", "-o", "stage.json"),
@@ -66,7 +66,7 @@ def test_the_drive_can_be_played_recorded_and_identified(here: Path) -> None:
 def test_the_demagnetising_sequence(here: Path) -> None:
     result = run("excite", *PLAN, "--demagnetize", "--around", "40", "-o", "drive.csv")
     assert result.exit_code == 0, result.output
-    made = mh.signals.demagnetize(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10, around=40.0)
+    made = mh.signals.demagnetize(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10, center=40.0)
     np.testing.assert_array_equal(column(here / "drive.csv", "voltage_v"), made)
     assert made.max() == 100.0  # as far above 40 as the limits allow below
     assert "input offset is 40.00 V" in result.stdout and "skip" not in result.stdout

@@ -40,7 +40,7 @@ def sweep(samples: int = 4000, amplitude: float = 500.0, cycles: int = 12) -> Ar
     return mh.signals.decaying_triangle(amplitude, 1.0, cycles=cycles, rate=samples / cycles)
 
 
-def error(found: mh.Identification, u: Array, y: Array) -> float:
+def error(found: mh.results.Identification, u: Array, y: Array) -> float:
     return float(np.abs(found.predict(u) - y).max())
 
 
@@ -48,14 +48,14 @@ def error(found: mh.Identification, u: Array, y: Array) -> float:
 
 
 @pytest.fixture(scope="module")
-def noise_free() -> tuple[Array, Array, mh.Identification]:
+def noise_free() -> tuple[Array, Array, mh.results.Identification]:
     u = sweep(6000, cycles=20)
     y = delayed(actuator(12.5, -3.0).forward().run(u), 2.35)
     return u, y, mh.identify(u, y, thresholds=THRESHOLDS)
 
 
 def test_the_papers_actuator_comes_back(
-    noise_free: tuple[Array, Array, mh.Identification],
+    noise_free: tuple[Array, Array, mh.results.Identification],
 ) -> None:
     _, y, found = noise_free
     model, true = found.model, actuator(12.5, -3.0)
@@ -72,7 +72,9 @@ def test_the_papers_actuator_comes_back(
     assert model.invertible
 
 
-def test_predict_includes_the_delay(noise_free: tuple[Array, Array, mh.Identification]) -> None:
+def test_predict_includes_the_delay(
+    noise_free: tuple[Array, Array, mh.results.Identification],
+) -> None:
     u, y, found = noise_free
     assert error(found, u, y) < 1e-8
     undelayed = found.model.forward().run(u)
@@ -87,7 +89,7 @@ def test_predict_includes_the_delay(noise_free: tuple[Array, Array, mh.Identific
 
 
 def test_quality_is_of_the_fitted_samples_with_its_base(
-    noise_free: tuple[Array, Array, mh.Identification],
+    noise_free: tuple[Array, Array, mh.results.Identification],
 ) -> None:
     u, y, _ = noise_free
     found = mh.identify(u, y, skip=700, ratios=(1, 1, 1), input_offset=0.0, delay=0.0)
@@ -144,7 +146,7 @@ def test_skipped_samples_set_the_memory_and_nothing_else() -> None:
     # The weights of the paper follow a quadratic to their printed digits only.
     known |= {"thresholds": THRESHOLDS, "weights": "free"}
 
-    def found(garbage: float) -> mh.Identification:
+    def found(garbage: float) -> mh.results.Identification:
         measured = np.concatenate([np.full(200, garbage), y[200:]])
         return mh.identify(u, measured, skip=200, **known)
 

@@ -9,33 +9,33 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 
-STAGE = mh.SecondOrder(400.0, 0.95)
+STAGE = mh.plant.SecondOrder(400.0, 0.95)
 LOOP: dict[str, Any] = {"kp": 60.0, "ki": 0.6, "slope": 5e-3, "dynamics": STAGE}
 WAVE = np.sin(2 * np.pi * np.arange(500) / 500)
 
 
 def test_learning_shrinks_the_error_of_a_lag_that_it_believes_wrong() -> None:
-    believed = mh.SecondOrder(420.0, 0.76)
+    believed = mh.plant.SecondOrder(420.0, 0.76)
     open_loop: dict[str, Any] = {"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": believed}
-    learning = mh.IterativeLearning(WAVE, bandwidth=400.0, **open_loop)
-    assert learning.rate() < learning.rate(dynamics=STAGE) < 0.5
+    learning = mh.control.IterativeLearning(WAVE, bandwidth=400.0, **open_loop)
+    assert learning.convergence_rate() < learning.convergence_rate(dynamics=STAGE) < 0.5
     for _ in range(5):
         position = STAGE.response(np.tile(learning.target, 2), dt=1e-4)[499:-1]
         assert learning.update(WAVE - position)
-    assert learning.rmses[0] > 0.05
-    assert learning.rmses[-1] < 1e-3
-    assert np.all(learning.max_errors >= learning.rmses)
+    assert learning.rmse[0] > 0.05
+    assert learning.rmse[-1] < 1e-3
+    assert np.all(learning.max_error >= learning.rmse)
 
 
 def test_a_target_is_not_to_be_written_to() -> None:
-    learning = mh.IterativeLearning(WAVE, bandwidth=150.0, **LOOP)
+    learning = mh.control.IterativeLearning(WAVE, bandwidth=150.0, **LOOP)
     with pytest.raises(ValueError, match="read-only"):
         learning.target[0] = 1.0
 
 
 def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
     actuator = mh.paper.table_1_recovered()
-    observer = mh.Observer(actuator, dynamics=STAGE, noise=0.016, drift=0.5, delay=1.0)
+    observer = mh.control.Observer(actuator, dynamics=STAGE, noise=0.016, drift=0.5, delay=1.0)
     drive = 400.0 * np.sin(2 * np.pi * 20.0 * 1e-4 * np.arange(1500))
     held = np.concatenate([[0.0], drive])[:-1]
     position = STAGE.response(actuator.forward().run(held), dt=1e-4)
@@ -64,8 +64,8 @@ def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
 def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: str) -> None:
     options = {**LOOP, "bandwidth": 150.0, **change}
     for build in (
-        lambda: mh.IterativeLearning(WAVE, **options),
-        lambda: mh.RepetitiveControl(500, **options),
+        lambda: mh.control.IterativeLearning(WAVE, **options),
+        lambda: mh.control.RepetitiveControl(500, **options),
     ):
         with pytest.raises(ValueError) as caught:
             build()
@@ -76,57 +76,61 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
     ("build", "kind", "message"),
     [
         (
-            lambda: mh.IterativeLearning(WAVE, **{**LOOP, "dynamics": 400.0}, bandwidth=150.0),
+            lambda: mh.control.IterativeLearning(
+                WAVE, **{**LOOP, "dynamics": 400.0}, bandwidth=150.0
+            ),
             TypeError,
             "dynamics: expected a SecondOrder or a FirstOrder, got 400.0",
         ),
         (
-            lambda: mh.IterativeLearning([0.0, math.inf], bandwidth=150.0, **LOOP),
+            lambda: mh.control.IterativeLearning([0.0, math.inf], bandwidth=150.0, **LOOP),
             ValueError,
             "target[1]: expected a finite number",
         ),
         (
-            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, reach=(1.0, 0.0), **LOOP),
+            lambda: mh.control.IterativeLearning(WAVE, bandwidth=150.0, target_limits=(1.0, 0.0), **LOOP),
             ValueError,
-            "reach[1]: expected finite limits, the high one above the low one, got 0.0",
+            "target_limits[1]: expected finite limits, the high one above the low one, got 0.0",
         ),
         (
-            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, **LOOP).update(WAVE[1:]),
+            lambda: mh.control.IterativeLearning(WAVE, bandwidth=150.0, **LOOP).update(WAVE[1:]),
             ValueError,
             "error: expected 500",
         ),
         (
-            lambda: mh.RepetitiveControl(7, bandwidth=150.0, **LOOP),
+            lambda: mh.control.RepetitiveControl(7, bandwidth=150.0, **LOOP),
             ValueError,
             "period: expected 8 to 2^22 samples, got 7.0",
         ),
         (
-            lambda: mh.RepetitiveControl(500, bandwidth=150.0, settle=-1, **LOOP),
+            lambda: mh.control.RepetitiveControl(500, bandwidth=150.0, settle=-1, **LOOP),
             ValueError,
             "settle: expected a whole number of periods >= 0, got -1",
         ),
         (
-            lambda: mh.RepetitiveControl(10**12, bandwidth=150.0, **LOOP),
+            lambda: mh.control.RepetitiveControl(10**12, bandwidth=150.0, **LOOP),
             ValueError,
             "period: expected 8 to 2^22 samples, got 1000000000000.0",
         ),
         (
-            lambda: mh.IterativeLearning([1.0], bandwidth=150.0, **LOOP),
+            lambda: mh.control.IterativeLearning([1.0], bandwidth=150.0, **LOOP),
             ValueError,
             "target: expected at least two samples of a period, got 1.0",
         ),
         (
-            lambda: mh.IterativeLearning(WAVE, bandwidth=150.0, reach=(math.nan, 1.0), **LOOP),
+            lambda: mh.control.IterativeLearning(
+                WAVE, bandwidth=150.0, target_limits=(math.nan, 1.0), **LOOP
+            ),
             ValueError,
-            "reach[0]: expected finite limits, the high one above the low one, got NaN",
+            "target_limits[0]: expected finite limits, the high one above the low one, got NaN",
         ),
         (
-            lambda: mh.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),
+            lambda: mh.control.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),
             ValueError,
             "noise: expected a finite number above 0",
         ),
         (
-            lambda: mh.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0),  # type: ignore[arg-type]
+            lambda: mh.control.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0),  # type: ignore[arg-type]
             TypeError,
             "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
         ),

@@ -21,11 +21,11 @@ DT = 1e-4
 WALK = np.random.default_rng(5).uniform(-600.0, 600.0, 500)
 
 
-def everything(**changes: Any) -> mh.Plant:
+def everything(**changes: Any) -> mh.plant.Plant:
     given: dict[str, Any] = {
-        "dynamics": mh.SecondOrder(900.0, 0.1),
-        "amplifier_pole": 279.0,
-        "creep": mh.Creep.logarithmic(0.02, start=1e-3, end=1.0, terms=6),
+        "dynamics": mh.plant.SecondOrder(900.0, 0.1),
+        "amplifier_bandwidth": 279.0,
+        "creep": mh.plant.Creep.logarithmic(0.02, start=1e-3, end=1.0, terms=6),
         "delay": 2.5,
         "noise": 0.016,
         "limits": (-500.0, 500.0),
@@ -34,7 +34,7 @@ def everything(**changes: Any) -> mh.Plant:
         "adc_range": (-4.0, 4.0),
         "seed": 3,
     }
-    return mh.Plant(ACTUATOR, **{**given, **changes})
+    return mh.plant.Plant(ACTUATOR, **{**given, **changes})
 
 
 # ---- the plain twin
@@ -49,10 +49,10 @@ FAST = mh.signals.sine(3.0, 10.0, seconds=0.4)
 def test_a_closed_loop_is_that_of_the_plain_twin(pole: float | None, ref: Array) -> None:
     frequency, damping = (400.0, 0.95) if pole is None else (2000.0, 0.03)
     kp, ki = (60.0, 0.6) if pole is None else (5.0, 0.657)
-    plant = mh.Plant(
+    plant = mh.plant.Plant(
         ACTUATOR,
-        dynamics=mh.SecondOrder(frequency, damping),
-        amplifier_pole=pole,
+        dynamics=mh.plant.SecondOrder(frequency, damping),
+        amplifier_bandwidth=pole,
         limits=(-560.0, 560.0),
     )
     other = twin.Plant(
@@ -60,14 +60,14 @@ def test_a_closed_loop_is_that_of_the_plain_twin(pole: float | None, ref: Array)
         frequency,
         damping,
         DT,
-        amplifier_pole=pole,
+        amplifier_bandwidth=pole,
         sub_steps=plant.sub_steps,
     )
     columns = ("w_prime", "r_prime", "ra_prime", "rb_prime", "rc_prime")
     table = (reference.TABLE_2[name] for name in columns)
     bank = reference.ModifiedPrandtlIshlinskii(*table)
     feed_forward = mh.paper.table_2().forward()
-    run = mh.simulate(twin.PositionalLaw(feed_forward.step, kp, ki), plant, ref)
+    run = mh.plant.simulate(twin.PositionalLaw(feed_forward.step, kp, ki), plant, ref)
     law = twin.PositionalLaw(bank.step, kp, ki)
     measured, position, drive = twin.closed_loop(other, law, ref.tolist())
     assert np.ptp(run.position) > 5.9  # um: the loop moves the actuator over its range
@@ -79,9 +79,9 @@ def test_a_closed_loop_is_that_of_the_plain_twin(pole: float | None, ref: Array)
 
 def test_converters_are_those_of_the_plain_twin() -> None:
     """Open loop: in a closed one, a rounding that flips a code would be a step of the converter."""
-    plant = mh.Plant(
+    plant = mh.plant.Plant(
         ACTUATOR,
-        dynamics=mh.SecondOrder(400.0, 0.95),
+        dynamics=mh.plant.SecondOrder(400.0, 0.95),
         limits=(-400.0, 560.0),
         dac_bits=12,
         adc_bits=14,
@@ -121,8 +121,8 @@ class Converter:
     def __init__(self, bits: int, low: float, high: float) -> None:
         self.low, self.high, self.step = low, high, (high - low) / (2**bits - 1)
         self.rounding = 8.0 * np.finfo(float).eps * max(abs(low), abs(high))
-        self.dac = mh.Plant(IDENTITY, dac_bits=bits, limits=(low, high))
-        self.adc = mh.Plant(IDENTITY, adc_bits=bits, adc_range=(low, high))
+        self.dac = mh.plant.Plant(IDENTITY, dac_bits=bits, limits=(low, high))
+        self.adc = mh.plant.Plant(IDENTITY, adc_bits=bits, adc_range=(low, high))
 
     def at(self, share: float) -> float:
         return self.low + share * (self.high - self.low)
@@ -167,7 +167,7 @@ def test_a_converter_clamps(converter: tuple[int, float, float], x: float) -> No
 
 @given(st.floats(-20.0, 20.0), st.sampled_from(BAD))
 def test_nan_is_held_and_counted(drive: float, bad: float) -> None:
-    plant = mh.Plant(IDENTITY, limits=(-10.0, 10.0), dac_bits=8)
+    plant = mh.plant.Plant(IDENTITY, limits=(-10.0, 10.0), dac_bits=8)
     put_out = plant.step(drive)
     assert (plant.step(bad), plant.drive, plant.rejected) == (put_out, put_out, 1)
     assert plant.clamped == (abs(drive) > 10.0)
@@ -177,7 +177,7 @@ def test_nan_is_held_and_counted(drive: float, bad: float) -> None:
 
 
 def test_noise_has_its_rms_and_is_white_and_normal() -> None:
-    plant = mh.Plant(IDENTITY, noise=0.016, seed=11)
+    plant = mh.plant.Plant(IDENTITY, noise=0.016, seed=11)
     measured, position = plant.run(np.zeros(100_000))
     assert not position.any()
     normal, n = measured / 0.016, measured.size
@@ -191,7 +191,7 @@ def test_noise_has_its_rms_and_is_white_and_normal() -> None:
 
 def test_a_seed_has_its_numbers() -> None:
     """Part of the interface: those of the test of the same name in Rust."""
-    plant = mh.Plant(IDENTITY, noise=1.0)
+    plant = mh.plant.Plant(IDENTITY, noise=1.0)
     first = [plant.measured, plant.step(0.0), plant.step(0.0)]
     assert first == [-0.29280329860470816, -0.7131206168144315, -0.1053211603531886]
 
@@ -200,7 +200,7 @@ def test_a_seed_has_its_numbers() -> None:
 
 
 def test_the_measurement_of_now_is_that_before_the_drive() -> None:
-    plant = mh.Plant(IDENTITY, delay=2.0)
+    plant = mh.plant.Plant(IDENTITY, delay=2.0)
     assert [plant.step(u) for u in (1.0, 2.0, 3.0, 4.0)] == [0.0, 0.0, 1.0, 2.0]
     assert plant.measured == plant.position == 2.0
 
@@ -234,7 +234,7 @@ def test_run_is_step_in_a_loop() -> None:
 
 
 def test_a_plant_rests_where_the_drive_is_nearest_to_zero() -> None:
-    assert mh.Plant(IDENTITY, limits=(2.0, 3.0)).position == 2.0
+    assert mh.plant.Plant(IDENTITY, limits=(2.0, 3.0)).position == 2.0
     plant = everything(noise=0.0)
     rest, drive = plant.position, plant.drive
     measured, position = plant.run(np.zeros(1000))
@@ -243,9 +243,9 @@ def test_a_plant_rests_where_the_drive_is_nearest_to_zero() -> None:
 
 def test_linear_parts_are_their_responses() -> None:
     """Without an amplifier a plant is the model, then the response of each block."""
-    creep = mh.Creep([0.1], [0.01])
-    stage = mh.SecondOrder(900.0, 0.1)
-    _, position = mh.Plant(ACTUATOR, dynamics=stage, creep=creep).run(WALK)
+    creep = mh.plant.Creep([0.1], [0.01])
+    stage = mh.plant.SecondOrder(900.0, 0.1)
+    _, position = mh.plant.Plant(ACTUATOR, dynamics=stage, creep=creep).run(WALK)
     displacement = ACTUATOR.forward().run(WALK)
     expected = creep.response(stage.response(displacement, DT), DT)
     assert np.array_equal(position, expected)
@@ -258,7 +258,7 @@ def test_linear_parts_are_their_responses() -> None:
     ("arguments", "error", "message"),
     [
         ({"dynamics": 400.0}, TypeError, "dynamics: expected a SecondOrder or a FirstOrder, got"),
-        ({"amplifier_pole": 0.0}, ValueError, "amplifier_pole: expected a finite number above 0"),
+        ({"amplifier_bandwidth": 0.0}, ValueError, "amplifier_bandwidth: expected a finite number above 0"),
         ({"creep": 0.01}, TypeError, "creep: expected a Creep, got 0.01"),
         ({"delay": -1.0}, ValueError, "delay: expected 0 to 2"),
         ({"noise": math.nan}, ValueError, "noise: expected a finite number >= 0, got NaN"),
@@ -284,7 +284,7 @@ def test_what_no_plant_can_have_is_named(
 
 def test_the_hysteresis_must_be_a_model() -> None:
     with pytest.raises(TypeError, match=r"^hysteresis: expected a PrandtlIshlinskii or a"):
-        mh.Plant(ACTUATOR.forward())  # type: ignore[arg-type]
+        mh.plant.Plant(ACTUATOR.forward())  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"^drives: expected a one-dimensional array"):
         everything().run([[1.0]])
 
@@ -298,7 +298,7 @@ def test_benchmark_plants_are_known_by_name() -> None:
         mh.paper.plant("A1", seed=-3)
 
 
-def noise_of(plant: mh.Plant) -> Array:
+def noise_of(plant: mh.plant.Plant) -> Array:
     measured, position = plant.run(np.zeros(20_000))
     return measured - position
 
@@ -310,8 +310,8 @@ def test_benchmark_plants_are_those_of_the_table() -> None:
         frequency, damping, pole, rms = given[name]
         plant = mh.paper.plant(name, seed=2)
         assert (plant.limits, plant.dt) == ((-560.0, 560.0), 1e-4)
-        stage = mh.SecondOrder(frequency, damping)
-        other = mh.Plant(ACTUATOR, dynamics=stage, amplifier_pole=pole, limits=(-560, 560))
+        stage = mh.plant.SecondOrder(frequency, damping)
+        other = mh.plant.Plant(ACTUATOR, dynamics=stage, amplifier_bandwidth=pole, limits=(-560, 560))
         assert np.array_equal(plant.run(WALK)[1], other.run(WALK)[1])
         # 20 000 samples tell an rms to 0.5 %
         assert noise_of(plant).std() == pytest.approx(rms, rel=0.02)

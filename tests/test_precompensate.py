@@ -50,15 +50,15 @@ def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
 def test_precompensate_inverts_dynamics(there: Path) -> None:
     result = run(
         *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
-        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-pole", "60"),
+        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-bandwidth", "60"),
     )
     assert result.exit_code == 0, result.output
     target = column(there / "trajectory.csv", "target_um")
-    expected = mh.precompensate(
+    expected = mh.control.precompensate(
         *(actuator(), target, 1 / RATE),
-        dynamics=mh.SecondOrder(40.0, 0.7),
+        dynamics=mh.plant.SecondOrder(40.0, 0.7),
         delay=1.0,
-        amplifier_pole=60.0,
+        amplifier_bandwidth=60.0,
     )
     # the times in the file are rounded, and with them the sampling interval
     np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
@@ -81,7 +81,7 @@ def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
         (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
         (["--dynamics", "400"], ["FREQ,DAMPING"]),
         (["--delay", "-1"], ["--delay: expected 0 to 2^20 samples"]),
-        (["--amplifier-pole", "0"], ["--amplifier-pole: expected a finite number above 0"]),
+        (["--amplifier-bandwidth", "0"], ["--amplifier-bandwidth: expected a finite number above 0"]),
     ],
 )
 def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: list[str]) -> None:

@@ -161,7 +161,7 @@ def test_split_models_are_followed() -> None:
 
 
 def test_dynamics_between_hysteresis_and_measurement_cost_no_accuracy() -> None:
-    stage = mh.SecondOrder(400.0, 0.95)
+    stage = mh.plant.SecondOrder(400.0, 0.95)
     u = swings(20_000)
     y = stage.response(ACTUATOR.forward().run(u), dt=1e-4)
     identifier = mh.RecursiveIdentifier(GIVEN, dynamics=stage)

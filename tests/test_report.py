@@ -11,15 +11,22 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from mpi_hyst import _demo, _plots
-from mpi_hyst._commands import commands
-from mpi_hyst._demo_plots import STAIRCASE, WALK, WALK_THRESHOLDS, _lives, moves
-from mpi_hyst._identify import fit
-from mpi_hyst._identify_records import judge, read
-from mpi_hyst._identify_request import Request
-from mpi_hyst._records import Quantity
-from mpi_hyst._report import Card, Pairs, Report, Section, Table, render
-from mpi_hyst._tables import digits, text_table
+from mpi_hyst._cli.commands import commands
+from mpi_hyst._cli.demo import run as demo_command
+from mpi_hyst._cli.identify.read import read
+from mpi_hyst._cli.identify.request import Request
+from mpi_hyst._cli.identify.run import fit
+from mpi_hyst._paper import demo as chain
+from mpi_hyst._paper.models import WALK_INPUT as WALK
+from mpi_hyst._paper.models import WALK_THRESHOLDS
+from mpi_hyst._quantity import Quantity
+from mpi_hyst._report import canvas
+from mpi_hyst._report.demo.figures import STAIRCASE, _lives
+from mpi_hyst._report.demo.tables import model_errors, tracking_errors
+from mpi_hyst._report.identify.records import judge
+from mpi_hyst._report.page import Card, Pairs, Report, Section, Table, render
+from mpi_hyst._report.walk import moves
+from mpi_hyst._text import digits, text_table
 
 LARGEST = 4_000_000  # bytes
 
@@ -96,23 +103,23 @@ def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, R
 
 def test_the_numbers_of_the_demo_are_in_its_report_and_table(demo: tuple[Path, Result]) -> None:
     page = words(parsed(demo[0] / "report.html"))
-    computed = _demo.compute()
-    for _, rows in (_demo.model_errors(computed), _demo.tracking_errors(computed)):
+    computed = chain.compute()
+    for _, rows in (model_errors(computed), tracking_errors(computed)):
         for row in rows:
             assert all(cell in page and cell in demo[1].stdout for cell in row)
 
 
 def test_the_demo_shows_what_it_claims() -> None:
-    computed = _demo.compute()
+    computed = chain.compute()
     learned, unseen = computed.records
-    modified = _demo.Error.of(
+    modified = chain.Error.of(
         computed.modelled(computed.modified, unseen) - unseen.position, unseen.position
     )
-    conventional = _demo.Error.of(
+    conventional = chain.Error.of(
         computed.modelled(computed.conventional, unseen) - unseen.position, unseen.position
     )
     assert modified.rms < 1.5e-3 < 20e-3 < conventional.rms
-    assert computed.modified.fit.rmse < 1.02 * _demo.NOISE
+    assert computed.modified.fit.rmse < 1.02 * chain.NOISE
     assert learned.drive.size == 12_000
     line, closed, table_2, identified, true = (scheme.error.max for scheme in computed.schemes)
     assert true < 1e-12 < identified < 5e-3 < table_2 < closed < line
@@ -120,7 +127,7 @@ def test_the_demo_shows_what_it_claims() -> None:
 
 
 def test_the_demo_repeats_itself(demo: tuple[Path, Result], tmp_path: Path) -> None:
-    _demo.run(tmp_path)
+    demo_command.run(tmp_path)
     for path in demo[0].iterdir():
         if path.name != "report.html":  # which names the directory
             assert path.read_bytes() == (tmp_path / path.name).read_bytes()
@@ -357,7 +364,7 @@ def test_text_tables_are_aligned() -> None:
 def test_an_envelope_loses_no_spike() -> None:
     values = np.zeros(100_000)
     values[[123, 77_777]] = 5.0, -3.0
-    kept = _plots.envelope(values, 1000)
+    kept = canvas.envelope(values, 1000)
     assert kept.size <= 1000
     assert {123, 77_777} <= set(kept.tolist())
     assert np.all(np.diff(kept) > 0)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from commands import assert_refused, names_in, run
-from mpi_hyst import _published, _saturation
-from mpi_hyst._benchmark import (
+from mpi_hyst._cli.commands import commands
+from mpi_hyst._paper import published, saturation
+from mpi_hyst._paper.benchmark import (
     AMPLITUDE,
     STAGE,
     TRIANGLE,
@@ -21,9 +22,8 @@ from mpi_hyst._benchmark import (
     part,
     whole_sine,
 )
-from mpi_hyst._commands import commands
-from mpi_hyst._published import Comparison, single
-from mpi_hyst._schemes import MOTIONS
+from mpi_hyst._paper.published import Comparison, single
+from mpi_hyst._paper.schemes import MOTIONS
 from test_report import parsed, sections, words
 
 Results = dict[str, Any]
@@ -49,14 +49,14 @@ def test_it_writes_its_files_and_says_what_it_found(made: tuple[Path, Result]) -
     assert names_in(directory) == {"report.html", "results.json"}
     for said in ("Fig. 17, P3", "paper's law", "repetitive", "back-calculation", "3 seeds"):
         assert said in result.stdout
-    for caveat in _published.CAVEATS:
+    for caveat in published.CAVEATS:
         assert caveat in result.stdout
 
 
 def test_the_results_have_their_schema(results: Results) -> None:
     assert results["schema"] == "mpi_hyst/reproduce/1"
     assert results["conditions"]["seeds"] == 3
-    assert results["caveats"] == list(_published.CAVEATS)
+    assert results["caveats"] == list(published.CAVEATS)
     keys = {"figure", "what", "unit", "plant", "published", "ours", "deviation_percent", "note"}
     assert all(set(one) == keys for one in results["comparisons"] + results["not_comparable"])
     figures = {one["figure"] for one in results["comparisons"]}
@@ -83,8 +83,8 @@ def ours(results: Results, figure: str, plant: str | None, unit: str = "um") -> 
 def test_the_published_maxima_come_out(results: Results, plant: str) -> None:
     assert 0.085 <= ours(results, "Fig. 12", plant) <= 0.12
     assert 0.06 <= ours(results, "Fig. 13", plant) <= 0.08
-    for number, published in zip(range(14, 18), (0.098, 0.159, 0.224, 0.293), strict=True):
-        assert ours(results, f"Fig. {number}", plant) == pytest.approx(published, rel=0.1)
+    for number, printed in zip(range(14, 18), (0.098, 0.159, 0.224, 0.293), strict=True):
+        assert ours(results, f"Fig. {number}", plant) == pytest.approx(printed, rel=0.1)
 
 
 def test_tables_and_walk_are_exact(results: Results) -> None:
@@ -159,7 +159,7 @@ def test_what_learns_beats_what_does_not(results: Results) -> None:
 
 def test_saturation_is_left_without_a_lasting_error(results: Results) -> None:
     cases = {(one["feedforward"], one["law"]): one for one in results["saturation"]}
-    assert len(cases) == len(_saturation.cases())
+    assert len(cases) == len(saturation.cases())
     of_table = {law: one for (name, law), one in cases.items() if name == "Table II + P-I"}
     after = {law: one["true_error_after_reentry_um"]["max"] for law, one in of_table.items()}
     assert after["positional, conditional integration"] <= 0.07
@@ -177,7 +177,7 @@ def test_the_report_is_one_file_with_everything(made: tuple[Path, Result]) -> No
     ]
     assert len(list(root.iter("img"))) == 10
     page = words(root)
-    for caveat in _published.CAVEATS:
+    for caveat in published.CAVEATS:
         assert caveat in page
     for number in (1, 4, 5, 8, 9, 12, 13, 14, 15, 16, 17):
         assert f"Fig. {number}" in page
@@ -198,7 +198,7 @@ def test_deviations_are_from_the_nearest_published_number() -> None:
 def test_the_mismatch_is_as_large_as_it_says() -> None:
     # the digest's 0.76 % are of a mismatch like this one, on a stroke that it does not name
     assert mismatch_percent() == pytest.approx(0.76, abs=0.03)
-    assert beliefs()["dynamics wrong"].dynamics == mh.SecondOrder(420.0, 0.76)
+    assert beliefs()["dynamics wrong"].dynamics == mh.plant.SecondOrder(420.0, 0.76)
 
 
 def test_motions_repeat_after_whole_periods() -> None:
@@ -215,7 +215,7 @@ def test_motions_repeat_after_whole_periods() -> None:
 
 
 def test_a_part_of_a_run_has_the_errors_of_that_part() -> None:
-    run = mh.Run(np.arange(5.0), np.zeros(5), np.ones(5), np.zeros(5))
+    run = mh.plant.Run(np.arange(5.0), np.zeros(5), np.ones(5), np.zeros(5))
     assert (part(run, 1).samples, part(run, 1, -2).max_position_error) == (4, 1.0)
 
 

@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 from support import Array
 
 DT = 1e-4
-A1 = mh.SecondOrder(400.0, 0.95)
+A1 = mh.plant.SecondOrder(400.0, 0.95)
 MODEL = mh.paper.table_1_recovered()
-P3: dict[str, Any] = {"dynamics": mh.SecondOrder(2000.0, 0.03), "amplifier_pole": 279.0}
+P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_bandwidth": 279.0}
 
 frequencies = st.floats(50.0, 4000.0)
 
 
-def terms(dynamics: mh.SecondOrder | mh.FirstOrder | None, pole: float | None) -> Array:
+def terms(dynamics: mh.plant.SecondOrder | mh.plant.FirstOrder | None, pole: float | None) -> Array:
     """1, a_1, a_2, a_3 of the inverse, from the equations."""
     inverse = np.array([1.0])
-    if isinstance(dynamics, mh.SecondOrder):
+    if isinstance(dynamics, mh.plant.SecondOrder):
         w = 2 * np.pi * dynamics.frequency
         inverse = np.array([1.0, 2 * dynamics.damping / w, 1 / w**2])
     elif dynamics is not None:
@@ -44,8 +44,8 @@ def exact_target(inverse: Array, polynomial: np.polynomial.Polynomial, t: Array)
 
 linear_parts = st.tuples(
     st.none()
-    | st.builds(mh.FirstOrder, frequencies)
-    | st.builds(mh.SecondOrder, frequencies, st.floats(0.01, 2.0)),
+    | st.builds(mh.plant.FirstOrder, frequencies)
+    | st.builds(mh.plant.SecondOrder, frequencies, st.floats(0.01, 2.0)),
     st.none() | frequencies,
     st.just(0.0) | st.floats(0.0, 6.0),
 )
@@ -65,8 +65,8 @@ def test_the_shaped_target_of_a_polynomial_is_exact(
     t = np.arange(40) * DT
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # short records of slow dynamics: followed, or not
-        got = mh.shape(
-            polynomial(t), DT, dynamics=dynamics, amplifier_pole=pole, delay=delay, window=window
+        got = mh.control.invert_dynamics(
+            polynomial(t), DT, dynamics=dynamics, amplifier_bandwidth=pole, delay=delay, window=window
         )
     inverse = terms(dynamics, pole)
     aimed = np.minimum(t + (0.5 + delay) * DT, t[-1])
@@ -81,7 +81,7 @@ def test_preview_is_exact_for_polynomials(
     part: tuple[Any, Any, float], cubic: list[float], ahead: int
 ) -> None:
     dynamics, pole, delay = part
-    made = mh.preview(dynamics, DT, ahead=ahead, amplifier_pole=pole, delay=delay)
+    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_bandwidth=pole, delay=delay)
     polynomial = np.polynomial.Polynomial(cubic)(np.polynomial.Polynomial([0.0, 1 / (40 * DT)]))
     window = (made.ahead - np.arange(made.coefficients.size)) * DT
     inverse = terms(dynamics, pole)
@@ -95,8 +95,8 @@ def test_preview_is_exact_for_polynomials(
 def test_preview_and_samples_agree() -> None:
     r = np.cumsum(np.random.default_rng(5).normal(size=60))
     with pytest.warns(UserWarning, match="too rough"):
-        targets = mh.shape(r, DT, dynamics=A1)
-    made = mh.preview(A1, DT, ahead=4)
+        targets = mh.control.invert_dynamics(r, DT, dynamics=A1)
+    made = mh.control.preview(A1, DT, ahead=4)
     for k in range(4, 55):
         window = r[k + 4 - np.arange(8)]
         assert targets[k] == pytest.approx(made.coefficients @ window, abs=1e-10)
@@ -115,9 +115,9 @@ PREVIEW_ERRORS = [
 
 @pytest.mark.parametrize(("dynamics", "pole", "ahead", "limits"), PREVIEW_ERRORS)
 def test_errors_of_preview_are_as_documented(
-    dynamics: mh.SecondOrder, pole: float | None, ahead: int, limits: tuple[float, ...]
+    dynamics: mh.plant.SecondOrder, pole: float | None, ahead: int, limits: tuple[float, ...]
 ) -> None:
-    made = mh.preview(dynamics, DT, ahead=ahead, amplifier_pole=pole)
+    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_bandwidth=pole)
     lead = 0.5 * DT
     for frequency, limit in zip((1.0, 20.0, 100.0), limits, strict=True):
         s = 2j * np.pi * frequency
@@ -137,16 +137,18 @@ stages = st.floats(200.0, 1000.0) | st.tuples(st.floats(200.0, 1000.0), st.float
 def test_dynamics_applied_to_the_shaped_target_reproduce_the_reference(
     stage: float | tuple[float, float], delay: int
 ) -> None:
-    dynamics = mh.FirstOrder(stage) if isinstance(stage, float) else mh.SecondOrder(*stage)
+    dynamics = (
+        mh.plant.FirstOrder(stage) if isinstance(stage, float) else mh.plant.SecondOrder(*stage)
+    )
     scan = mh.trajectories.Sine(1.0, 20.0)
-    target = mh.shape(scan, DT, dynamics=dynamics, delay=delay, seconds=0.3)
+    target = mh.control.invert_dynamics(scan, DT, dynamics=dynamics, delay=delay, seconds=0.3)
     position = dynamics.response(np.concatenate([np.zeros(delay), target]), DT)[: target.size]
     # the position that a target leads to is read at the next sample; 0.2 s fade the start
     missed = np.abs(position[2000:-1] - scan.sample(DT, 0.3)[0][2001:]).max()
     # z-transforms of exp(-p k) are 1 / (exp(q) - exp(-p)): relative to what dynamics and hold
     # promise the error is q (q + 2 p) / 24 of a lag, q^2 / 24 of two poles, and odd terms p^3 q
     q, p = 2 * np.pi * 20.0 * DT, 2 * np.pi * dynamics.frequency * DT
-    lag = isinstance(dynamics, mh.FirstOrder)
+    lag = isinstance(dynamics, mh.plant.FirstOrder)
     assert missed < 1.1 * q * math.hypot(q, 2 * p if lag else 0.0) / 24 + 0.02 * q * p**3
 
 
@@ -178,7 +180,7 @@ def closed_loop(reference: Array, target: Array, noise: float = 0.0) -> Array:
 def test_the_sines_of_the_benchmark_without_noise(frequency: float) -> None:
     scan, seconds = mh.trajectories.Sine(3.3, frequency), 0.6
     reference = scan.sample(DT, seconds)[0]
-    target = mh.shape(scan, DT, dynamics=A1, seconds=seconds)
+    target = mh.control.invert_dynamics(scan, DT, dynamics=A1, seconds=seconds)
     missed = np.abs(closed_loop(reference, target) - reference)
     # the sine starts with a velocity, which the integral of the feedback forgets within 0.3 s:
     # then the hold alone is left, (pi F dt)^2 / 6 of 3.3 um
@@ -192,7 +194,10 @@ def test_the_sines_of_the_benchmark_without_noise(frequency: float) -> None:
 
 def test_the_benchmark_with_noise() -> None:
     scan = mh.trajectories.Sine(3.3, 20.0)
-    reference, target = scan.sample(DT, 0.5)[0], mh.shape(scan, DT, dynamics=A1, seconds=0.5)
+    reference, target = (
+        scan.sample(DT, 0.5)[0],
+        mh.control.invert_dynamics(scan, DT, dynamics=A1, seconds=0.5),
+    )
     missed = np.abs(closed_loop(reference, target, noise=0.016) - reference)
     # the table has 8.3 nm, its seed another: what is left is noise through the feedback
     assert missed[500:].max() < 12e-3
@@ -204,16 +209,21 @@ def test_precompensate_is_the_inverse_of_the_shaped_target() -> None:
     limits = (-500.0, 500.0)
     for options in ({"dynamics": A1}, P3, {"delay": 1.5, "dynamics": A1}):
         for course in (scan, samples):
-            drive = mh.precompensate(MODEL, course, DT, limits=limits, **options)
-            target = mh.shape(course, DT, **options)
+            drive = mh.control.precompensate(MODEL, course, DT, limits=limits, **options)
+            target = mh.control.invert_dynamics(course, DT, **options)
             assert np.array_equal(drive, MODEL.inverse(limits).run(target))
-    assert np.array_equal(mh.precompensate(MODEL, samples, DT), MODEL.inverse().run(samples))
-    assert np.array_equal(mh.precompensate(MODEL, scan, DT), MODEL.inverse().run(samples))
+    assert np.array_equal(
+        mh.control.precompensate(MODEL, samples, DT), MODEL.inverse().run(samples)
+    )
+    assert np.array_equal(mh.control.precompensate(MODEL, scan, DT), MODEL.inverse().run(samples))
 
 
 def test_samples_of_a_smooth_trajectory_shape_as_the_trajectory_does() -> None:
     scan = mh.trajectories.Sine(3.3, 20.0)
-    exact, sampled = mh.shape(scan, DT, dynamics=A1), mh.shape(scan.sample(DT)[0], DT, dynamics=A1)
+    exact, sampled = (
+        mh.control.invert_dynamics(scan, DT, dynamics=A1),
+        mh.control.invert_dynamics(scan.sample(DT)[0], DT, dynamics=A1),
+    )
     inner = slice(4, -5)
     # truncation, 2e-11 of the target
     np.testing.assert_allclose(sampled[inner], exact[inner], rtol=0, atol=1e-9)
@@ -223,29 +233,31 @@ def test_samples_of_a_smooth_trajectory_shape_as_the_trajectory_does() -> None:
 
 def test_an_identification_gives_dynamics_and_delay() -> None:
     u = np.where(np.arange(500) < 10, 0.0, 400.0)
-    y = mh.SecondOrder(800.0, 0.05).response(MODEL.forward().run(u), dt=DT)
+    y = mh.plant.SecondOrder(800.0, 0.05).response(MODEL.forward().run(u), dt=DT)
     found = mh.identify_dynamics(u, np.concatenate([[0.0, 0.0], y[:-2]]), MODEL, dt=DT)
     scan = mh.trajectories.Sine(1.0, 20.0)
-    got = mh.shape(scan, DT, dynamics=found)
-    assert np.array_equal(got, mh.shape(scan, DT, dynamics=found.dynamics, delay=found.delay))
-    without = mh.shape(scan, DT, dynamics=found, delay=0.0)
-    assert np.array_equal(without, mh.shape(scan, DT, dynamics=found.dynamics))
+    got = mh.control.invert_dynamics(scan, DT, dynamics=found)
+    assert np.array_equal(
+        got, mh.control.invert_dynamics(scan, DT, dynamics=found.dynamics, delay=found.delay)
+    )
+    without = mh.control.invert_dynamics(scan, DT, dynamics=found, delay=0.0)
+    assert np.array_equal(without, mh.control.invert_dynamics(scan, DT, dynamics=found.dynamics))
     assert found.delay == pytest.approx(2.0, abs=1e-6)
-    made = mh.preview(found, DT, ahead=6)
+    made = mh.control.preview(found, DT, ahead=6)
     assert made.coefficients.sum() == pytest.approx(1.0) and made.coefficients.size == 8
     with pytest.raises(ValueError, match=r"^dt: expected the sampling interval of the identific"):
-        mh.shape(scan, 2 * DT, dynamics=found)
+        mh.control.invert_dynamics(scan, 2 * DT, dynamics=found)
     creeping = mh.identify_dynamics(u, y, MODEL, dt=DT, delay=0.0, creep=[0.01])
     with pytest.raises(ValueError, match=r"^dynamics: expected no creep"):
-        mh.precompensate(MODEL, scan, DT, dynamics=creeping)
-    mh.tune(MODEL, dt=DT, dynamics=creeping)
+        mh.control.precompensate(MODEL, scan, DT, dynamics=creeping)
+    mh.control.tune(MODEL, dt=DT, dynamics=creeping)
 
 
 def test_what_is_too_rough_is_said() -> None:
     slow, fast = (mh.signals.triangle(3.0, f, seconds=2.0 / f) for f in (1.0, 500.0))
-    mh.shape(slow, DT, dynamics=A1)
+    mh.control.invert_dynamics(slow, DT, dynamics=A1)
     with pytest.warns(UserWarning, match="smoothed over 8 samples, and the position misses sample"):
-        mh.precompensate(MODEL, fast, DT, dynamics=A1)
+        mh.control.precompensate(MODEL, fast, DT, dynamics=A1)
 
 
 good: dict[str, Any] = {"trajectory": np.zeros(20), "dt": DT, "dynamics": A1}
@@ -263,14 +275,17 @@ good: dict[str, Any] = {"trajectory": np.zeros(20), "dt": DT, "dynamics": A1}
         ({"window": 2}, "window: expected more samples than the order"),
         ({"window": -3}, "window: expected a number of samples"),
         ({"delay": -1.0}, "delay: expected 0 to 2^20 samples"),
-        ({"amplifier_pole": 0.0}, "amplifier_pole: expected a finite number above 0"),
+        ({"amplifier_bandwidth": 0.0}, "amplifier_bandwidth: expected a finite number above 0"),
         ({"seconds": 1.0}, "seconds: expected None for samples"),
-        ({"dynamics": mh.SecondOrder(1e-90, 0.5), "dt": 1e-80}, "dt: expected a sampling interval"),
+        (
+            {"dynamics": mh.plant.SecondOrder(1e-90, 0.5), "dt": 1e-80},
+            "dt: expected a sampling interval",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError) as caught:
-        mh.shape(**{**good, **change})
+        mh.control.invert_dynamics(**{**good, **change})
     assert str(caught.value).startswith(message) and ", got " in str(caught.value)
 
 
@@ -278,14 +293,14 @@ def test_wrong_kinds_are_named() -> None:
     with pytest.raises(
         TypeError, match=r"^dynamics: expected a SecondOrder, a FirstOrder or a Dyn"
     ):
-        mh.shape(np.zeros(20), DT, dynamics=400.0)  # type: ignore[arg-type]
+        mh.control.invert_dynamics(np.zeros(20), DT, dynamics=400.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"^model: expected a PrandtlIshlinskii or a Modified"):
-        mh.precompensate("A1", np.zeros(20), DT)  # type: ignore[arg-type]
+        mh.control.precompensate("A1", np.zeros(20), DT)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"^seconds: expected a duration of 0 to"):
-        mh.shape(mh.trajectories.Sine(1.0, 1.0), DT, dynamics=A1, seconds=-1.0)
+        mh.control.invert_dynamics(mh.trajectories.Sine(1.0, 1.0), DT, dynamics=A1, seconds=-1.0)
     wrong = mh.PrandtlIshlinskii([1.0, -2.0], [0.0, 1.0])
     with pytest.raises(mh.NotInvertibleError):
-        mh.precompensate(wrong, np.zeros(20), DT)
+        mh.control.precompensate(wrong, np.zeros(20), DT)
 
 
 @pytest.mark.parametrize(
@@ -300,5 +315,5 @@ def test_wrong_kinds_are_named() -> None:
 )
 def test_wrong_windows_are_named(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError) as caught:
-        mh.preview(A1, DT, **{"ahead": 4, **change})
+        mh.control.preview(A1, DT, **{"ahead": 4, **change})
     assert str(caught.value).startswith(message)

@@ -43,16 +43,16 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     reference = column(here / "reference.csv", "target_um")
-    stage = mh.SecondOrder(400.0, 0.95)
-    controller = mh.HybridController(
+    stage = mh.plant.SecondOrder(400.0, 0.95)
+    controller = mh.control.HybridController(
         actuator().inverse(LIMITS),
         kp=60.0,
         ki=0.6,
         limits=LIMITS,
-        preview=mh.preview(stage, 1e-4, ahead=4),
+        preview=mh.control.preview(stage, 1e-4, ahead=4),
     )
-    plant = mh.Plant(actuator(), dynamics=stage, noise=0.016, limits=LIMITS, seed=3)
-    expected = mh.simulate(controller, plant, reference)
+    plant = mh.plant.Plant(actuator(), dynamics=stage, noise=0.016, limits=LIMITS, seed=3)
+    expected = mh.plant.simulate(controller, plant, reference)
     # the time column gives the sampling interval but for rounding
     for name, array in (
         ("drive", expected.drive),
@@ -83,7 +83,7 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert 5.0 * full < plain and 1.3 * plain < feedback
     # what the controller does not know of the stage
     assert errors(*STAGE, "--plant", "other.json") > 5.0 * full
-    delayed = [*STAGE, "--delay", "2.5", "--amplifier-pole", "1000"]
+    delayed = [*STAGE, "--delay", "2.5", "--amplifier-bandwidth", "1000"]
     assert errors(*delayed) < 0.2 * errors(*delayed, "--no-preview")
 
 
@@ -116,7 +116,7 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--limits", "5,5"], ["--limits: expected a number above the low end"]),
         (["--limits", "5"], ["--limits", "LOW,HIGH"]),
         (["--dynamics", "0,1"], ["--dynamics: expected a finite number above 0", "got 0.0"]),
-        (["--amplifier-pole", "-1"], ["--amplifier-pole: expected", "got -1.0"]),
+        (["--amplifier-bandwidth", "-1"], ["--amplifier-bandwidth: expected", "got -1.0"]),
         (["--delay", "nan"], ["--delay: expected 0 to 2^20 samples, got NaN"]),
         (["--noise", "-1"], ["--noise: expected a finite number >= 0, got -1.0"]),
         (["--seed", "-1"], ["--seed: expected", "-1"]),

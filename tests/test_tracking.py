@@ -19,8 +19,8 @@ from support import Array
 DT = 1e-4
 LIMITS = (-560.0, 560.0)
 ACTUATOR = mh.paper.table_1_recovered()
-STAGE = mh.SecondOrder(400.0, 0.95)
-WRONG_STAGE = mh.SecondOrder(420.0, 0.76)
+STAGE = mh.plant.SecondOrder(400.0, 0.95)
+WRONG_STAGE = mh.plant.SecondOrder(420.0, 0.76)
 SEEDS = range(5)
 
 
@@ -34,9 +34,9 @@ def mismatched() -> mh.ModifiedPrandtlIshlinskii:
 
 def controller(
     model: mh.ModifiedPrandtlIshlinskii = ACTUATOR, **options: Any
-) -> mh.HybridController:
+) -> mh.control.HybridController:
     kp, ki = mh.paper.gains("A1")
-    return mh.HybridController(
+    return mh.control.HybridController(
         model.inverse(LIMITS), **{"kp": kp, "ki": ki, "limits": LIMITS, **options}
     )
 
@@ -49,15 +49,15 @@ def sine(frequency: float, periods: float) -> tuple[Array, mh.trajectories.Sine]
 def worst(
     frequency: float,
     model: mh.ModifiedPrandtlIshlinskii = ACTUATOR,
-    dynamics: mh.SecondOrder = STAGE,
+    dynamics: mh.plant.SecondOrder = STAGE,
     periods: float = 6,
 ) -> float:
     """With the exact inverse, inverse dynamics, half a sample of lead and the paper's gains."""
     reference, scan = sine(frequency, periods)
-    target = mh.shape(scan, DT, dynamics=dynamics, seconds=periods / frequency)
+    target = mh.control.invert_dynamics(scan, DT, dynamics=dynamics, seconds=periods / frequency)
     maxima = []
     for seed in SEEDS:
-        run = mh.simulate(
+        run = mh.plant.simulate(
             controller(model),
             mh.paper.plant("A1", seed=seed),
             reference,
@@ -76,8 +76,10 @@ def test_the_loop_equals_its_plain_twin() -> None:
     kp, ki = mh.paper.gains("A1")
     reference = mh.signals.triangle(3.0, 1.0, seconds=2.0)
     assert len(reference) == 20_000
-    hybrid = mh.HybridController(mh.paper.table_2().forward(), kp=kp, ki=ki, limits=LIMITS)
-    run = mh.simulate(hybrid, mh.Plant(ACTUATOR, dynamics=STAGE, limits=LIMITS), reference)
+    hybrid = mh.control.HybridController(mh.paper.table_2().forward(), kp=kp, ki=ki, limits=LIMITS)
+    run = mh.plant.simulate(
+        hybrid, mh.plant.Plant(ACTUATOR, dynamics=STAGE, limits=LIMITS), reference
+    )
     columns = ("w_prime", "r_prime", "ra_prime", "rb_prime", "rc_prime")
     table = (twins.TABLE_2[name] for name in columns)
     law = PositionalLaw(twins.ModifiedPrandtlIshlinskii(*table).step, kp, ki)
@@ -90,7 +92,7 @@ def test_the_loop_equals_its_plain_twin() -> None:
 
 def test_the_compiled_loop_is_what_steps_make() -> None:
     reference, _ = sine(20.0, 2)
-    run = mh.simulate(controller(slew=2e5), mh.paper.plant("P3", seed=3), reference)
+    run = mh.plant.simulate(controller(slew=2e5), mh.paper.plant("P3", seed=3), reference)
     by_hand, plant = controller(slew=2e5), mh.paper.plant("P3", seed=3)
     drives = []
     for r in reference:
@@ -101,9 +103,9 @@ def test_the_compiled_loop_is_what_steps_make() -> None:
 
 def test_an_identifier_sees_the_samples_before_the_run_too() -> None:
     reference, _ = sine(20.0, 1)
-    preview = mh.preview(STAGE, DT, ahead=4)
+    preview = mh.control.preview(STAGE, DT, ahead=4)
     surrounded, twin = (mh.RecursiveIdentifier(ACTUATOR, dynamics=STAGE) for _ in range(2))
-    mh.simulate(
+    mh.plant.simulate(
         controller(preview=preview), mh.paper.plant("A1"), reference[::-1], identifier=surrounded
     )
     by_hand, plant = controller(preview=preview), mh.paper.plant("A1")
@@ -120,10 +122,10 @@ def test_a_plant_in_use_is_refused_by_an_exception() -> None:
     plant = mh.paper.plant("A1")
 
     def nested(_: float) -> None:
-        mh.simulate(controller(), plant, [0.0, 1.0])
+        mh.plant.simulate(controller(), plant, [0.0, 1.0])
 
     with pytest.raises(RuntimeError, match="borrowed"):
-        mh.simulate(controller(), plant, [0.0, 1.0], progress=nested)
+        mh.plant.simulate(controller(), plant, [0.0, 1.0], progress=nested)
 
 
 def test_a_preview_does_online_what_shaped_targets_do() -> None:
@@ -133,15 +135,17 @@ def test_a_preview_does_online_what_shaped_targets_do() -> None:
     )
     reference, _, _ = moves.sample(DT)
     plant: dict[str, Any] = {"dynamics": STAGE, "limits": LIMITS}
-    shaped = mh.simulate(
+    shaped = mh.plant.simulate(
         controller(),
-        mh.Plant(ACTUATOR, **plant),
+        mh.plant.Plant(ACTUATOR, **plant),
         reference,
-        target=mh.shape(moves, DT, dynamics=STAGE),
+        target=mh.control.invert_dynamics(moves, DT, dynamics=STAGE),
     )
-    ahead = mh.preview(STAGE, DT, ahead=4)
-    online = mh.simulate(controller(preview=ahead), mh.Plant(ACTUATOR, **plant), reference)
-    plainly = mh.simulate(controller(), mh.Plant(ACTUATOR, **plant), reference)
+    ahead = mh.control.preview(STAGE, DT, ahead=4)
+    online = mh.plant.simulate(
+        controller(preview=ahead), mh.plant.Plant(ACTUATOR, **plant), reference
+    )
+    plainly = mh.plant.simulate(controller(), mh.plant.Plant(ACTUATOR, **plant), reference)
     # um; at a jump of the jerk the exact derivatives ask for more than a held drive can give
     assert online.metrics.max_position_error < 1e-3
     assert shaped.metrics.max_position_error < 3e-3
@@ -167,16 +171,16 @@ def test_wrong_models_and_dynamics_leave_what_they_are_wrong_by() -> None:
     [(mismatched(), STAGE, 20.0), (ACTUATOR, WRONG_STAGE, 30.0), (mismatched(), WRONG_STAGE, 32.0)],
 )
 def test_tuned_gains_leave_less(
-    model: mh.ModifiedPrandtlIshlinskii, dynamics: mh.SecondOrder, limit: float
+    model: mh.ModifiedPrandtlIshlinskii, dynamics: mh.plant.SecondOrder, limit: float
 ) -> None:
-    tuned = mh.tune(model, dynamics=dynamics, dt=DT)
+    tuned = mh.control.tune(model, dynamics=dynamics, dt=DT)
     reference, scan = sine(20.0, 6)
-    target = mh.shape(scan, DT, dynamics=dynamics, seconds=0.3)
+    target = mh.control.invert_dynamics(scan, DT, dynamics=dynamics, seconds=0.3)
     maxima = []
     for seed in SEEDS:
         hybrid = controller(model, kp=tuned.kp / 2, ki=tuned.ki / 4)
         plant = mh.paper.plant("A1", seed=seed)
-        run = mh.simulate(hybrid, plant, reference, target=target, period=500)
+        run = mh.plant.simulate(hybrid, plant, reference, target=target, period=500)
         assert run.settled is not None
         maxima.append(1e3 * run.settled.max_position_error)
     assert float(np.median(maxima)) < limit
@@ -197,22 +201,22 @@ def learned(scheme: Scheme, seed: int) -> tuple[float, float]:
     kp, ki = hybrid.kp, hybrid.ki
     known: dict[str, Any] = {"kp": kp, "ki": ki, "slope": 5e-3, "dynamics": dynamics}
     period, scan = sine(20.0, 1)
-    shaped = mh.shape(scan, DT, dynamics=dynamics)
+    shaped = mh.control.invert_dynamics(scan, DT, dynamics=dynamics)
     if scheme == "iterative":
-        learning = mh.IterativeLearning(shaped, bandwidth=150.0, **known)
-        mh.simulate(hybrid, plant, period, target=shaped)
+        learning = mh.control.IterativeLearning(shaped, bandwidth=150.0, **known)
+        mh.plant.simulate(hybrid, plant, period, target=shaped)
         for _ in range(3):
-            run = mh.simulate(hybrid, plant, period, target=learning.target)
+            run = mh.plant.simulate(hybrid, plant, period, target=learning.target)
             assert learning.update(run.reference - run.measured)
-        run = mh.simulate(hybrid, plant, period, target=learning.target)
+        run = mh.plant.simulate(hybrid, plant, period, target=learning.target)
         return last_period(run.reference - run.position)
     around: dict[str, Any] = {}
     if scheme == "repetitive":
-        around["repetitive"] = mh.RepetitiveControl(500, bandwidth=150.0, **known)
+        around["repetitive"] = mh.control.RepetitiveControl(500, bandwidth=150.0, **known)
     else:
         around["identifier"] = mh.RecursiveIdentifier(model, forgetting=0.9999, dynamics=dynamics)
     reference, target = np.tile(period, 61), np.tile(shaped, 61)
-    run = mh.simulate(hybrid, plant, reference, target=target, **around)
+    run = mh.plant.simulate(hybrid, plant, reference, target=target, **around)
     return last_period((run.reference - run.position)[-500:])
 
 
@@ -233,12 +237,12 @@ def test_after_saturation_the_reference_is_met_again(
 ) -> None:
     limits = (-500.0, 500.0)
     kp, ki = mh.paper.gains("A1")
-    hybrid = mh.HybridController(
+    hybrid = mh.control.HybridController(
         mh.paper.table_2().forward(), kp=kp, ki=ki, limits=limits, anti_windup=anti_windup
     )
     reference = mh.signals.triangle(3.3, 1.0, seconds=3.0)
-    run = mh.simulate(hybrid, mh.paper.plant("A1", seed=seed), reference)
-    assert run.metrics.saturated >= hybrid.saturated > 1000
+    run = mh.plant.simulate(hybrid, mh.paper.plant("A1", seed=seed), reference)
+    assert run.metrics.saturated_count >= hybrid.saturated > 1000
     assert np.abs(run.drive).max() == 500.0
     within = np.abs(reference) <= 2.5
     within[:2500] = False  # before the first excursion
@@ -248,7 +252,7 @@ def test_after_saturation_the_reference_is_met_again(
 def test_the_printed_law_hits_the_rail() -> None:
     with pytest.warns(UserWarning, match="printed"):
         printed = controller(law="printed")
-    run = mh.simulate(printed, mh.paper.plant("A1"), sine(5.0, 1)[0])
+    run = mh.plant.simulate(printed, mh.paper.plant("A1"), sine(5.0, 1)[0])
     assert np.abs(run.drive).max() == 560.0
     assert run.metrics.max_position_error > 1.0
 
@@ -261,7 +265,7 @@ def test_the_printed_law_hits_the_rail() -> None:
     [
         ({"target": [0.0]}, ValueError, "target: expected 500 samples as in the reference, got 1"),
         ({"target": [math.nan] * 500}, ValueError, "target[0]: expected a finite number"),
-        ({"swap_every": 0}, ValueError, "swap_every: expected a whole number of at least one"),
+        ({"model_update_interval": 0}, ValueError, "model_update_interval: expected a whole number of at least one"),
         ({"observer": 3}, TypeError, ""),
         (
             {"identifier": mh.RecursiveIdentifier(mh.paper.table_2())},
@@ -276,7 +280,7 @@ def test_wrong_surroundings_are_refused_before_anything_moves(
     hybrid, plant = controller(), mh.paper.plant("A1")
     before = hybrid.state, plant.measured
     with pytest.raises(kind) as caught:
-        mh.simulate(hybrid, plant, sine(20.0, 1)[0], **change)
+        mh.plant.simulate(hybrid, plant, sine(20.0, 1)[0], **change)
     assert str(caught.value).startswith(message)
     assert (hybrid.state, plant.measured) == before
 
@@ -288,15 +292,15 @@ def test_surroundings_need_a_hybrid_controller_of_the_plants_interval() -> None:
 
     reference = sine(20.0, 1)[0]
     with pytest.raises(TypeError, match="controller: expected a HybridController beside target"):
-        mh.simulate(Other(), mh.paper.plant("A1"), reference, target=reference)
+        mh.plant.simulate(Other(), mh.paper.plant("A1"), reference, target=reference)
     with pytest.raises(ValueError, match="controller: expected the sampling interval of the plant"):
-        mh.simulate(controller(dt=1e-3), mh.paper.plant("A1"), reference)
-    repetitive = mh.RepetitiveControl(
+        mh.plant.simulate(controller(dt=1e-3), mh.paper.plant("A1"), reference)
+    repetitive = mh.control.RepetitiveControl(
         500, kp=1.0, ki=0.1, slope=5e-3, dynamics=STAGE, bandwidth=100.0
     )
     with pytest.raises(ValueError, match="target: expected one where repetitive"):
-        mh.simulate(
-            controller(preview=mh.preview(STAGE, DT, ahead=4)),
+        mh.plant.simulate(
+            controller(preview=mh.control.preview(STAGE, DT, ahead=4)),
             mh.paper.plant("A1"),
             reference,
             repetitive=repetitive,

@@ -40,7 +40,7 @@ def test_warnings_are_those_of_diagnose() -> None:
     assert [repr(finding) for finding in found.warnings] == [repr(finding) for finding in told]
     assert {"no_minor_loops", "outliers"} <= {finding.name for finding in found.warnings}
     good = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
-    clean = mh.identify(good.drive, measured(good.drive, 2), skip=good.lead_in, operators=8)
+    clean = mh.identify(good.drive, measured(good.drive, 2), skip=good.initialization_samples, operators=8)
     assert clean.warnings == []
 
 
@@ -155,8 +155,8 @@ def test_every_error_has_both_bases() -> None:
         expected = (2.0 * quality.max_error_percent, 2.0 * quality.rmse_percent)
         assert of_amplitude == pytest.approx(expected, rel=1e-14)
     half = u.size // 2
-    width = mh.loop_width(u[:half], y[:half])
-    modelled = mh.loop_width(u[:half], found.predict(u)[:half])
+    width = mh.results.loop_width(u[:half], y[:half])
+    modelled = mh.results.loop_width(u[:half], found.predict(u)[:half])
     assert width is not None and modelled is not None and found.fit.loop_width == width
     assert found.fit.loop_width_error == pytest.approx(modelled - width, abs=1e-12)
     rising = mh.identify(u, y, validate=(u[:50], y[:50]), model="conventional", operators=8)

@@ -15,16 +15,16 @@ from support import Array
 
 DT = 1e-4
 MODEL = mh.paper.table_1_recovered()
-A1: dict[str, Any] = {"dynamics": mh.SecondOrder(400.0, 0.95)}
-P3: dict[str, Any] = {"dynamics": mh.SecondOrder(2000.0, 0.03), "amplifier_pole": 279.0}
+A1: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(400.0, 0.95)}
+P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_bandwidth": 279.0}
 
 frequencies = st.floats(20.0, 4000.0)
 parts = st.fixed_dictionaries(
     {
         "dynamics": st.none()
-        | st.builds(mh.FirstOrder, frequencies)
-        | st.builds(mh.SecondOrder, frequencies, st.floats(0.01, 2.0)),
-        "amplifier_pole": st.none() | frequencies,
+        | st.builds(mh.plant.FirstOrder, frequencies)
+        | st.builds(mh.plant.SecondOrder, frequencies, st.floats(0.01, 2.0)),
+        "amplifier_bandwidth": st.none() | frequencies,
         "delay": st.sampled_from([0.0, 0.5, 1.0, 2.25, 5.0]),
     }
 )
@@ -36,23 +36,23 @@ models = st.builds(
 
 
 def open_loop(
-    tuning: mh.Tuning,
+    tuning: mh.control.Tuning,
     slope: float,
     *,
-    dynamics: mh.SecondOrder | mh.FirstOrder | None = None,
-    amplifier_pole: float | None = None,
+    dynamics: mh.plant.SecondOrder | mh.plant.FirstOrder | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float = 0.0,
 ) -> Any:
     """The loop as python-control has it."""
     continuous = control.tf([1.0], [1.0])
-    if isinstance(dynamics, mh.SecondOrder):
+    if isinstance(dynamics, mh.plant.SecondOrder):
         w = 2 * np.pi * dynamics.frequency
         continuous *= control.tf([w**2], [1.0, 2 * dynamics.damping * w, w**2])
     elif dynamics is not None:
         continuous *= control.tf([1.0], [dynamics.time_constant, 1.0])
-    if amplifier_pole is not None:
-        continuous *= control.tf([1.0], [1 / (2 * np.pi * amplifier_pole), 1.0])
-    if dynamics is None and amplifier_pole is None:
+    if amplifier_bandwidth is not None:
+        continuous *= control.tf([1.0], [1 / (2 * np.pi * amplifier_bandwidth), 1.0])
+    if dynamics is None and amplifier_bandwidth is None:
         plant = control.tf([1.0], [1.0, 0.0], DT)
     else:
         plant = control.c2d(continuous, DT, "zoh")
@@ -74,11 +74,11 @@ def sensitivity_peak(loop: Any) -> float:
     return float(1.0 / distance.min())
 
 
-@pytest.mark.parametrize("part", [A1, P3, {**A1, "delay": 1.5}, {"amplifier_pole": 50.0}, {}])
+@pytest.mark.parametrize("part", [A1, P3, {**A1, "delay": 1.5}, {"amplifier_bandwidth": 50.0}, {}])
 @pytest.mark.parametrize("limit", [1.3, 1.7])
 def test_margins_are_those_of_python_control(part: dict[str, Any], limit: float) -> None:
-    tuning = mh.tune(MODEL, dt=DT, peak_sensitivity=limit, **part)
-    for margins in (tuning.least, tuning.most):
+    tuning = mh.control.tune(MODEL, dt=DT, peak_sensitivity=limit, **part)
+    for margins in (tuning.at_min_slope, tuning.at_max_slope):
         loop = open_loop(tuning, margins.slope, **part)
         # by response: the roots of its polynomials are too inexact with poles near 1
         omega = np.geomspace(1e-4, 1.0, 8_000) * math.pi / DT
@@ -99,19 +99,19 @@ def test_margins_are_those_of_python_control(part: dict[str, Any], limit: float)
 def test_the_bound_is_kept_and_met_and_the_loop_is_stable(
     part: dict[str, Any], model: mh.PrandtlIshlinskii, limit: float
 ) -> None:
-    tuning = mh.tune(model, dt=DT, peak_sensitivity=limit, **part)
+    tuning = mh.control.tune(model, dt=DT, peak_sensitivity=limit, **part)
     assert tuning.kp >= 0.0 and tuning.ki > 0.0
     assert tuning.peak_sensitivity <= limit
     # the greatest ki meets the bound but for what the search leaves
     assert tuning.peak_sensitivity > limit * (1.0 - 1e-3)
     low, high = model.slope_range
-    assert (tuning.least.slope, tuning.most.slope) == (low, high)
+    assert (tuning.at_min_slope.slope, tuning.at_max_slope.slope) == (low, high)
     for share in (0.0, 0.3, 1.0):
         loop = open_loop(tuning, low + share * (high - low), **part)
         assert np.abs(control.feedback(loop, 1).poles()).max() < 1.0
         # the grid of the twin may miss a little of a sharp peak, never add
         assert sensitivity_peak(loop) < limit * (1.0 + 1e-6)
-    for margins in (tuning.least, tuning.most):
+    for margins in (tuning.at_min_slope, tuning.at_max_slope):
         assert margins.peak_sensitivity <= tuning.peak_sensitivity * (1.0 + 1e-9)
         assert margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6)
         least_phase = 2 * math.degrees(math.asin(0.5 / limit))
@@ -120,7 +120,7 @@ def test_the_bound_is_kept_and_met_and_the_loop_is_stable(
 
 @pytest.mark.parametrize("part", [A1, P3])
 def test_no_other_gains_with_more_integral_keep_the_bound(part: dict[str, Any]) -> None:
-    tuning = mh.tune(MODEL, dt=DT, **part)
+    tuning = mh.control.tune(MODEL, dt=DT, **part)
     steeper = open_loop(tuning, 1.0, **part)
     z = np.exp(1j * np.geomspace(1e-4, np.pi, 4000))
     plant = steeper(z) / (tuning.kp + tuning.ki / (1 - 1 / z))
@@ -133,21 +133,24 @@ def test_no_other_gains_with_more_integral_keep_the_bound(part: dict[str, Any]) 
 
 def test_more_sensitivity_allows_more_integral() -> None:
     gains: Array = np.array(
-        [mh.tune(MODEL, dt=DT, peak_sensitivity=m, **P3).ki for m in (1.2, 1.4, 1.7, 2.0, 3.0)]
+        [
+            mh.control.tune(MODEL, dt=DT, peak_sensitivity=m, **P3).ki
+            for m in (1.2, 1.4, 1.7, 2.0, 3.0)
+        ]
     )
     assert np.all(np.diff(gains) > 0.0)
 
 
 def test_gains_scale_with_the_slope_and_split_models_count_both_weights() -> None:
-    tuning = mh.tune(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 1.0]), dt=DT, **A1)
-    other = mh.tune(mh.PrandtlIshlinskii([1e-3, 0.5e-3], [0.0, 1.0]), dt=DT, **A1)
+    tuning = mh.control.tune(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 1.0]), dt=DT, **A1)
+    other = mh.control.tune(mh.PrandtlIshlinskii([1e-3, 0.5e-3], [0.0, 1.0]), dt=DT, **A1)
     assert (other.kp, other.ki) == pytest.approx((1e3 * tuning.kp, 1e3 * tuning.ki), rel=1e-6)
     ratios = {"ra": 1.0, "rb": 1.0, "rc": 1.0}
     split = mh.ModifiedPrandtlIshlinskii.from_ratios(
         [1.0, 0.1], [0.0, 1.0], **ratios, weights_negative=[1.0, 0.5]
     )
     assert split.slope_range == (1.0, 1.5)
-    again = mh.tune(split, dt=DT, **A1)
+    again = mh.control.tune(split, dt=DT, **A1)
     assert (again.kp, again.ki) == (tuning.kp, tuning.ki)
 
 
@@ -157,15 +160,15 @@ def test_gains_scale_with_the_slope_and_split_models_count_both_weights() -> Non
         ({"peak_sensitivity": 1.0}, "peak_sensitivity: expected 1.05 to 5, got 1.0"),
         ({"peak_sensitivity": math.nan}, "peak_sensitivity: expected 1.05 to 5, got NaN"),
         ({"dt": 0.0}, "dt: expected a finite number above 0"),
-        ({"dt": 1e4, "amplifier_pole": 1.0}, "dt: expected at most 1e6 time constants"),
+        ({"dt": 1e4, "amplifier_bandwidth": 1.0}, "dt: expected at most 1e6 time constants"),
         ({"delay": 1001.0}, "delay: expected at most 1000 samples, got 1001.0"),
         ({"delay": -1.0}, "delay: expected 0 to 2^20 samples"),
-        ({"amplifier_pole": -1.0}, "amplifier_pole: expected a finite number above 0"),
+        ({"amplifier_bandwidth": -1.0}, "amplifier_bandwidth: expected a finite number above 0"),
     ],
 )
 def test_wrong_arguments_are_named(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError) as caught:
-        mh.tune(MODEL, **{"dt": DT, **A1, **change})
+        mh.control.tune(MODEL, **{"dt": DT, **A1, **change})
     assert str(caught.value).startswith(message) and ", got " in str(caught.value)
 
 
@@ -173,19 +176,21 @@ def test_models_without_a_range_of_slopes_are_refused() -> None:
     with pytest.raises(
         ValueError, match=r"^model: expected a slope that is positive everywhere, g"
     ):
-        mh.tune(mh.PrandtlIshlinskii([1.0, -1.5], [0.0, 1.0]), dt=DT)
+        mh.control.tune(mh.PrandtlIshlinskii([1.0, -1.5], [0.0, 1.0]), dt=DT)
     with pytest.raises(TypeError, match=r"^model: expected a PrandtlIshlinskii or a Modified"):
-        mh.tune(0.006, dt=DT)  # type: ignore[arg-type]
+        mh.control.tune(0.006, dt=DT)  # type: ignore[arg-type]
 
 
 def test_a_plant_knows_everything_but_the_sensitivity() -> None:
-    plant = mh.Plant(MODEL, dynamics=mh.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0)
-    expected = mh.tune(
-        MODEL, dt=1e-4, dynamics=mh.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0
+    plant = mh.plant.Plant(
+        MODEL, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_bandwidth=279.0, delay=2.0
     )
-    tuning = mh.tune(plant)
+    expected = mh.control.tune(
+        MODEL, dt=1e-4, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_bandwidth=279.0, delay=2.0
+    )
+    tuning = mh.control.tune(plant)
     assert (tuning.kp, tuning.ki) == (expected.kp, expected.ki)
     with pytest.raises(TypeError, match="model: expected a model beside dt, dynamics"):
-        mh.tune(plant, dt=1e-4)
+        mh.control.tune(plant, dt=1e-4)
     with pytest.raises(TypeError, match="dt: expected the sampling interval in seconds beside a"):
-        mh.tune(MODEL)
+        mh.control.tune(MODEL)

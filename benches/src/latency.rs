@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use hdrhistogram::Histogram;
-use hysteresis_core::{Forward, Inverse, Kernel, Process};
+use hysteresis_core::{CompiledModel, Forward, Inverse, Process};
 
 use crate::cases::{What, actuator};
 use crate::results::{Latency, Steps};
@@ -34,15 +34,15 @@ pub fn measure(step: Option<Steps>, seconds: u64) -> Latency {
     match step {
         None => record(seconds, &mut times, |_| vec![0.0; SAMPLES as usize], |x| x),
         Some(Steps { signal, operators, what }) => {
-            let kernel = Kernel::new(&actuator(operators));
-            let mut plant = Forward::new(&kernel);
+            let compiled = CompiledModel::new(&actuator(operators));
+            let mut plant = Forward::new(&compiled);
             let drive = |second| signal.samples(second);
             let targets = |second| drive(second).into_iter().map(|x| plant.step(x)).collect();
             if what == What::Inverse {
-                let mut inverse = Inverse::new(&kernel, None).expect("the weights are positive");
+                let mut inverse = Inverse::new(&compiled, None).expect("the weights are positive");
                 record(seconds, &mut times, targets, |y| inverse.step(y));
             } else {
-                let mut forward = Forward::new(&kernel);
+                let mut forward = Forward::new(&compiled);
                 record(seconds, &mut times, drive, |x| forward.step(x));
             }
         }

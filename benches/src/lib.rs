@@ -9,6 +9,7 @@ pub mod compare;
 pub mod gather;
 pub mod latency;
 pub mod machine;
+mod pass;
 pub mod results;
 pub mod signals;
 pub mod table;

@@ -2,22 +2,15 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{ControllerOptions, Forward, HybridController, Inverse, Kernel, Process, StreamArray};
+use hysteresis_core::{CompiledModel, ControllerOptions, Forward, HybridController, Inverse, Process, StreamArray};
 
 use crate::cases::{ARRAY, Case, Mode, What, actuator};
+use crate::pass::Pass;
 use crate::signals::REACH;
 use crate::yardstick::{Copied, plain_loop, thinned};
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
 pub struct Workload(Box<dyn Pass>);
-
-/// Some samples in one call, so that the call itself does not count.
-pub(crate) trait Pass {
-    /// How many samples a pass takes.
-    fn samples(&self) -> usize;
-    /// Takes them.
-    fn pass(&mut self);
-}
 
 impl Workload {
     /// The case with memory, caches and predictors as in the long run. Each pass takes one second of the signal; there
@@ -29,21 +22,21 @@ impl Workload {
     pub fn new(case: Case, seconds: u64) -> Self {
         let seconds = if case.signal.is_noise() && case.mode != Mode::Array { seconds } else { 1 };
         let drive: Vec<Vec<f64>> = (0..seconds).map(|second| case.signal.samples(second)).collect();
-        let kernel = Kernel::new(&actuator(case.operators));
+        let compiled = CompiledModel::new(&actuator(case.operators));
         match case.what {
             What::PlainLoop => {
-                Self::stream(Mode::Step, plain_loop(&kernel), drive.iter().map(|x| thinned(x, case)).collect())
+                Self::stream(Mode::Step, plain_loop(&compiled), drive.iter().map(|x| thinned(x, case)).collect())
             }
             What::Copy => Self::warm(Copied::new(drive.concat())),
-            What::Forward => Self::stream(case.mode, Forward::new(&kernel), drive),
+            What::Forward => Self::stream(case.mode, Forward::new(&compiled), drive),
             What::Inverse => {
-                let mut stream = Inverse::new(&kernel, None).expect("the weights are positive");
-                let targets = periodic_targets(&kernel, &drive, |target| _ = stream.step(target));
+                let mut stream = Inverse::new(&compiled, None).expect("the weights are positive");
+                let targets = periodic_targets(&compiled, &drive, |target| _ = stream.step(target));
                 Self::stream(case.mode, stream, targets)
             }
             What::Controller => {
-                let mut tracking = Tracking::new(&kernel);
-                let references = periodic_targets(&kernel, &drive, |reference| _ = tracking.step(reference));
+                let mut tracking = Tracking::new(&compiled);
+                let references = periodic_targets(&compiled, &drive, |reference| _ = tracking.step(reference));
                 Self::stream(case.mode, tracking, references)
             }
         }
@@ -86,9 +79,9 @@ struct Tracking {
 }
 
 impl Tracking {
-    fn new(kernel: &Kernel) -> Self {
+    fn new(compiled: &CompiledModel) -> Self {
         let limits = (-1.1 * REACH, 1.1 * REACH);
-        let inverse = Inverse::new(kernel, Some(limits)).expect("the weights are positive");
+        let inverse = Inverse::new(compiled, Some(limits)).expect("the weights are positive");
         let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
         let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
         Self { controller, last: 0.0 }
@@ -111,8 +104,8 @@ impl Process for Tracking {
 }
 
 /// The outputs of the model along a drive that repeats for ever. What comes before, from rest, goes to `before`.
-fn periodic_targets(kernel: &Kernel, drive: &[Vec<f64>], mut before: impl FnMut(f64)) -> Vec<Vec<f64>> {
-    let mut plant = Forward::new(kernel);
+fn periodic_targets(compiled: &CompiledModel, drive: &[Vec<f64>], mut before: impl FnMut(f64)) -> Vec<Vec<f64>> {
+    let mut plant = Forward::new(compiled);
     for x in drive.iter().flatten() {
         before(plant.step(*x));
     }

@@ -2,18 +2,18 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{Forward, Kernel};
+use hysteresis_core::{CompiledModel, Forward};
 
 use crate::cases::Case;
-use crate::workload::Pass;
+use crate::pass::Pass;
 
 /// A loop over all operators for every sample: the core's bank, forward.
 ///
 /// # Panics
 /// Never: there is one initial output per operator.
 #[must_use]
-pub fn plain_loop(kernel: &Kernel) -> Forward {
-    Forward::with_initial(kernel, &vec![0.0; kernel.operators()]).expect("one initial output per operator")
+pub fn plain_loop(compiled: &CompiledModel) -> Forward {
+    Forward::with_initial(compiled, &vec![0.0; compiled.operators()]).expect("one initial output per operator")
 }
 
 /// Fewer samples of the same signal for the plain loop over many operators: what a sample costs there does not depend

@@ -65,7 +65,7 @@ __all__ = [
     "plant",
     "precompensate",
     "preview",
-    "shape",
+    "invert_dynamics",
     "simulate",
     "sine",
     "table_1",
@@ -424,17 +424,17 @@ class IterativeLearning:
         bandwidth: float,
         delay: float = 0.0,
         dt: float = 1e-4,
-        least_gain: float = 0.15,
-        reach: tuple[float, float] | None = None,
+        min_gain: float = 0.15,
+        target_limits: tuple[float, float] | None = None,
     ) -> IterativeLearning: ...
     @property
     def target(self) -> _Vector: ...
     def update(self, error: ArrayLike) -> bool: ...
     @property
-    def max_errors(self) -> _Vector: ...
+    def max_error(self) -> _Vector: ...
     @property
-    def rmses(self) -> _Vector: ...
-    def rate(
+    def rmse(self) -> _Vector: ...
+    def convergence_rate(
         self,
         *,
         dynamics: SecondOrder | FirstOrder | None = None,
@@ -465,7 +465,7 @@ class RepetitiveControl:
     def period(self) -> int: ...
     @property
     def rejected(self) -> int: ...
-    def rate(
+    def convergence_rate(
         self,
         *,
         dynamics: SecondOrder | FirstOrder | None = None,
@@ -669,13 +669,15 @@ def identify(
 @final
 class Finding:
     @property
-    def name(self) -> str: ...
+    def code(self) -> str: ...
     @property
     def message(self) -> str: ...
     @property
     def value(self) -> float: ...
     @property
     def limit(self) -> float: ...
+    @property
+    def hint(self) -> str: ...
     @property
     def record(self) -> int | None: ...
 
@@ -765,7 +767,7 @@ class DynamicsIdentification:
     @property
     def noise(self) -> float: ...
     @property
-    def warnings(self) -> tuple[str, ...]: ...
+    def warnings(self) -> list[Finding]: ...
     @property
     def fit(self) -> Quality: ...
     @property
@@ -791,7 +793,7 @@ class Plant:
         hysteresis: _Model,
         *,
         dynamics: SecondOrder | FirstOrder | None = None,
-        amplifier_pole: float | None = None,
+        amplifier_bandwidth: float | None = None,
         creep: Creep | None = None,
         delay: float = 0.0,
         noise: float = 0.0,
@@ -832,11 +834,11 @@ class Metrics:
     @property
     def max_error(self) -> float: ...
     @property
-    def rms_error(self) -> float: ...
+    def rmse(self) -> float: ...
     @property
     def max_position_error(self) -> float: ...
     @property
-    def rms_position_error(self) -> float: ...
+    def position_rmse(self) -> float: ...
     @property
     def range(self) -> float: ...
     @property
@@ -846,7 +848,7 @@ class Metrics:
     @property
     def drive_high(self) -> float: ...
     @property
-    def saturated(self) -> int: ...
+    def saturated_count(self) -> int: ...
 
 @final
 class Run:
@@ -894,7 +896,7 @@ def simulate(
     observer: Observer | None = None,
     repetitive: RepetitiveControl | None = None,
     identifier: RecursiveIdentifier | None = None,
-    swap_every: int = 1000,
+    model_update_interval: int = 1000,
     period: float | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Run: ...
@@ -930,7 +932,7 @@ class Excitation:
     @property
     def drive(self) -> _Vector: ...
     @property
-    def lead_in(self) -> int: ...
+    def initialization_samples(self) -> int: ...
     @property
     def reversals(self) -> _Vector: ...
 
@@ -942,7 +944,7 @@ def excitation(
     rate: float = 10000.0,
     cycles: int = 20,
     shape: Literal["triangle", "sine"] = "triangle",
-    around: float | None = None,
+    center: float | None = None,
     start: float | None = None,
 ) -> Excitation: ...
 def demagnetize(
@@ -953,7 +955,7 @@ def demagnetize(
     rate: float = 10000.0,
     cycles: int = 20,
     shape: Literal["triangle", "sine"] = "triangle",
-    around: float | None = None,
+    center: float | None = None,
     start: float | None = None,
 ) -> _Vector: ...
 
@@ -1040,15 +1042,15 @@ def preview(
     ahead: int,
     window: int | None = None,
     degree: int | None = None,
-    amplifier_pole: float | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float | None = None,
 ) -> Preview: ...
-def shape(
+def invert_dynamics(
     trajectory: ArrayLike | _Trajectory,
     dt: float,
     *,
     dynamics: _Dynamics | None = None,
-    amplifier_pole: float | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float | None = None,
     window: int = 8,
     seconds: float | None = None,
@@ -1059,7 +1061,7 @@ def precompensate(
     dt: float,
     *,
     dynamics: _Dynamics | None = None,
-    amplifier_pole: float | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float | None = None,
     limits: Sequence[float] | None = None,
     window: int = 8,
@@ -1088,9 +1090,9 @@ class Tuning:
     @property
     def ki(self) -> float: ...
     @property
-    def least(self) -> Margins: ...
+    def at_min_slope(self) -> Margins: ...
     @property
-    def most(self) -> Margins: ...
+    def at_max_slope(self) -> Margins: ...
     @property
     def peak_sensitivity(self) -> float: ...
 
@@ -1099,7 +1101,7 @@ def tune(
     *,
     dt: float | None = None,
     dynamics: _Dynamics | None = None,
-    amplifier_pole: float | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float | None = None,
     peak_sensitivity: float = 1.7,
 ) -> Tuning: ...

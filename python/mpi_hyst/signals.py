@@ -1,7 +1,7 @@
 """Sampled signals: tests around an offset, and drives within limits and slew that settle a memory.
 
 `sine`, `triangle`, `decaying_triangle` start at their offset and keep within offset +- amplitude.
-`excitation` is what to identify from, `demagnetize` what to forget with.
+`excitation` is a drive to identify from, `demagnetize` one that brings the actuator to rest.
 """
 
 from mpi_hyst._core import (

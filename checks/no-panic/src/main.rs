@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Error, FeedForward, Forward, HybridController, Inverse, Kernel, Law, Mode,
-    Preview, Process, StreamArray, paper,
+    AntiWindup, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
+    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Process, QuasiStatic, Ratios, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -113,19 +113,27 @@ fn controller_stop(controller: &mut HybridController, rate: f64, rest_drive: f64
     controller.stop(rate, rest_drive)
 }
 
-fn controllers(kernel: &Kernel) -> Result<(), Error> {
+#[no_panic]
+#[inline(never)]
+fn controller_follow(controller: &mut HybridController, drives: &[f64]) -> Result<(), Error> {
+    controller.follow(drives)
+}
+
+fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
     let set = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
     let conditional =
         ControllerOptions { measurement_range: Some((-5.0, 5.0)), max_measurement_step: Some(1.0), ..set };
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
+    let creep = CreepTerms::new(&[0.1], &[0.9])?;
     let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
     let cases = [
-        (FeedForward::from(Inverse::new(kernel, Some(limits))?), Some(preview), conditional),
-        (Forward::new(kernel).into(), None, back_calculation),
+        (FeedForward::from(Inverse::new(compiled, Some(limits))?), Some(preview), conditional),
+        (Forward::new(compiled).into(), None, back_calculation),
         (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
         (FeedForward::None, None, set),
+        (QuasiStatic::new(compiled).with_creep(creep).inverse(Some(limits))?.into(), None, set),
     ];
     for (source, preview, options) in black_box(cases) {
         let mut controller = HybridController::new(source, preview, &options)?;
@@ -146,6 +154,7 @@ fn controllers(kernel: &Kernel) -> Result<(), Error> {
                 black_box(controller_plan(&mut controller, x.into(), x));
                 black_box(controller_commit(&mut controller));
             }
+            _ = black_box(controller_follow(&mut controller, &[x, 1.0]));
             controller_changes(&mut controller, Mode::Run, 2.0, 0.1)?;
         }
     }
@@ -153,28 +162,32 @@ fn controllers(kernel: &Kernel) -> Result<(), Error> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let kernel = Kernel::new(&paper::table_1_recovered());
-    let zeros = vec![0.0; kernel.operators()];
+    let weights: Vec<f64> = (0..20).map(|i| if i == 0 { 4.3e-3 } else { 2e-4 }).collect();
+    let thresholds: Vec<f64> = (0..20).map(|i| 25.0 * f64::from(i)).collect();
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, Ratios::PAPER, Offsets::default())?;
+    let compiled = CompiledModel::new(&model);
+    let zeros = vec![0.0; compiled.operators()];
     let samples = black_box([0.0, 3.0, -1.0, 2.0, f64::NAN, 99.0]);
     let mut output = [0.0; 6];
-    for mut stream in [Forward::new(&kernel), Forward::with_initial(&kernel, &zeros)?] {
+    for mut stream in [Forward::new(&compiled), Forward::with_initial(&compiled, &zeros)?] {
         for sample in samples {
             black_box((forward_peek(&stream, sample), forward_step(&mut stream, sample)));
         }
         forward_run(&mut stream, &samples, &mut output)?;
     }
-    for mut stream in [Inverse::new(&kernel, None)?, Inverse::with_initial(&kernel, Some((-500.0, 500.0)), &zeros)?] {
+    for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?]
+    {
         for sample in samples {
             black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
         }
         inverse_run(&mut stream, &samples, &mut output)?;
     }
-    controllers(&kernel)?;
-    let kernels = [kernel.clone(), kernel.clone(), kernel];
-    let mut actuators = StreamArray::forward(&kernels);
+    controllers(&compiled)?;
+    let models = [compiled.clone(), compiled.clone(), compiled];
+    let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;
     forward_array_run(&mut actuators, &samples, &mut output)?;
-    let mut array = StreamArray::inverse(&kernels, None)?;
+    let mut array = StreamArray::inverse(&models, None)?;
     array_peek(&array, &samples[..3], &mut output[..3])?;
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;

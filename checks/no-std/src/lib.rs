@@ -6,7 +6,7 @@ extern crate alloc;
 use core::alloc::{GlobalAlloc, Layout};
 use core::panic::PanicInfo;
 
-use hysteresis_core::{Process, paper};
+use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 
 struct NoMemory;
 
@@ -30,5 +30,6 @@ fn panic(_info: &PanicInfo<'_>) -> ! {
 /// Uses the core, so that it is linked.
 #[unsafe(no_mangle)]
 pub extern "C" fn displacement(drive: f64) -> f64 {
-    paper::table_1_recovered().forward().step(drive)
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&[1.0, 0.5], &[0.0, 2.0], Ratios::PAPER, Offsets::default());
+    model.map_or(f64::NAN, |model| model.forward().step(drive))
 }

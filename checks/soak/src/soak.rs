@@ -3,7 +3,7 @@
 use core::fmt;
 
 use hysteresis_core::{
-    Error, Forward, Inverse, Kernel, MAX_MAGNITUDE, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios,
+    CompiledModel, Error, Forward, Inverse, MAX_MAGNITUDE, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios,
 };
 
 use crate::history::Reduced;
@@ -36,8 +36,8 @@ pub fn actuator(operators: u32, seed: u64) -> Result<ModifiedPrandtlIshlinskii, 
 ///
 /// # Errors
 /// None: there is one initial output per operator.
-pub fn bank(kernel: &Kernel) -> Result<Forward, Error> {
-    Forward::with_initial(kernel, &vec![0.0; kernel.operators()])
+pub fn bank(compiled: &CompiledModel) -> Result<Forward, Error> {
+    Forward::with_initial(compiled, &vec![0.0; compiled.operators()])
 }
 
 /// Two numbers that should have been equal.
@@ -63,7 +63,7 @@ impl std::error::Error for Failure {}
 /// An actuator behind its inverse, both under test.
 #[derive(Clone, Debug)]
 pub struct Soak<F = Forward> {
-    kernel: Kernel,
+    compiled: CompiledModel,
     signal: Mixed,
     inverse: Inverse,
     forward: F,
@@ -97,15 +97,15 @@ impl<F: Process> Soak<F> {
     pub fn with_forward(
         model: &ModifiedPrandtlIshlinskii,
         seed: u64,
-        forward: impl FnOnce(&Kernel) -> F,
+        forward: impl FnOnce(&CompiledModel) -> F,
     ) -> Result<Self, Error> {
-        let kernel = Kernel::new(model);
-        let (inverse, forward) = (Inverse::new(&kernel, Some(LIMITS))?, forward(&kernel));
+        let compiled = CompiledModel::new(model);
+        let (inverse, forward) = (Inverse::new(&compiled, Some(LIMITS))?, forward(&compiled));
         let ends = (forward.peek(LIMITS.0), forward.peek(LIMITS.1));
         let drive = model.offsets().input;
         let output = forward.peek(drive);
         Ok(Self {
-            kernel,
+            compiled,
             signal: Mixed::new(seed),
             inverse,
             history: Reduced::from_rest(drive),
@@ -168,7 +168,8 @@ impl<F: Process> Soak<F> {
 
     /// Everything that the streams remember against a fresh bank that has seen the reduced history.
     fn compare(&mut self) -> Result<(), Failure> {
-        let mut fresh = bank(&self.kernel).map_err(|_| self.failure("operators and initial outputs", f64::INFINITY))?;
+        let mut fresh =
+            bank(&self.compiled).map_err(|_| self.failure("operators and initial outputs", f64::INFINITY))?;
         let mut expected = fresh.peek(f64::NAN);
         for input in self.history.inputs() {
             expected = fresh.step(*input);

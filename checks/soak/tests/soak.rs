@@ -35,7 +35,7 @@ impl Process for Drifting {
 fn a_drift_is_seen() {
     let model = actuator(20, 1).unwrap();
     // 1e-11 of 8 um in a million samples.
-    let mut soak = Soak::with_forward(&model, 1, |kernel| Drifting(Forward::new(kernel), 8e-17, 0.0)).unwrap();
+    let mut soak = Soak::with_forward(&model, 1, |compiled| Drifting(Forward::new(compiled), 8e-17, 0.0)).unwrap();
     let failure = soak.run(1_000_000).unwrap_err();
     assert!(failure.difference > soak::TOLERANCE && failure.difference < 2.0 * soak::TOLERANCE, "{failure}");
 }

@@ -93,6 +93,13 @@ pub enum Error {
         /// What the model has.
         got: f64,
     },
+    /// A saved state of another model.
+    OtherModel {
+        /// The fingerprint of the model that is to continue.
+        expected: u64,
+        /// The fingerprint in the state.
+        got: u64,
+    },
     /// A controller whose feed-forward has no model cannot take over another.
     NoModel,
     /// The inverse that is to feed forward has other limits than its controller, or none.
@@ -102,6 +109,8 @@ pub enum Error {
         /// The limits of the inverse.
         got: Option<(f64, f64)>,
     },
+    /// A feed-forward that knows targets alone cannot take over drives.
+    CannotFollow,
     /// A stop is no mode to be set: it needs a rate and a rest drive.
     StopWithoutRate,
     /// A saved state does not belong to this stream.
@@ -149,6 +158,13 @@ pub enum Bound {
         /// What it is.
         what: &'static str,
     },
+    /// Below another number, named in words.
+    Below {
+        /// What bounds it from above.
+        what: &'static str,
+        /// The bound.
+        limit: f64,
+    },
     /// Above another number, named in words.
     Above {
         /// What bounds it from below.
@@ -168,6 +184,7 @@ impl fmt::Display for Bound {
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
             Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
+            Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
         }
     }
@@ -201,6 +218,12 @@ impl fmt::Display for Error {
             Self::OtherOperators { what, expected, got } => {
                 write!(f, "model: expected the {what} of the running stream, {expected}, got {got}")
             }
+            Self::OtherModel { expected, got } => {
+                write!(
+                    f,
+                    "state.model: expected the fingerprint of this model, {expected:#x}, got {got:#x}: the state was saved with another model"
+                )
+            }
             Self::NoModel => write!(f, "model: expected a feed-forward that has one, got a controller without"),
             Self::OtherLimits { expected, got } => {
                 write!(f, "feedforward: expected an inverse with the limits of the controller, {expected:?}, got ")?;
@@ -208,6 +231,9 @@ impl fmt::Display for Error {
                     Some(limits) => write!(f, "one with the limits {limits:?}"),
                     None => write!(f, "one without limits"),
                 }
+            }
+            Self::CannotFollow => {
+                write!(f, "drives: expected a feed-forward that follows drives, got a model that is itself an inverse")
             }
             Self::StopWithoutRate => {
                 write!(f, "mode: expected run, feedforward or hold, got stop; call stop with a rate and a rest drive")
@@ -222,6 +248,20 @@ impl core::error::Error for Error {}
 /// Checks one number, or names it.
 pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
+}
+
+/// Checks that drives lie within limits, or names the first that does not.
+pub(crate) fn check_within_limits(
+    parameter: &'static str,
+    drives: &[f64],
+    (low, high): (f64, f64),
+) -> Result<(), Error> {
+    match drives.iter().enumerate().find(|(_, drive)| !(low <= **drive && **drive <= high)) {
+        None => Ok(()),
+        Some((index, got)) => {
+            Err(Error::Domain { parameter, index: Some(index), expected: Bound::Between { low, high }, got: *got })
+        }
+    }
 }
 
 /// Checks one outer threshold, or names it.

@@ -1,14 +1,18 @@
 //! What the controller does on the paper's actuator.
 
+#[path = "support/models.rs"]
+mod models;
+
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Counters, FeedForward, HybridController, Law, Mode, Preview, Process, paper,
+    AntiWindup, Command, ControllerOptions, Counters, FeedForward, HybridController, Law, Mode, Preview, Process,
 };
+use models::actuator;
 
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 const DT: f64 = 1e-4;
 
 fn exact() -> FeedForward {
-    paper::table_1_recovered().inverse(Some(LIMITS)).unwrap().into()
+    actuator().inverse(Some(LIMITS)).unwrap().into()
 }
 
 fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
@@ -17,7 +21,7 @@ fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
 
 /// Largest error of each hundred samples against the paper's actuator without dynamics, measured a sample late.
 fn errors(controller: &mut HybridController, references: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut actuator = paper::table_1_recovered().forward();
+    let mut actuator = actuator().forward();
     let mut position = 0.0;
     let all: Vec<f64> = references
         .map(|r| {
@@ -94,7 +98,7 @@ fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
 #[test]
 fn missing_measurements_do_not_stop_the_integral() {
     let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 2e4, DT, LIMITS));
-    let mut actuator = paper::table_1_recovered().forward();
+    let mut actuator = actuator().forward();
     let mut position = 0.0;
     for k in 0..20_000 {
         let measurement = if k % 20 == 0 { f64::NAN } else { position };

@@ -3,10 +3,11 @@
 mod support;
 
 use hysteresis_core::{
-    AntiWindup, ControllerOptions, ControllerState, Error, FeedForward, HybridController, Kernel, Mode, Preview,
-    StopRamp, paper,
+    AntiWindup, CompiledModel, ControllerOptions, ControllerState, Error, FeedForward, FeedForwardState,
+    HybridController, Mode, Preview, QuasiStatic, StopRamp, StreamState,
 };
 use support::control::{DT, Source};
+use support::models::{actuator, parametric_inverse};
 
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 
@@ -80,13 +81,18 @@ fn changes_that_cannot_be_are_refused_and_change_nothing() {
     assert!(stop(&mut controller, f64::NAN, 0.0).starts_with("rate: expected"));
     assert_eq!(stop(&mut controller, 1.0, -501.0), "rest_drive: expected a number from -500.0 to 500.0, got -501.0");
     assert!(controller.reset_at(501.0).unwrap_err().to_string().starts_with("drive: expected a number from"));
-    let other = Kernel::new(&paper::table_2());
+    let other = CompiledModel::new(&parametric_inverse());
     assert!(matches!(controller.set_model(&other), Err(Error::OtherOperators { .. })));
     assert_eq!((controller.state(), controller.options().kp), (before, 5.0));
     assert!(controller.commit(), "the plan still stands");
+    assert!(controller.follow(&[0.0, 501.0]).unwrap_err().to_string().starts_with("drives[1]: expected a number from"));
+    let mut parametric = made(Source::Parametric(0).make(LIMITS), ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    assert_eq!(parametric.follow(&[1.0]), Err(Error::CannotFollow));
+    assert_eq!(parametric.drive(), 0.0);
     let mut without = made(FeedForward::None, ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     assert_eq!(without.set_model(&other), Err(Error::NoModel));
-    let changes: [fn(&mut HybridController); 8] = [
+    let changes: [fn(&mut HybridController); 9] = [
+        |c| c.follow(&[0.0]).unwrap(),
         HybridController::reset,
         |c| c.set_gains(1.0, 1.0).unwrap(),
         HybridController::hold,
@@ -107,7 +113,7 @@ fn changes_that_cannot_be_are_refused_and_change_nothing() {
 #[test]
 fn an_inverse_with_other_limits_is_refused_by_both() {
     let options = ControllerOptions::new(5.0, 6e3, DT, LIMITS);
-    let inverse = |limits| FeedForward::from(paper::table_1_recovered().inverse(limits).unwrap());
+    let inverse = |limits| FeedForward::from(actuator().inverse(limits).unwrap());
     let expected = "feedforward: expected an inverse with the limits of the controller, (-500.0, 500.0), got one ";
     for (limits, got) in [(Some((-500.0, 499.0)), "with the limits (-500.0, 499.0)"), (None, "without limits")] {
         let error = HybridController::new(inverse(limits), None, &options).unwrap_err();
@@ -119,6 +125,8 @@ fn an_inverse_with_other_limits_is_refused_by_both() {
         assert_eq!(controller.set_feedforward(inverse(limits)).unwrap_err(), error);
         assert_eq!(shown(&controller), before);
         assert!(controller.commit(), "the plan still stands");
+        let creeping = QuasiStatic::new(&CompiledModel::new(&actuator())).inverse(limits).unwrap();
+        assert_eq!(controller.set_feedforward(creeping.into()).unwrap_err(), error);
     }
 }
 
@@ -193,7 +201,14 @@ fn a_state_that_is_none_of_this_controller_is_refused_and_changes_nothing() {
     assert!(refused(&|s| s.preview = None).contains("a preview if, and only if"));
     assert!(refused(&|s| s.preview.as_mut().unwrap().past.push(1.0)).contains("expected 1 elements, got 2"));
     assert!(refused(&|s| s.preview.as_mut().unwrap().past[0] = f64::NAN).contains("past[0]: expected a finite number"));
-    assert!(refused(&|s| s.feedforward = None).contains("a feed-forward if, and only if"));
-    assert!(refused(&|s| s.feedforward.as_mut().unwrap().last_output = 151.0).contains("a drive within the limits"));
+    assert!(refused(&|s| s.feedforward = None).contains("a feed-forward of the kind"));
+    let spoil = |s: &mut ControllerState, spoil: &dyn Fn(&mut StreamState)| match &mut s.feedforward {
+        Some(FeedForwardState::Stream(stream)) => spoil(stream),
+        _ => unreachable!(),
+    };
+    assert!(refused(&|s| spoil(s, &|f| f.last_output = 151.0)).contains("a drive within the limits"));
+    assert!(
+        refused(&|s| spoil(s, &|f| f.model += 1)).starts_with("state.model: expected the fingerprint of this model")
+    );
     controller.set_state(&good).unwrap();
 }

@@ -1,8 +1,13 @@
 //! What keeps a stage safe: gates for measurements, stops, starts, previews that fill.
 
+#[path = "support/models.rs"]
+mod models;
+
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Counters, FeedForward, HybridController, Mode, Preview, paper,
+    AntiWindup, Command, CompiledModel, ControllerOptions, Counters, CreepTerms, FeedForward, FeedForwardState,
+    HybridController, Mode, Preview, Process, QuasiStatic,
 };
+use models::actuator;
 
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 const DT: f64 = 1e-4;
@@ -12,7 +17,7 @@ fn options() -> ControllerOptions {
 }
 
 fn exact() -> FeedForward {
-    paper::table_1_recovered().inverse(Some(LIMITS)).unwrap().into()
+    actuator().inverse(Some(LIMITS)).unwrap().into()
 }
 
 fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
@@ -143,6 +148,71 @@ fn a_stop_ramps_at_its_rate_and_no_faster_than_the_slew() {
         // And goes on from there, without a jump, in the mode before.
         controller.release();
         assert_eq!((controller.mode(), controller.step(0.5.into(), 0.1)), (Mode::Run, 10.0));
+    }
+}
+
+/// After a stop from a drive of feed-forward and feedback, the inverse knows all of the way.
+#[test]
+fn the_feedforward_remembers_the_drives_of_a_stop() {
+    let mut controller = moving(ControllerOptions { kp: 100.0, ..options() });
+    controller.step(0.5.into(), 0.1);
+    let start = controller.drive();
+    let mut other = actuator().inverse(Some(LIMITS)).unwrap();
+    other.step(0.5);
+    assert!(start > other.output() + 30.0);
+    controller.stop(1e5, -20.0).unwrap();
+    for k in 0..30 {
+        // At once, or planned and committed.
+        let drive = if k % 2 == 0 { controller.step(0.0.into(), 0.0) } else { controller.plan(0.0.into(), 0.0) };
+        assert_eq!(controller.commit(), k % 2 == 1);
+        other.follow(&[drive]).unwrap();
+    }
+    assert_eq!(controller.drive(), -20.0);
+    assert_eq!(controller.state().feedforward, Some(FeedForwardState::Stream(other.state())));
+}
+
+#[test]
+fn a_controller_takes_over_what_was_driven_before() {
+    let history = [0.0, 300.0, -50.0, 120.0];
+    let mut controller = made(exact(), ControllerOptions { bumpless_time: 0.0, ..options() });
+    controller.step(1.0.into(), 0.5);
+    controller.follow(&history).unwrap();
+    assert_eq!(controller.drive(), 120.0);
+    let mut bench = actuator().forward();
+    bench.follow(&history).unwrap();
+    let here = bench.output();
+    for _ in 0..2 {
+        assert_eq!(controller.step(here.into(), here), 120.0, "a motion that starts where the stage is");
+    }
+    let state = controller.state();
+    controller.follow(&[]).unwrap();
+    assert_eq!(controller.state(), state);
+}
+
+/// Creep goes on while the drive is held: by a hold, by missing measurements, by rejected references.
+#[test]
+fn creep_goes_on_while_the_drive_is_held() {
+    let creep = CreepTerms::new(&[0.1], &[0.99]).unwrap();
+    let stage = QuasiStatic::new(&CompiledModel::new(&actuator())).with_creep(creep);
+    let cases = [(true, 0.5, 0.5), (false, 0.5, f64::NAN), (false, f64::NAN, 0.5)];
+    for (hold, reference, measurement) in cases {
+        let set = ControllerOptions { max_missing: u32::MAX, ..options() };
+        let mut alone = stage.inverse(Some(LIMITS)).unwrap();
+        let mut controller = made(alone.clone().into(), set);
+        for _ in 0..60 {
+            controller.step(0.5.into(), 0.5);
+            alone.step(0.5);
+        }
+        if hold {
+            controller.hold();
+        }
+        let position = alone.position();
+        for _ in 0..300 {
+            controller.step(Command::from(reference), measurement);
+            alone.follow_drive(alone.output());
+        }
+        assert!(alone.position() > position + 0.01, "creep went on");
+        assert_eq!(controller.state().feedforward, Some(FeedForwardState::QuasiStatic(alone.state())));
     }
 }
 

@@ -3,7 +3,7 @@
 mod support;
 
 use hysteresis_core::{
-    CoupledPlay, Forward, Inverse, Kernel, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
+    CompiledModel, CoupledPlay, Forward, Inverse, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
     PrandtlIshlinskii, Process, StreamArray, StreamState, Tracked,
 };
 use proptest::collection::vec;
@@ -201,7 +201,7 @@ proptest! {
     fn bank_inverse_undoes_forward(model in prop_oneof![invertible_model(20), unnested_model()], x in history(100)) {
         let zeros = vec![0.0; model.weights().len()];
         let mut forward = bank(&model);
-        let mut inverse = Inverse::with_initial(&Kernel::new(&model), None, &zeros).unwrap();
+        let mut inverse = Inverse::with_initial(&CompiledModel::new(&model), None, &zeros).unwrap();
         for x in x {
             let back = inverse.step(forward.step(x));
             prop_assert!((back - x).abs() <= 1e-11 * 4.0 * REACH, "{x} came back as {back}");
@@ -287,18 +287,18 @@ proptest! {
     ) {
         // Bit for bit, with several actuators of each model and targets out of reach.
         let limits = Some((-60.0, 60.0));
-        let kernels: Vec<Kernel> = models.iter().flat_map(|m| vec![Kernel::new(m); shared]).collect();
-        let singles: Vec<Inverse> = kernels.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
-        assert_alike(StreamArray::inverse(&kernels, limits).unwrap(), singles, &samples, probe)?;
-        assert_alike(StreamArray::forward(&kernels), kernels.iter().map(Forward::new).collect(), &samples, probe)?;
+        let compiled: Vec<CompiledModel> = models.iter().flat_map(|m| vec![CompiledModel::new(m); shared]).collect();
+        let singles: Vec<Inverse> = compiled.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
+        assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, probe)?;
+        assert_alike(StreamArray::forward(&compiled), compiled.iter().map(Forward::new).collect(), &samples, probe)?;
     }
 
     #[test]
     fn restored_state_continues_bit_for_bit(model in invertible_model(20), x in history(60), y in history(60)) {
         let limits = Some((model.offsets().input - 60.0, model.offsets().input + 60.0));
-        let kernel = Kernel::new(&model);
+        let compiled = CompiledModel::new(&model);
         let zeros = vec![0.0; model.weights().len()];
-        let forwards = [Forward::new(&kernel), Forward::with_initial(&kernel, &zeros).unwrap()];
+        let forwards = [Forward::new(&compiled), Forward::with_initial(&compiled, &zeros).unwrap()];
         for mut stream in forwards {
             let mut other = stream.clone();
             run(&mut stream, &x);
@@ -308,7 +308,7 @@ proptest! {
             prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
         }
         let inverses =
-            [Inverse::new(&kernel, limits).unwrap(), Inverse::with_initial(&kernel, limits, &zeros).unwrap()];
+            [Inverse::new(&compiled, limits).unwrap(), Inverse::with_initial(&compiled, limits, &zeros).unwrap()];
         for mut stream in inverses {
             let mut other = stream.clone();
             run(&mut stream, &x);

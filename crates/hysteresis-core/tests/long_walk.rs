@@ -1,6 +1,6 @@
 //! A million samples of random walks, jumps and minor loops: the inverse returns the input, and nothing drifts.
 
-use hysteresis_core::{Forward, Inverse, Kernel, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+use hysteresis_core::{CompiledModel, Forward, Inverse, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 
 /// Marsaglia's xorshift: plenty for a walk, and the same walk everywhere.
 struct Random(u64);
@@ -25,8 +25,8 @@ fn model(operators: u32) -> ModifiedPrandtlIshlinskii {
 
 fn walk(operators: u32, samples: u32) {
     let model = model(operators);
-    let kernel = Kernel::new(&model);
-    let (mut forward, mut inverse) = (Forward::new(&kernel), Inverse::new(&kernel, None).unwrap());
+    let compiled = CompiledModel::new(&model);
+    let (mut forward, mut inverse) = (Forward::new(&compiled), Inverse::new(&compiled, None).unwrap());
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut x: f64 = 0.0;
     for k in 0..samples {
@@ -40,7 +40,7 @@ fn walk(operators: u32, samples: u32) {
         assert!((back - x).abs() <= 1e-11 * 1000.0, "n = {operators}, sample {k}: {x} came back as {back}");
     }
     // All that is left of a full stroke is the stroke: a fresh bank that is fed only that agrees.
-    let mut fresh = Forward::with_initial(&kernel, &vec![0.0; operators as usize]).unwrap();
+    let mut fresh = Forward::with_initial(&compiled, &vec![0.0; operators as usize]).unwrap();
     for x in [-500.0, 500.0, 100.0, -50.0] {
         let (one, other) = (forward.step(x), fresh.step(x));
         assert!((one - other).abs() <= 1e-12 * 8.0, "n = {operators}: {one} and {other}");

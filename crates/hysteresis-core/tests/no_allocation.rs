@@ -1,9 +1,13 @@
 //! `step`, `peek`, `reset` and `run` into a given slice never allocate.
 
+#[path = "support/models.rs"]
+mod models;
+
 use hysteresis_core::{
-    Command, ControllerOptions, FeedForward, Forward, HybridController, Inverse, Kernel, Mode, Preview, Process,
-    StreamArray, paper,
+    Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse, Mode,
+    Preview, Process, QuasiStatic, StreamArray,
 };
+use models::{actuator, parametric_inverse};
 
 /// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
 fn signal() -> Vec<f64> {
@@ -15,14 +19,14 @@ fn signal() -> Vec<f64> {
 
 #[test]
 fn the_hot_path_never_allocates() {
-    let kernel = Kernel::new(&paper::table_1_recovered());
-    let zeros = vec![0.0; kernel.operators()];
+    let compiled = CompiledModel::new(&actuator());
+    let zeros = vec![0.0; compiled.operators()];
     let limits = Some((-500.0, 500.0));
     let streams: [Box<dyn Process>; 4] = [
-        Box::new(Forward::new(&kernel)),
-        Box::new(Inverse::new(&kernel, limits).unwrap()),
-        Box::new(Forward::with_initial(&kernel, &zeros).unwrap()),
-        Box::new(Inverse::with_initial(&kernel, limits, &zeros).unwrap()),
+        Box::new(Forward::new(&compiled)),
+        Box::new(Inverse::new(&compiled, limits).unwrap()),
+        Box::new(Forward::with_initial(&compiled, &zeros).unwrap()),
+        Box::new(Inverse::with_initial(&compiled, limits, &zeros).unwrap()),
     ];
     let signal = signal();
     let mut output = vec![0.0; signal.len()];
@@ -41,9 +45,9 @@ fn the_hot_path_never_allocates() {
 
 #[test]
 fn an_array_never_allocates_while_it_runs() {
-    let kernels = vec![Kernel::new(&paper::table_1_recovered()); 10];
+    let compiled = vec![CompiledModel::new(&actuator()); 10];
     let (mut forward, mut inverse) =
-        (StreamArray::forward(&kernels), StreamArray::inverse(&kernels, Some((-500.0, 500.0))).unwrap());
+        (StreamArray::forward(&compiled), StreamArray::inverse(&compiled, Some((-500.0, 500.0))).unwrap());
     let signal = &signal()[..10_000];
     let mut output = vec![0.0; signal.len()];
     let mut row = vec![0.0; 10];
@@ -65,22 +69,23 @@ fn an_array_never_allocates_while_it_runs() {
 
 #[test]
 fn a_controller_never_allocates_while_it_runs() {
-    let kernel = Kernel::new(&paper::table_1_recovered());
+    let compiled = CompiledModel::new(&actuator());
     let limits = (-500.0, 500.0);
-    let sources: [FeedForward; 2] =
-        [Inverse::new(&kernel, Some(limits)).unwrap().into(), paper::table_2().forward().into()];
-    let set = ControllerOptions {
-        measurement_range: Some((-5.0, 5.0)),
-        max_measurement_step: Some(0.1),
-        ..ControllerOptions::new(5.0, 6e3, 1e-4, limits)
-    };
-    let options = ControllerOptions { slew: Some(1e6), ..set };
+    let creeping = QuasiStatic::new(&compiled).with_creep(CreepTerms::new(&[0.1], &[0.9]).unwrap());
+    let sources: [FeedForward; 3] = [
+        Inverse::new(&compiled, Some(limits)).unwrap().into(),
+        creeping.inverse(Some(limits)).unwrap().into(),
+        parametric_inverse().forward().into(),
+    ];
+    let set = ControllerOptions::new(5.0, 6e3, 1e-4, limits);
+    let gate = (Some((-5.0, 5.0)), Some(0.1));
+    let options = ControllerOptions { slew: Some(1e6), measurement_range: gate.0, max_measurement_step: gate.1, ..set };
     let signal = signal();
     for source in sources {
         let preview = Preview::new(&[-1.0, 3.0, -1.0], 1).unwrap();
         let mut controller = HybridController::new(source.clone(), Some(preview), &options).unwrap();
-        let other =
-            if matches!(source, FeedForward::Inverse(_)) { kernel.clone() } else { Kernel::new(&paper::table_2()) };
+        let parametric = matches!(source, FeedForward::Forward(_));
+        let other = if parametric { CompiledModel::new(&parametric_inverse()) } else { compiled.clone() };
         let count = allocations::count(|| {
             for (x, y) in signal.iter().zip(signal.iter().rev()) {
                 let command = Command { target: Some(0.9 * x), feedforward: None, reference: *x };
@@ -100,6 +105,7 @@ fn a_controller_never_allocates_while_it_runs() {
                 controller.plan(1.0.into(), 1.0);
                 controller.commit();
             }
+            assert_eq!(controller.follow(&[3.0, -2.0]).is_err(), parametric);
             controller.release();
             controller.set_gains(1.0, 0.1).unwrap();
             controller.set_model(&other).unwrap();

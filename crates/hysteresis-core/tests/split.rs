@@ -1,6 +1,10 @@
 //! Models with weights of their own for the family below zero.
 
-use hysteresis_core::{Error, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios, paper};
+#[path = "support/models.rs"]
+mod models;
+
+use hysteresis_core::{Error, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+use models::actuator;
 
 fn model(above: &[f64], below: &[f64]) -> ModifiedPrandtlIshlinskii {
     let r: Vec<f64> = [0.0, 1.0, 2.0][..above.len()].to_vec();
@@ -12,7 +16,7 @@ fn model(above: &[f64], below: &[f64]) -> ModifiedPrandtlIshlinskii {
 
 #[test]
 fn equal_weights_and_no_split_are_the_same_model() {
-    let plain = paper::table_1();
+    let plain = actuator();
     let same = plain.clone().with_negative_weights(plain.weights()).unwrap();
     assert_eq!(same, plain);
     assert!(!same.is_split() && same.weights_negative() == plain.weights());
@@ -25,7 +29,7 @@ fn equal_weights_and_no_split_are_the_same_model() {
 
 #[test]
 fn wrong_negative_weights_are_named() {
-    let refused = |below: &[f64]| paper::table_1().with_negative_weights(below).unwrap_err().to_string();
+    let refused = |below: &[f64]| actuator().with_negative_weights(below).unwrap_err().to_string();
     assert_eq!(refused(&[1.0]), "weights_negative: expected 20 elements, got 1");
     let mut below = [1.0; 20];
     below[3] = f64::NAN;
@@ -58,13 +62,13 @@ fn a_split_model_has_no_closed_form() {
 
 #[cfg(feature = "json")]
 mod files {
-    use hysteresis_core::{Model, SCHEMA, SCHEMA_SPLIT, paper};
+    use hysteresis_core::{Model, SCHEMA, SCHEMA_SPLIT};
 
-    use super::model;
+    use super::{actuator, model};
 
     #[test]
     fn only_a_split_model_is_of_schema_2() {
-        let plain = Model::from(paper::table_1()).to_json();
+        let plain = Model::from(actuator()).to_json();
         assert!(plain.contains(SCHEMA) && !plain.contains("weights_negative"));
         let split = Model::from(model(&[1.0, 0.5], &[1.0, 0.25]));
         let text = split.to_json();
@@ -82,7 +86,7 @@ mod files {
         let without = text.replace("weights_negative", "weights_negated");
         assert!(refused(without).contains("unknown field `weights_negated`"));
         assert!(refused(text.replace(SCHEMA_SPLIT, SCHEMA)).contains("unknown field `weights_negative` for schema"));
-        let plain = Model::from(paper::table_1()).to_json();
+        let plain = Model::from(actuator()).to_json();
         assert!(refused(plain.replace(SCHEMA, SCHEMA_SPLIT)).contains("missing field `weights_negative`"));
         assert!(refused(text.replace("0.25", "1e999")).contains("not a model file"));
         assert!(refused(text.replace("0.25\n", "0.25, 0.1\n")).contains("weights_negative: expected 2 elements"));

@@ -3,11 +3,12 @@
 mod support;
 
 use hysteresis_core::{
-    CoupledPlay, Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
-    Process, StreamState, paper,
+    CompiledModel, CoupledPlay, Error, Forward, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets,
+    PrandtlIshlinskii, Process, StreamState,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
+use support::models::actuator;
 use support::{REACH, bank, history, invertible_model, oscillations, output_range, unnested_model};
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
@@ -77,8 +78,8 @@ fn both(model: &ModifiedPrandtlIshlinskii) -> [Forward; 2] {
 
 fn inverses(model: &ModifiedPrandtlIshlinskii, limits: Option<(f64, f64)>) -> [Inverse; 2] {
     let zeros = vec![0.0; model.weights().len()];
-    let kernel = Kernel::new(model);
-    [Inverse::new(&kernel, limits).unwrap(), Inverse::with_initial(&kernel, limits, &zeros).unwrap()]
+    let compiled = CompiledModel::new(model);
+    [Inverse::new(&compiled, limits).unwrap(), Inverse::with_initial(&compiled, limits, &zeros).unwrap()]
 }
 
 /// Two states are one but for the rounding of outputs: the very counts, turning points and inputs.
@@ -105,7 +106,7 @@ fn assert_same_memory(one: &StreamState, other: &StreamState, tolerance: f64) ->
 proptest! {
     #[test]
     fn the_same_model_changes_no_bit((model, _) in pairs(), x in histories(), y in histories()) {
-        let again = Kernel::new(&model.clone());
+        let again = CompiledModel::new(&model.clone());
         for mut stream in both(&model) {
             run(&mut stream, &x);
             let mut other = stream.clone();
@@ -129,7 +130,7 @@ proptest! {
         for (mut stream, mut fresh) in both(&model).into_iter().zip(both(&other)) {
             run(&mut stream, &x);
             run(&mut fresh, &x);
-            stream.set_model(&Kernel::new(&other)).unwrap();
+            stream.set_model(&CompiledModel::new(&other)).unwrap();
             assert_same_memory(&stream.state(), &fresh.state(), tolerance)?;
             prop_assert!((stream.step(f64::NAN) - fresh.step(f64::NAN)).abs() <= tolerance);
             for x in &y {
@@ -149,7 +150,7 @@ proptest! {
             for target in run(&mut model.forward(), &x) {
                 actuator.step(inverse.step(target));
             }
-            inverse.set_model(&Kernel::new(&other)).unwrap();
+            inverse.set_model(&CompiledModel::new(&other)).unwrap();
             for x in &y {
                 let target = other.offsets().output + *x;
                 let reached = actuator.step(inverse.step(target));
@@ -163,7 +164,7 @@ proptest! {
         for mut inverse in inverses(&model, Some(limits)) {
             let last = run(&mut inverse, &x)[x.len() - 1];
             let saturated = inverse.saturated();
-            inverse.set_model(&Kernel::new(&other)).unwrap();
+            inverse.set_model(&CompiledModel::new(&other)).unwrap();
             prop_assert_eq!(inverse.step(f64::NAN).to_bits(), last.to_bits());
             prop_assert_eq!(inverse.saturated(), saturated);
             // The output of the new model at the present drive, as a target, asks for the present drive: exactly, but
@@ -186,7 +187,7 @@ proptest! {
     fn limits_hold_after_a_swap((model, other) in pairs(), x in histories(), y in histories(), limits in (-80.0..-1.0, 1.0..80.0)) {
         for mut inverse in inverses(&model, Some(limits)) {
             run(&mut inverse, &x);
-            inverse.set_model(&Kernel::new(&other)).unwrap();
+            inverse.set_model(&CompiledModel::new(&other)).unwrap();
             let mut actuator = bank(&other);
             for target in &y {
                 let drive = inverse.step(*target);
@@ -205,8 +206,8 @@ proptest! {
         for mut stream in both(&model) {
             run(&mut stream, &x);
             let mut swapped = stream.clone();
-            swapped.set_model(&Kernel::new(&other)).unwrap();
-            swapped.set_model(&Kernel::new(&model)).unwrap();
+            swapped.set_model(&CompiledModel::new(&other)).unwrap();
+            swapped.set_model(&CompiledModel::new(&model)).unwrap();
             assert_same_memory(&swapped.state(), &stream.state(), tolerance)?;
             for (one, other) in run(&mut swapped, &y).iter().zip(run(&mut stream, &y)) {
                 prop_assert!((one - other).abs() <= tolerance);
@@ -218,7 +219,7 @@ proptest! {
     fn a_state_after_a_swap_restores_a_stream_of_the_new_model((model, other) in pairs(), x in histories(), y in histories()) {
         for (mut stream, mut restored) in inverses(&model, None).into_iter().zip(inverses(&other, None)) {
             run(&mut stream, &x);
-            stream.set_model(&Kernel::new(&other)).unwrap();
+            stream.set_model(&CompiledModel::new(&other)).unwrap();
             restored.set_state(&stream.state()).unwrap();
             prop_assert_eq!(bits(&run(&mut restored, &y)), bits(&run(&mut stream, &y)));
         }
@@ -229,7 +230,7 @@ proptest! {
 fn other_operators_are_refused_by_name_and_change_nothing() {
     let model = |w: &[f64], r: &[f64], input| {
         let offsets = Offsets { input, output: 0.0 };
-        Kernel::new(&(&PrandtlIshlinskii::new(w, r, offsets).unwrap()).into())
+        CompiledModel::new(&(&PrandtlIshlinskii::new(w, r, offsets).unwrap()).into())
     };
     let running = model(&[1.0, 0.5, 0.5], &[0.0, 1.0, 2.0], 0.0);
     let crossed = ModifiedPrandtlIshlinskii::new(
@@ -244,13 +245,13 @@ fn other_operators_are_refused_by_name_and_change_nothing() {
         (model(&[1.0; 3], &[0.0, 1.0, 2.5], 0.0), "model: expected the r of the running stream, 2, got 2.5"),
         (model(&[1.0; 2], &[0.0, 1.0], 0.0), "model: expected the number of operators of the running stream"),
         (model(&[1.0; 3], &[0.0, 1.0, 2.0], 3.0), "model: expected the input_offset of the running stream, 0, got 3"),
-        (Kernel::new(&crossed.unwrap()), "model: expected the "),
+        (CompiledModel::new(&crossed.unwrap()), "model: expected the "),
     ];
-    for (kernel, message) in cases {
+    for (compiled, message) in cases {
         for mut stream in [Forward::new(&running), Forward::with_initial(&running, &[0.0; 3]).unwrap()] {
             run(&mut stream, &[4.0, 1.0, 2.0]);
             let before = stream.state();
-            let error = stream.set_model(&kernel).unwrap_err();
+            let error = stream.set_model(&compiled).unwrap_err();
             assert!(error.to_string().starts_with(message), "{error}");
             assert_eq!(stream.state(), before);
         }
@@ -265,7 +266,7 @@ fn other_operators_are_refused_by_name_and_change_nothing() {
 
 #[test]
 fn nothing_of_a_deep_memory_is_lost() {
-    let old = paper::table_1_recovered();
+    let old = actuator();
     let weights: Vec<f64> =
         old.weights().iter().enumerate().map(|(i, w)| w * if i % 2 == 0 { 1.3 } else { 0.6 }).collect();
     let new = reweighed(&old, &weights, 0.0);
@@ -277,7 +278,7 @@ fn nothing_of_a_deep_memory_is_lost() {
     }
     let remembered = inverse.turning_points();
     assert!(remembered.len() > 15, "{remembered:?}");
-    inverse.set_model(&Kernel::new(&new)).unwrap();
+    inverse.set_model(&CompiledModel::new(&new)).unwrap();
     assert_eq!(bits(&inverse.turning_points()), bits(&remembered));
     for k in 0..4000_i32 {
         let target = 3.3 * (f64::from(k) * 0.01).sin() * f64::from(k) / 4000.0;
@@ -289,7 +290,7 @@ fn nothing_of_a_deep_memory_is_lost() {
 #[test]
 fn the_first_target_of_arbitrary_outputs_is_met() {
     let model = PrandtlIshlinskii::new(&[1.0, 1.0], &[0.0, 5.0], Offsets::default()).unwrap();
-    let mut inverse = Inverse::with_initial(&Kernel::new(&(&model).into()), None, &[3.0, -4.0]).unwrap();
+    let mut inverse = Inverse::with_initial(&CompiledModel::new(&(&model).into()), None, &[3.0, -4.0]).unwrap();
     // The sum of the outputs that were given is -1, but no drive leaves both: at 2 they are 2 and -3.
     assert!((inverse.peek(-1.0) - 2.0).abs() < 1e-14);
     assert!((inverse.step(-1.0) - 2.0).abs() < 1e-14);

@@ -1,9 +1,13 @@
 //! What cannot be made, and what the message says.
 
+#[path = "support/models.rs"]
+mod models;
+
 use hysteresis_core::{
-    CoupledPlay, Error, Forward, Inverse, Kernel, MemoryState, ModifiedPrandtlIshlinskii, Offsets, Play,
-    PrandtlIshlinskii, Process, Ratios, StreamArray, Tracked, paper,
+    CompiledModel, CoupledPlay, Error, Forward, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, Play,
+    PrandtlIshlinskii, Process, Ratios, StreamArray, Tracked,
 };
+use models::{actuator, parametric_inverse};
 
 fn message<T: core::fmt::Debug>(result: Result<T, Error>) -> String {
     result.unwrap_err().to_string()
@@ -102,7 +106,7 @@ fn a_closed_form_inverse_swaps_the_offsets() {
 
 #[test]
 fn limits_that_are_none_are_named() {
-    let actuator = paper::table_1_recovered();
+    let actuator = models::actuator();
     let inverse = |low, high| message(actuator.inverse(Some((low, high))));
     assert_eq!(inverse(5.0, 5.0), "limits[1]: expected a number above the low limit = 5.0, got 5.0");
     assert_eq!(inverse(f64::NAN, 5.0), "limits[0]: expected a finite number (at most 1e100 in magnitude), got NaN");
@@ -110,7 +114,7 @@ fn limits_that_are_none_are_named() {
 
 #[test]
 fn blocks_of_unequal_length_are_refused_whole() {
-    let mut stream = paper::table_1().forward();
+    let mut stream = actuator().forward();
     let before = stream.state();
     assert_eq!(message(stream.run(&[1.0, 2.0], &mut [0.0])), "output: expected 2 elements, got 1");
     assert_eq!(stream.state(), before);
@@ -118,8 +122,8 @@ fn blocks_of_unequal_length_are_refused_whole() {
 
 #[test]
 fn rows_of_an_array_that_are_none_are_refused_whole() {
-    let kernels = vec![Kernel::new(&paper::table_1()); 3];
-    let mut mirror = StreamArray::forward(&kernels);
+    let compiled = vec![CompiledModel::new(&actuator()); 3];
+    let mut mirror = StreamArray::forward(&compiled);
     let rest: Vec<_> = mirror.streams().iter().map(Forward::state).collect();
     assert_eq!((mirror.len(), mirror.is_empty()), (3, false));
     assert_eq!(message(mirror.step(&[1.0; 2], &mut [0.0; 3])), "input: expected 3 elements, got 2");
@@ -140,15 +144,16 @@ fn rows_of_an_array_that_are_none_are_refused_whole() {
 #[test]
 fn the_actuator_that_cannot_be_made_is_named() {
     let bad = PrandtlIshlinskii::new(&[1.0, -2.0], &[0.0, 1.0], Offsets::default()).unwrap();
-    let kernels = [Kernel::new(&paper::table_1()), Kernel::new(&(&bad).into())];
-    let error = StreamArray::inverse(&kernels, None).unwrap_err();
+    let compiled = [CompiledModel::new(&actuator()), CompiledModel::new(&(&bad).into())];
+    let error = StreamArray::inverse(&compiled, None).unwrap_err();
     assert!(error.actuator == 1 && matches!(error.error, Error::NotInvertible { .. }));
     assert!(error.to_string().starts_with("actuator 1: the model is not invertible"));
 }
 
 #[test]
 fn an_array_resets_every_actuator() {
-    let mut mirror = StreamArray::forward(&[Kernel::new(&paper::table_1()), Kernel::new(&paper::table_2())]);
+    let mut mirror =
+        StreamArray::forward(&[CompiledModel::new(&actuator()), CompiledModel::new(&parametric_inverse())]);
     let rest: Vec<_> = mirror.streams().iter().map(Forward::state).collect();
     mirror.run(&[100.0, 1.0, -50.0, f64::NAN], &mut [0.0; 4]).unwrap();
     assert_eq!(mirror.streams()[1].rejected(), 1);
@@ -158,14 +163,14 @@ fn an_array_resets_every_actuator() {
 
 #[test]
 fn initial_outputs_are_checked_and_projected() {
-    let kernel = Kernel::new(&paper::table_1_recovered());
-    assert_eq!(message(Forward::with_initial(&kernel, &[0.0])), "initial: expected 20 elements, got 1");
+    let compiled = CompiledModel::new(&actuator());
+    assert_eq!(message(Forward::with_initial(&compiled, &[0.0])), "initial: expected 20 elements, got 1");
     let mut initial = vec![0.0; 20];
     initial[3] = f64::NAN;
-    assert!(message(Forward::with_initial(&kernel, &initial)).starts_with("initial[3]: expected a finite number"));
+    assert!(message(Forward::with_initial(&compiled, &initial)).starts_with("initial[3]: expected a finite number"));
     // The first sample projects any outputs onto what the operators can reach: a full stroke forgets them.
-    let mut odd = Forward::with_initial(&kernel, &[400.0; 20]).unwrap();
-    assert!((odd.step(-500.0) - paper::table_1_recovered().forward().step(-500.0)).abs() < 1e-14);
+    let mut odd = Forward::with_initial(&compiled, &[400.0; 20]).unwrap();
+    assert!((odd.step(-500.0) - actuator().forward().step(-500.0)).abs() < 1e-14);
     let mut z = Tracked::new(Play::new(10.0).unwrap());
     z.set_state(99.0).unwrap();
     assert_eq!(z.step(5.0), 15.0);
@@ -175,7 +180,7 @@ fn initial_outputs_are_checked_and_projected() {
 /// Everything about a state that can be wrong, each refused with the stream left as it was.
 #[test]
 fn states_of_another_stream_are_refused() {
-    let actuator = paper::table_1_recovered();
+    let actuator = models::actuator();
     let mut stream = actuator.forward();
     for x in [300.0, -200.0, 100.0, -50.0, 20.0] {
         stream.step(x);
@@ -216,28 +221,30 @@ fn states_of_another_stream_are_refused() {
     assert!(spoilt(&|s| s.last_input += 1.0).contains("output that the model has"));
     assert!(spoilt(&|s| (s.last_input, s.last_output) = (f64::NAN, 0.0)).contains("finite"));
 
-    let kernel = Kernel::new(&actuator);
-    let mut sum = Forward::with_initial(&kernel, &[0.0; 20]).unwrap();
+    let compiled = CompiledModel::new(&actuator);
+    let mut sum = Forward::with_initial(&compiled, &[0.0; 20]).unwrap();
     sum.step(100.0);
     let mut state = sum.state();
     state.last_output += 1e-3;
     assert!(message(sum.set_state(&state)).contains("sum to the output"));
-    let bank = Forward::with_initial(&kernel, &[0.0; 20]).unwrap();
+    let bank = Forward::with_initial(&compiled, &[0.0; 20]).unwrap();
     assert!(message(stream.set_state(&bank.state())).contains("same method"));
-    let mut narrow = Inverse::new(&kernel, Some((-1.0, 1.0))).unwrap();
-    let mut wide = Inverse::new(&kernel, None).unwrap();
+    let mut narrow = Inverse::new(&compiled, Some((-1.0, 1.0))).unwrap();
+    let mut wide = Inverse::new(&compiled, None).unwrap();
     wide.step(2.0);
     assert!(message(narrow.set_state(&wide.state())).contains("within the limits"));
 }
 
 #[cfg(feature = "json")]
 mod files {
-    use hysteresis_core::{JsonError, Model, SCHEMA, paper};
+    use hysteresis_core::{JsonError, Model, SCHEMA};
+
+    use super::{actuator, parametric_inverse};
 
     #[test]
     fn every_truncation_is_refused() {
-        let text = Model::from(paper::table_2()).to_json();
-        assert_eq!(Model::from_json(&text).unwrap(), Model::from(paper::table_2()));
+        let text = Model::from(parametric_inverse()).to_json();
+        assert_eq!(Model::from_json(&text).unwrap(), Model::from(parametric_inverse()));
         for cut in 0..text.trim_end().len() {
             assert!(matches!(Model::from_json(&text[..cut]), Err(JsonError::Syntax(_))), "cut at {cut}");
         }
@@ -245,7 +252,7 @@ mod files {
 
     #[test]
     fn other_schemas_fields_and_numbers_are_refused() {
-        let text = Model::from(paper::table_1()).to_json();
+        let text = Model::from(actuator()).to_json();
         let refused = |from: &str, to: &str| {
             assert!(text.contains(from), "{from}");
             Model::from_json(&text.replacen(from, to, 1)).unwrap_err().to_string()
@@ -256,8 +263,8 @@ mod files {
         );
         assert!(refused("\"schema\"", "\"scheme\"").contains("got none"));
         assert!(refused("\"r\"", "\"q\"").contains("not a model file: unknown field `q`"));
-        assert!(refused("0.0043", "-0.0043e999").contains("not a model file"));
-        assert!(refused("0.0043", "\"0.0043\"").contains("not a model file"));
+        assert!(refused("25.0", "-25.0e999").contains("not a model file"));
+        assert!(refused("25.0", "\"25.0\"").contains("not a model file"));
         assert!(refused("23.75", "-23.75").contains("ra[1]: expected a finite number >= 0, got -23.75"));
         assert!(refused("modified", "conventional").contains("not a model file"));
     }

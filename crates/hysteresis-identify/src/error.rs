@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use hysteresis_control::linear;
+
 /// Why a pair of signals is no record.
 ///
 /// ```
@@ -162,5 +164,12 @@ impl core::error::Error for Error {}
 impl From<hysteresis_core::Error> for Error {
     fn from(error: hysteresis_core::Error) -> Self {
         Self::Core(error)
+    }
+}
+
+impl From<linear::Error> for Error {
+    fn from(error: linear::Error) -> Self {
+        let linear::Error { parameter, index, expected, got } = error;
+        Self::Domain { parameter, index, expected, got }
     }
 }

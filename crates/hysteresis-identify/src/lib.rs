@@ -10,42 +10,26 @@
 
 #![forbid(unsafe_code)]
 
-mod bounded;
-mod choice;
-mod course;
 mod diagnostics;
 mod dynamics;
 mod error;
-mod factor;
-mod folds;
-mod identification;
-mod law;
-mod left_out;
-mod loop_width;
+mod finding;
+mod fit;
+mod identify;
+mod numeric;
 mod options;
-mod projection;
-mod quality;
 mod record;
 mod recursive;
-mod regressor;
-mod search;
-mod smoothness;
-mod space;
-mod spread;
-mod uncertainty;
+mod result;
+mod signal;
 
-pub use diagnostics::{Defect, Finding, diagnose};
-pub use dynamics::{
-    CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, Warning, identify_dynamics,
-};
+pub use diagnostics::diagnose;
+pub use dynamics::{CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, identify_dynamics};
 pub use error::{Error, RecordError};
-pub use folds::CrossValidation;
-pub use identification::{Identification, identify};
-pub use left_out::LeftOutLoop;
-pub use loop_width::loop_width;
-pub use options::{Form, Options, Setting, Thresholds, Weights};
-pub use quality::Quality;
+pub use finding::{Finding, FindingCode};
+pub use fit::{CrossValidation, Progress, SearchStage, Stop};
+pub use identify::identify;
+pub use options::{ModelKind, Options, Setting, Thresholds, WeightLaw};
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
-pub use search::{Progress, Stage, Stop};
-pub use uncertainty::StandardErrors;
+pub use result::{Identification, LeftOutLoop, Quality, StandardErrors, loop_width};

@@ -6,7 +6,7 @@ use crate::error::Error;
 
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Form {
+pub enum ModelKind {
     /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
     /// moves nothing but the virgin state: [`Setting::Fit`] puts it at the middle of the input range.
     Conventional,
@@ -17,7 +17,7 @@ pub enum Form {
 
 /// What the weights of the operators may be; never negative, so that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Weights {
+pub enum WeightLaw {
     /// One of the other laws, as cross-validation over stretches of the records asks for: of
     /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
     /// that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its standard
@@ -54,7 +54,7 @@ pub enum Thresholds {
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
-    /// the records asks for: the fewest that predict as well as the best, by the same rule as [`Weights::Auto`]. Every
+    /// the records asks for: the fewest that predict as well as the best, by the same rule as [`WeightLaw::Auto`]. Every
     /// stretch is predicted from weights, ratios, offsets and delay fitted to the others, the searched ones linearised
     /// about their values for all.
     Auto,
@@ -84,9 +84,9 @@ pub enum Thresholds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Which model.
-    pub form: Form,
+    pub model: ModelKind,
     /// What its weights may be.
-    pub weights: Weights,
+    pub weights: WeightLaw,
     /// How many operators, and where.
     pub thresholds: Thresholds,
     /// ra/r, rb/r, rc/r: searched in 2 >= ra >= rb >= 0, 1 >= rc >= 0. Ignored by the conventional model.
@@ -111,8 +111,8 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            form: Form::default(),
-            weights: Weights::default(),
+            model: ModelKind::default(),
+            weights: WeightLaw::default(),
             thresholds: Thresholds::Uniform(20),
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
@@ -136,10 +136,10 @@ impl Options {
     /// Whether the weight law exists for this model and is not the same as another one.
     pub(crate) fn is_law_of_its_own(&self) -> bool {
         match self.weights {
-            Weights::Auto => false,
-            Weights::Free => true,
-            Weights::Quadratic => self.operators() > 4,
-            Weights::Split => self.form == Form::Modified && self.operators() > 1,
+            WeightLaw::Auto => false,
+            WeightLaw::Free => true,
+            WeightLaw::Quadratic => self.operators() > 4,
+            WeightLaw::Split => self.model == ModelKind::Modified && self.operators() > 1,
         }
     }
 
@@ -148,7 +148,7 @@ impl Options {
         if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             return Err(Error::NoOperators);
         }
-        if self.weights == Weights::Split && self.form == Form::Conventional {
+        if self.weights == WeightLaw::Split && self.model == ModelKind::Conventional {
             return Err(Error::SplitConventional);
         }
         if let Thresholds::Given(thresholds) = &self.thresholds {

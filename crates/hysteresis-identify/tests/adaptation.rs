@@ -3,9 +3,10 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::{Kernel, Model, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios, paper};
+use hysteresis_control::linear::{Block, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
-use hysteresis_simulate::linear::{Block, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_simulate::paper;
 
 const DT: f64 = 1e-4;
 
@@ -136,7 +137,7 @@ fn a_controller_whose_model_follows_the_actuator_comes_down_to_the_noise() {
             if adapt && k > 0 {
                 identifier.update(drive, measured);
                 if k % 1000 == 0 {
-                    inverse.set_model(&Kernel::new(&modified(identifier.model()))).unwrap();
+                    inverse.set_model(&CompiledModel::new(&modified(identifier.model()))).unwrap();
                 }
             }
             let error = 3.3 * wt.sin() - measured;

@@ -1,7 +1,8 @@
 //! Every defect is found in a record that has it, and in no other.
 
-use hysteresis_core::{Model, Process, paper};
-use hysteresis_identify::{Defect, Error, Finding, Record, diagnose};
+use hysteresis_core::{Model, Process};
+use hysteresis_identify::{Error, Finding, FindingCode, Record, diagnose};
+use hysteresis_simulate::paper;
 use proptest::prelude::*;
 
 const SAMPLES: usize = 6000;
@@ -44,9 +45,9 @@ fn found(input: &[f64], output: &[f64]) -> Vec<Finding> {
 }
 
 /// The one finding there is.
-fn only(input: &[f64], output: &[f64], defect: Defect) -> Finding {
+fn only(input: &[f64], output: &[f64], defect: FindingCode) -> Finding {
     let findings = found(input, output);
-    assert_eq!(findings.iter().map(|finding| finding.defect).collect::<Vec<_>>(), [defect], "{findings:?}");
+    assert_eq!(findings.iter().map(|finding| finding.code).collect::<Vec<_>>(), [defect], "{findings:?}");
     findings[0].clone()
 }
 
@@ -71,11 +72,11 @@ proptest! {
         let output = measured(&input, seed);
         // uniform over 60 nm, 17 nm rms: correlation 0.75
         let ramp = output.iter().enumerate().map(|(k, y)| y + sign * 0.06 * number(k) / number(SAMPLES));
-        let finding = only(&input, &ramp.collect::<Vec<_>>(), Defect::Drift);
+        let finding = only(&input, &ramp.collect::<Vec<_>>(), FindingCode::Drift);
         prop_assert!((finding.value - 0.75).abs() < 0.03 && finding.limit == 0.3, "{:?}", finding);
         prop_assert!(finding.message.contains("follows time") && finding.record.is_none());
         let creep = output.iter().enumerate().map(|(k, y)| y + sign * 0.02 * number(k + 1).ln());
-        let finding = only(&input, &creep.collect::<Vec<_>>(), Defect::Drift);
+        let finding = only(&input, &creep.collect::<Vec<_>>(), FindingCode::Drift);
         prop_assert!(finding.message.contains("logarithm of time"), "{:?}", finding);
     }
 
@@ -84,7 +85,7 @@ proptest! {
         let input: Vec<f64> = sweep(500.0).iter().enumerate().map(|(k, u)| u * (number(k) / 80.0).sin()).collect();
         let mut output = measured(&input, seed);
         output.rotate_right(1);
-        let finding = only(&input, &output, Defect::RateEffects);
+        let finding = only(&input, &output, FindingCode::RateEffects);
         prop_assert!(finding.value > 0.6, "{:?}", finding);
         let record = Record::new(&input, &output, SKIP).unwrap();
         prop_assert_eq!(diagnose(&[record], &paper::table_1_recovered().into(), 1.0), Ok(vec![]));
@@ -95,7 +96,7 @@ proptest! {
         let input = sweep(500.0);
         let mut output = measured(&input, seed);
         output[place] += sign * 12.0 * NOISE;
-        let finding = only(&input, &output, Defect::Outliers);
+        let finding = only(&input, &output, FindingCode::Outliers);
         prop_assert!(finding.message.contains(&format!("sample {place} ")), "{:?}", finding);
         // before the fitted samples it does not matter
         output[place] = output[place - 1];
@@ -110,13 +111,12 @@ fn clipping_is_found() {
     let output = measured(&input, 1);
     let clipped =
         |values: &[f64], low, high| values.iter().map(|value: &f64| value.clamp(low, high)).collect::<Vec<_>>();
-    let named = |input: &[f64], output: &[f64], defect| {
-        found(input, output).into_iter().find(|finding| finding.defect == defect)
-    };
-    let finding = named(&input, &clipped(&output, -9.0, 2.5), Defect::ClippedOutput).unwrap();
+    let named =
+        |input: &[f64], output: &[f64], defect| found(input, output).into_iter().find(|finding| finding.code == defect);
+    let finding = named(&input, &clipped(&output, -9.0, 2.5), FindingCode::ClippedOutput).unwrap();
     assert!(finding.value > 0.1 && finding.message.contains("stays at 2.500000"), "{finding:?}");
-    assert!(named(&input, &clipped(&output, -2.5, 9.0), Defect::ClippedOutput).is_some());
-    let finding = named(&clipped(&input, -300.0, 900.0), &output, Defect::ClippedInput).unwrap();
+    assert!(named(&input, &clipped(&output, -2.5, 9.0), FindingCode::ClippedOutput).is_some());
+    let finding = named(&clipped(&input, -300.0, 900.0), &output, FindingCode::ClippedInput).unwrap();
     assert!(finding.value > 0.15 && finding.message.contains("stays at -300.0"), "{finding:?}");
 }
 
@@ -125,7 +125,7 @@ fn eight_bits_are_no_clipping() {
     let rounded =
         |values: &[f64], step: f64| values.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>();
     let clips = |findings: Vec<Finding>| {
-        findings.iter().any(|finding| matches!(finding.defect, Defect::ClippedOutput | Defect::ClippedInput))
+        findings.iter().any(|finding| matches!(finding.code, FindingCode::ClippedOutput | FindingCode::ClippedInput))
     };
     let input = sweep(500.0);
     let mut stream = paper::table_1_recovered().forward();
@@ -144,13 +144,13 @@ fn what_is_too_small_to_matter_is_not_told() {
     };
     // 1 and 3 nm over the record are 0.3 and 0.9 nm rms; 1e-4 of the range is 0.62 nm
     assert_eq!(found(&input, &drifting(1e-3)), []);
-    only(&input, &drifting(3e-3), Defect::Drift);
+    only(&input, &drifting(3e-3), FindingCode::Drift);
 }
 
 #[test]
 fn thresholds_out_of_reach_are_counted() {
     let input = sweep(310.0);
-    let finding = only(&input, &measured(&input, 2), Defect::UnreachedThreshold);
+    let finding = only(&input, &measured(&input, 2), FindingCode::UnreachedThreshold);
     // ra = 0.95 r: of the thresholds 325, 350 ... 475 the first is reached on the falling side
     assert_eq!((finding.value, finding.limit), (6.0, 0.0));
     assert!(finding.message.contains("6 of 20") && finding.message.contains("from 350.0"), "{finding:?}");
@@ -159,7 +159,7 @@ fn thresholds_out_of_reach_are_counted() {
 #[test]
 fn full_strokes_alone_are_not_enough() {
     let input: Vec<f64> = (0..SAMPLES).map(|k| 500.0 * (number(k) / 100.0).sin()).collect();
-    let finding = only(&input, &measured(&input, 3), Defect::NoMinorLoops);
+    let finding = only(&input, &measured(&input, 3), FindingCode::NoMinorLoops);
     assert_eq!((finding.value, finding.limit), (0.0, 2.0));
 }
 
@@ -184,7 +184,7 @@ fn operators_that_are_the_same_cannot_be_told_apart() {
     );
     let record = Record::new(&input, &output, SKIP).unwrap();
     let findings = diagnose(&[record], &twins.unwrap().into(), 0.0).unwrap();
-    assert_eq!(findings[0].defect, Defect::CollinearOperators, "{findings:?}");
+    assert_eq!(findings[0].code, FindingCode::CollinearOperators, "{findings:?}");
     assert!(findings[0].value > 1e3);
 }
 
@@ -194,7 +194,7 @@ fn few_samples_are_counted_for_each_unknown() {
     let output: Vec<f64> = measured(&sweep(500.0), 4).into_iter().step_by(30).collect();
     let record = Record::new(&input, &output, 0).unwrap();
     let findings = diagnose(&[record], &paper::table_1_recovered().into(), 0.0).unwrap();
-    assert_eq!(findings[0].defect, Defect::TooFewSamples);
+    assert_eq!(findings[0].code, FindingCode::TooFewSamples);
     assert!((findings[0].value - 200.0 / 26.0).abs() < 1e-12);
 }
 
@@ -207,8 +207,8 @@ fn the_record_at_fault_is_named() {
     let records = [&first, &second].map(|output| Record::new(&input, output, SKIP).unwrap());
     let findings = diagnose(&records, &paper::table_1_recovered().into(), 0.0).unwrap();
     assert_eq!(findings.len(), 1, "{findings:?}");
-    assert_eq!((findings[0].defect, findings[0].record), (Defect::Outliers, Some(1)));
-    assert_eq!(findings[0].defect.to_string(), "outliers");
+    assert_eq!((findings[0].code, findings[0].record), (FindingCode::Outliers, Some(1)));
+    assert_eq!(findings[0].code.to_string(), "outliers");
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn a_unit_changes_nothing() {
     );
     let record = Record::new(&input, &in_metres, SKIP).unwrap();
     let findings = diagnose(&[record], &scaled.unwrap().into(), 0.0).unwrap();
-    let names = |findings: &[Finding]| findings.iter().map(|finding| finding.defect).collect::<Vec<_>>();
+    let names = |findings: &[Finding]| findings.iter().map(|finding| finding.code).collect::<Vec<_>>();
     assert_eq!(names(&findings), names(&found(&input, &output)));
 }
 

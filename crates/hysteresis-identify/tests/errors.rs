@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, output, paper_actuator, run};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Error, Options, Progress, Record, RecordError, Setting, Stage, Stop, Thresholds, Weights, identify,
+    Error, Options, Progress, Record, RecordError, SearchStage, Setting, Stop, Thresholds, WeightLaw, identify,
 };
 
 fn data() -> (Vec<f64>, Vec<f64>) {
@@ -101,7 +101,7 @@ fn predictions_refuse_what_records_refuse() {
 fn progress_goes_forward_and_can_stop_the_search() {
     let (input, output) = data();
     let record = [Record::new(&input, &output, 0).unwrap()];
-    let options = Options { weights: Weights::Free, ..Options::default() };
+    let options = Options { weights: WeightLaw::Free, ..Options::default() };
     let mut seen: Vec<Progress> = Vec::new();
     let found = identify(&record, &options, &mut |progress| {
         seen.push(*progress);
@@ -109,7 +109,7 @@ fn progress_goes_forward_and_can_stop_the_search() {
     });
     let found = found.unwrap();
     assert_eq!(found.evaluations, seen.len());
-    for stage in [Stage::Scan, Stage::Refine, Stage::Finish] {
+    for stage in [SearchStage::Scan, SearchStage::Refine, SearchStage::Finish] {
         assert!(seen.iter().any(|progress| progress.stage == stage), "{stage:?}");
     }
     for pair in seen.windows(2) {
@@ -150,6 +150,7 @@ fn progress_goes_forward_through_all_candidates() {
     }
     assert_eq!(seen.last().unwrap().fraction, 1.0);
     // Three laws and the last search, each with a scan of its own but for the last, which knows where to start.
-    let scans = seen.windows(2).filter(|pair| pair[1].stage == Stage::Scan && pair[0].stage != Stage::Scan).count();
+    let scans =
+        seen.windows(2).filter(|pair| pair[1].stage == SearchStage::Scan && pair[0].stage != SearchStage::Scan).count();
     assert_eq!(scans, 2);
 }

@@ -1,7 +1,8 @@
 //! What runs beside a controller never allocates: an update, and a model swapped into a running inverse.
 
-use hysteresis_core::{Inverse, Kernel, Process, paper};
+use hysteresis_core::{CompiledModel, Inverse, Process};
 use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
+use hysteresis_simulate::paper;
 
 /// Swings over the whole range that decay and grow again.
 fn signal() -> impl Iterator<Item = f64> {
@@ -34,7 +35,7 @@ fn update_never_allocates() {
 
 #[test]
 fn a_swap_into_a_running_inverse_allocates_nothing() {
-    let (old, new) = (Kernel::new(&paper::table_1_recovered()), Kernel::new(&paper::table_1()));
+    let (old, new) = (CompiledModel::new(&paper::table_1_recovered()), CompiledModel::new(&paper::table_1()));
     let zeros = [0.0; 20];
     let mut inverses = [Inverse::new(&old, None).unwrap(), Inverse::with_initial(&old, None, &zeros).unwrap()];
     for inverse in &mut inverses {

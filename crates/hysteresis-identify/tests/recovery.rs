@@ -4,7 +4,7 @@ mod common;
 
 use common::{decaying_triangle, input_offset, noise, output, paper_actuator, run, weights};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
-use hysteresis_identify::{Error, Form, Identification, Options, Record, Setting, Thresholds, Weights};
+use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
 
 /// The paper's thresholds.
 fn given() -> Thresholds {
@@ -164,7 +164,8 @@ fn a_conventional_model() {
     let offsets = Offsets { input: middle, output: -1.0 };
     let play = PrandtlIshlinskii::new(&[1.0, 0.4, 0.0, 0.3], &r, offsets).unwrap();
     let output = output(&ModifiedPrandtlIshlinskii::from(&play), &input, 1.25);
-    let options = Options { form: Form::Conventional, thresholds: Thresholds::Given(r.to_vec()), ..Options::default() };
+    let options =
+        Options { model: ModelKind::Conventional, thresholds: Thresholds::Given(r.to_vec()), ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     assert!(matches!(found.model, Model::Conventional(_)));
     assert_eq!(found.ratios, Ratios::PLAY);
@@ -181,7 +182,7 @@ fn a_conventional_model() {
 fn uniform_thresholds_of_the_conventional_model() {
     let input: Vec<f64> = (0..400).map(|k| 3.0 + (f64::from(k) / 20.0).sin().clamp(-0.5, 0.75)).collect();
     let output: Vec<f64> = input.iter().map(|u| 2.0 * u).collect();
-    let options = Options { form: Form::Conventional, thresholds: Thresholds::Uniform(5), ..Options::default() };
+    let options = Options { model: ModelKind::Conventional, thresholds: Thresholds::Uniform(5), ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     let Model::Conventional(model) = &found.model else { panic!("{found:?}") };
     for (i, play) in model.operators().iter().enumerate() {
@@ -199,7 +200,7 @@ fn a_model_without_slope_after_reversals_says_so() {
     // Slightly less than no slope, so that the weight is exactly zero.
     output.iter_mut().zip(&input).for_each(|(y, u)| *y -= 1e-3 * u);
     let options = Options {
-        form: Form::Conventional,
+        model: ModelKind::Conventional,
         thresholds: Thresholds::Given(r.to_vec()),
         delay: Setting::Fixed(0.0),
         ..Options::default()
@@ -218,13 +219,13 @@ fn operators_that_never_move_get_no_weight() {
     let measured = |input: &[f64], seed| input.iter().zip(noise(3_000, 0.01, seed)).map(|(u, e)| 2.0 * u + e).collect();
     let outputs: [Vec<f64>; 2] = [measured(&input, 1), measured(&later, 2)];
     let records = [Record::new(&input, &outputs[0], 300).unwrap(), Record::new(&later, &outputs[1], 0).unwrap()];
-    for form in [Form::Conventional, Form::Modified] {
+    for model in [ModelKind::Conventional, ModelKind::Modified] {
         let thresholds = Thresholds::Given(vec![0.0, 1.0, 4.0, 30.0, 100.0]);
         let ratios = Setting::Fixed(Ratios::PLAY);
         // A quadratic law would tell weights of operators that the data do not.
-        let options = Options { form, weights: Weights::Free, thresholds, ratios, ..Options::default() };
+        let options = Options { model, weights: WeightLaw::Free, thresholds, ratios, ..Options::default() };
         let found = run(&records, &options).unwrap();
-        assert_eq!(weights(&found)[3..], [0.0, 0.0], "{form:?}");
+        assert_eq!(weights(&found)[3..], [0.0, 0.0], "{model:?}");
         assert!(
             (weights(&found)[0] - 2.0).abs() < 0.01 && (found.output_offsets[1] - found.output_offsets[0]).abs() < 0.01,
             "{found:?}"

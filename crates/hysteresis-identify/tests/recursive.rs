@@ -3,9 +3,10 @@
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 use hysteresis_core::{
-    Forward, Inverse, Kernel, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, PrandtlIshlinskii, Process, paper,
+    CompiledModel, Forward, Inverse, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, PrandtlIshlinskii, Process,
 };
 use hysteresis_identify::{Error, Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, Setting};
+use hysteresis_simulate::paper;
 use proptest::prelude::*;
 
 /// The actuator of the paper, and the scale of its thresholds (475 V) as the identifier has it.
@@ -45,7 +46,7 @@ fn noise() -> impl FnMut() -> f64 {
     }
 }
 
-/// Weights (and the offset, if `offset`) of least squares over rows that count `weight` each, by the QR of faer.
+/// WeightLaw (and the offset, if `offset`) of least squares over rows that count `weight` each, by the QR of faer.
 fn batch(model: &ModifiedPrandtlIshlinskii, record: &[(f64, f64)], counts: &[f64], offset: bool) -> Vec<f64> {
     let n = model.weights().len();
     let mut z = vec![0.0; n];
@@ -147,10 +148,10 @@ fn the_error_is_that_of_the_model_before() {
     }
 }
 
-fn kernel(model: &Model) -> Kernel {
+fn kernel(model: &Model) -> CompiledModel {
     match model {
-        Model::Conventional(model) => Kernel::new(&model.into()),
-        Model::Modified(model) => Kernel::new(model),
+        Model::Conventional(model) => CompiledModel::new(&model.into()),
+        Model::Modified(model) => CompiledModel::new(model),
     }
 }
 
@@ -291,7 +292,7 @@ fn a_split_model_is_invertible_whatever_is_measured() {
 fn a_model_that_follows_the_actuator_makes_its_inverse_follow_too() {
     let true_model = scaled(|i| if i % 2 == 0 { 1.25 } else { 0.7 }, 0.2);
     let mut identifier = identifier(actuator(), forgetting(0.9995));
-    let mut inverse = Inverse::new(&Kernel::new(&actuator()), Some((-500.0, 500.0))).unwrap();
+    let mut inverse = Inverse::new(&CompiledModel::new(&actuator()), Some((-500.0, 500.0))).unwrap();
     let mut plant = true_model.forward();
     let mut errors = Vec::new();
     for k in 0..40_000_u32 {

@@ -4,7 +4,7 @@ mod common;
 
 use common::{decaying_triangle, noise, output, paper_actuator, run, weights};
 use hysteresis_core::{Model, Offsets, Ratios};
-use hysteresis_identify::{Form, Identification, Options, Record, Setting, Thresholds, Weights};
+use hysteresis_identify::{Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
 
 fn noisy(rms: f64) -> (Vec<f64>, Vec<f64>) {
     let input = decaying_triangle(3_000, 500.0, 20.0, 0.0);
@@ -16,7 +16,7 @@ fn noisy(rms: f64) -> (Vec<f64>, Vec<f64>) {
 /// Everything but the weights known.
 fn known(smoothness: f64) -> Options {
     Options {
-        weights: Weights::Free,
+        weights: WeightLaw::Free,
         thresholds: Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect()),
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
@@ -80,7 +80,7 @@ fn the_unit_of_neither_signal_matters() {
 fn both_families_of_split_weights_are_smooth() {
     let (input, output) = noisy(0.03);
     let record = [Record::new(&input, &output, 0).unwrap()];
-    let found = run(&record, &Options { weights: Weights::Split, ..known(1e6) }).unwrap();
+    let found = run(&record, &Options { weights: WeightLaw::Split, ..known(1e6) }).unwrap();
     let Model::Modified(model) = &found.model else { panic!("{found:?}") };
     assert!(roughness(model.weights()) < 1e-18 && roughness(model.weights_negative()) < 1e-18);
     assert!(model.is_split() && model.weights()[5] != model.weights_negative()[5]);
@@ -120,23 +120,23 @@ fn smoothness_by_cross_validation() {
 fn the_law_by_cross_validation() {
     let auto = |weights| Options { weights, ..known(0.0) };
     let (input, output) = noisy(0.015);
-    let found = run(&[Record::new(&input, &output, 0).unwrap()], &auto(Weights::Auto)).unwrap();
-    assert_eq!(found.weights, Weights::Quadratic);
+    let found = run(&[Record::new(&input, &output, 0).unwrap()], &auto(WeightLaw::Auto)).unwrap();
+    assert_eq!(found.weights, WeightLaw::Quadratic);
     let laws: Vec<_> = found.weights_validation.iter().map(|one| one.weights).collect();
-    assert_eq!(laws, [Weights::Quadratic, Weights::Free, Weights::Split]);
+    assert_eq!(laws, [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::Split]);
     // The search starts where the candidate ended: here nothing is searched, so the fit is the same.
-    let same = run(&[Record::new(&input, &output, 0).unwrap()], &auto(Weights::Quadratic)).unwrap();
+    let same = run(&[Record::new(&input, &output, 0).unwrap()], &auto(WeightLaw::Quadratic)).unwrap();
     assert_eq!(found.model, same.model);
-    assert!(same.weights_validation.is_empty() && same.weights == Weights::Quadratic);
+    assert!(same.weights_validation.is_empty() && same.weights == WeightLaw::Quadratic);
 
     let plain = paper_actuator(Offsets::default());
     let below: Vec<f64> = plain.weights().iter().enumerate().map(|(i, w)| if i == 0 { *w } else { 0.5 * w }).collect();
     let mut split = plain.with_negative_weights(&below).unwrap().forward();
     let bent: Vec<f64> = input.iter().map(|u| hysteresis_core::Process::step(&mut split, *u)).collect();
     let measured: Vec<f64> = bent.iter().zip(noise(3_000, 0.015, 5)).map(|(y, e)| y + e).collect();
-    let found = run(&[Record::new(&input, &measured, 0).unwrap()], &auto(Weights::Auto)).unwrap();
-    assert_eq!(found.weights, Weights::Split);
-    let conventional = Options { form: Form::Conventional, ..auto(Weights::Auto) };
+    let found = run(&[Record::new(&input, &measured, 0).unwrap()], &auto(WeightLaw::Auto)).unwrap();
+    assert_eq!(found.weights, WeightLaw::Split);
+    let conventional = Options { model: ModelKind::Conventional, ..auto(WeightLaw::Auto) };
     let found = run(&[Record::new(&input, &measured, 0).unwrap()], &conventional).unwrap();
     assert_eq!(found.weights_validation.len(), 2);
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::{decaying_triangle, noise, output, paper_actuator, run, weights};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
-use hysteresis_identify::{Error, Form, Identification, Options, Record, Setting, Thresholds, Weights};
+use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
 
 fn given() -> Thresholds {
     Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect())
@@ -31,7 +31,7 @@ fn known() -> Options {
 #[test]
 fn quadratic_weights_follow_four_numbers_and_come_back() {
     let (input, output) = noisy(4_000, 0.0);
-    let options = Options { thresholds: given(), weights: Weights::Quadratic, ..Options::default() };
+    let options = Options { thresholds: given(), weights: WeightLaw::Quadratic, ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     for (got, want) in [(found.ratios.ra, 0.95), (found.ratios.rb, 0.30), (found.ratios.rc, 0.35)] {
         assert!((got - want).abs() < 1e-6, "{:?}", found.ratios);
@@ -55,7 +55,7 @@ fn quadratic_weights_stay_above_zero() {
     let actuator = ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios::PAPER, Offsets::default()).unwrap();
     let output = output(&actuator, &input, 0.0);
     let record = [Record::new(&input, &output, 0).unwrap()];
-    let found = run(&record, &Options { weights: Weights::Quadratic, ..known() }).unwrap();
+    let found = run(&record, &Options { weights: WeightLaw::Quadratic, ..known() }).unwrap();
     let least = weights(&found).iter().copied().fold(f64::INFINITY, f64::min);
     assert!((0.0..1e-12).contains(&least), "{:?}", weights(&found));
     assert!(found.kkt_residual < 1e-12, "{}", found.kkt_residual);
@@ -73,7 +73,7 @@ fn split_weights_come_back() {
     let mut stream = actuator.forward();
     let output: Vec<f64> = input.iter().map(|u| hysteresis_core::Process::step(&mut stream, *u)).collect();
     let record = [Record::new(&input, &output, 0).unwrap()];
-    let options = Options { thresholds: given(), weights: Weights::Split, ..Options::default() };
+    let options = Options { thresholds: given(), weights: WeightLaw::Split, ..Options::default() };
     let found = run(&record, &options).unwrap();
     let Model::Modified(model) = &found.model else { panic!("{found:?}") };
     assert!(model.is_split() && found.check_invertible().is_ok());
@@ -86,13 +86,13 @@ fn split_weights_come_back() {
     let prediction = found.predict(&input).unwrap();
     assert!(prediction.iter().zip(&output).all(|(p, y)| (p - y).abs() < 1e-8));
     // One weight for both sides cannot.
-    assert!(run(&record, &Options { weights: Weights::Free, ..options }).unwrap().fit.rmse > 1e-3);
+    assert!(run(&record, &Options { weights: WeightLaw::Free, ..options }).unwrap().fit.rmse > 1e-3);
 }
 
 #[test]
 fn the_conventional_model_has_no_split() {
     let (input, output) = noisy(500, 0.0);
-    let options = Options { form: Form::Conventional, weights: Weights::Split, ..Options::default() };
+    let options = Options { model: ModelKind::Conventional, weights: WeightLaw::Split, ..Options::default() };
     let error = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap_err();
     assert_eq!(error, Error::SplitConventional);
 }

@@ -5,50 +5,20 @@
 //! | `float64` array, C-contiguous | `&[f64]`, read in place |
 //! | any other real array or sequence | converted once |
 //! | `state` | a dictionary of plain numbers and lists, by serde |
-//! | `ValueError`, `TypeError`, `NotInvertibleError`, `OSError` | the `Error` of each crate, mapped in [`errors`] |
+//! | `ValueError`, `TypeError`, `NotInvertibleError`, `OSError` | the `Error` of each crate, mapped in [`convert::errors`] |
 //!
 //! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
 //! (a million samples take milliseconds) and signals are looked at between them. The threads of an array of streams are
 //! Rust's own and end before the call does. Identification works on its own copy
 //! and lets the interpreter go.
 
-mod actuators;
-mod arguments;
-mod arrays;
-mod chains;
-mod closed_loop;
-mod controller;
-mod controller_terms;
-mod diagnostics;
-mod dynamics;
-mod errors;
-mod excitation;
-mod files;
-mod identification;
+mod control;
+mod convert;
 mod identify;
-mod identify_arguments;
-mod learning;
-mod linear;
-mod model_values;
-mod models;
-mod observer;
-mod operators;
-mod paper;
+mod model;
 mod plant;
-mod precompensate;
-mod preview;
-mod process;
-mod records;
-mod recursive;
-mod rows;
-mod shaping;
-mod signals;
-mod single_argument;
-mod stream_arrays;
-mod streams;
-mod tracking;
-mod trajectories;
-mod tuning;
+mod signal;
+mod stream;
 
 use pyo3::prelude::*;
 
@@ -57,64 +27,75 @@ use pyo3::prelude::*;
 mod _core {
     use pyo3::prelude::*;
 
-    use crate::single_argument;
+    use crate::stream::single_argument;
 
     #[pymodule_export]
-    use crate::actuators::ActuatorArray;
+    use crate::control::controller::HybridController;
     #[pymodule_export]
-    use crate::closed_loop::{Metrics, Run};
+    use crate::control::iterative::IterativeLearning;
     #[pymodule_export]
-    use crate::controller::HybridController;
+    use crate::control::linear::{Creep, FirstOrder, SecondOrder};
     #[pymodule_export]
-    use crate::controller_terms::ControllerTerms;
+    use crate::control::observer::Observer;
     #[pymodule_export]
-    use crate::diagnostics::{Finding, diagnose, loop_width};
+    use crate::control::precompensate::{invert_dynamics, precompensate};
     #[pymodule_export]
-    use crate::dynamics::{DynamicsIdentification, identify_dynamics};
+    use crate::control::preview::Preview;
     #[pymodule_export]
-    use crate::errors::NotInvertibleError;
+    use crate::control::preview_window::preview;
     #[pymodule_export]
-    use crate::excitation::{Excitation, demagnetize, excitation};
+    use crate::control::terms::ControllerTerms;
     #[pymodule_export]
-    use crate::files::{load, write_file};
+    use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
-    use crate::identification::{Identification, LeftOutLoop, Quality};
+    use crate::control::tuning::{Margins, Tuning, tune};
     #[pymodule_export]
-    use crate::identify::identify;
+    use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]
-    use crate::learning::{IterativeLearning, RepetitiveControl};
+    use crate::convert::files::write_file;
     #[pymodule_export]
-    use crate::linear::{Creep, FirstOrder, SecondOrder};
+    use crate::identify::diagnose::{diagnose, loop_width};
     #[pymodule_export]
-    use crate::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+    use crate::identify::dynamics::{DynamicsIdentification, identify_dynamics};
     #[pymodule_export]
-    use crate::observer::Observer;
+    use crate::identify::identification::Identification;
     #[pymodule_export]
-    use crate::operators::{CoupledPlay, Play};
+    use crate::identify::identify::identify;
     #[pymodule_export]
-    use crate::paper::{gains, plant, table_1, table_1_recovered, table_2};
+    use crate::identify::recursive::RecursiveIdentifier;
     #[pymodule_export]
-    use crate::plant::Plant;
+    use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]
-    use crate::precompensate::{precompensate, shape};
+    use crate::model::operators::{CoupledPlay, Play};
     #[pymodule_export]
-    use crate::preview::Preview;
+    use crate::plant::paper::{gains, plant, table_1, table_1_recovered, table_2};
     #[pymodule_export]
-    use crate::recursive::RecursiveIdentifier;
+    use crate::plant::plant::Plant;
     #[pymodule_export]
-    use crate::shaping::preview;
+    use crate::plant::run::{Metrics, Run};
     #[pymodule_export]
-    use crate::signals::{decaying_triangle, sine, triangle};
+    use crate::plant::simulate::simulate;
     #[pymodule_export]
-    use crate::stream_arrays::{ForwardArray, InverseArray};
+    use crate::signal::excitation::{Excitation, demagnetize, excitation};
     #[pymodule_export]
-    use crate::streams::{Forward, Inverse};
+    use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
-    use crate::tracking::simulate;
+    use crate::stream::actuators::ActuatorArray;
     #[pymodule_export]
-    use crate::trajectories::{PointToPoint, RoundedTriangle, Sine};
+    use crate::stream::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
-    use crate::tuning::{Margins, Tuning, tune};
+    use crate::stream::streams::{Forward, Inverse};
+
+    #[pymodule_export]
+    use crate::control::repetitive::RepetitiveControl;
+    #[pymodule_export]
+    use crate::identify::finding::Finding;
+    #[pymodule_export]
+    use crate::identify::left_out::LeftOutLoop;
+    #[pymodule_export]
+    use crate::identify::quality::Quality;
+    #[pymodule_export]
+    use crate::model::file::load;
 
     #[pymodule_init]
     fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {

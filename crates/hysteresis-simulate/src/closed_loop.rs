@@ -4,10 +4,10 @@ use core::convert::Infallible;
 
 use hysteresis_core::Error;
 
-use crate::metrics::{Record, Run, check_reference};
+use crate::metrics::{LoopRecord, Run, check_reference};
 use crate::plant::Plant;
 
-/// Samples between two calls of the watch of a [`Trial`].
+/// Samples between two calls of the watch of a [`TrackingTask`].
 pub const WATCH_INTERVAL: usize = 4096;
 
 /// Lets a plant follow a reference: `controller(k, measured)` gives the drive for sample k, of which the reference is
@@ -16,9 +16,10 @@ pub const WATCH_INTERVAL: usize = 4096;
 /// The plant starts from the state in which it is. A drive that is not finite is held back by it and counted.
 ///
 /// ```
-/// use hysteresis_core::{Process, paper};
+/// use hysteresis_core::{Process};
+/// use hysteresis_simulate::paper;
 /// use hysteresis_simulate::closed_loop::simulate;
-/// use hysteresis_simulate::plant::Benchmark;
+/// use hysteresis_simulate::paper::Benchmark;
 /// use hysteresis_simulate::signals::{Wave, sine};
 /// let wave = Wave { amplitude: 3.3, frequency: 20.0, rate: 1e4, offset: 0.0 };
 /// let reference = sine(wave, 0.15)?;
@@ -41,19 +42,22 @@ pub fn simulate(
     reference: &[f64],
     mut controller: impl FnMut(usize, f64) -> f64,
 ) -> Result<Run, Error> {
-    let Ok(run) =
-        Trial::new(reference, None)?.run(plant, |k, measured| Ok::<_, Infallible>(controller(k, measured)), |_| Ok(()));
+    let Ok(run) = TrackingTask::new(reference, None)?.run(
+        plant,
+        |k, measured| Ok::<_, Infallible>(controller(k, measured)),
+        |_| Ok(()),
+    );
     Ok(run)
 }
 
 /// A reference that was checked, ready to be followed.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial<'a> {
+pub struct TrackingTask<'a> {
     reference: &'a [f64],
     period: Option<f64>,
 }
 
-impl<'a> Trial<'a> {
+impl<'a> TrackingTask<'a> {
     /// To follow a reference, of which the period in samples may be known.
     ///
     /// # Errors
@@ -91,7 +95,7 @@ impl<'a> Trial<'a> {
             plant.step(controller(k, plant.measured())?);
             drive.push(plant.drive());
         }
-        let record = Record { reference: self.reference.to_vec(), measured, position, drive };
+        let record = LoopRecord { reference: self.reference.to_vec(), measured, position, drive };
         Ok(Run::of_loop(record, plant.limits(), self.period))
     }
 }

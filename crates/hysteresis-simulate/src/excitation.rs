@@ -3,7 +3,7 @@
 //! Both go from reversal to reversal, each move as fast as a slew limit and the sampling allow, and meet every reversal
 //! with a sample of its own. So small loops take less time than large ones, and no reversal is clipped.
 
-use crate::signals::{Error, MAX_SAMPLES, finite, positive};
+use hysteresis_control::sampling::{Error, MAX_SAMPLES, finite, positive};
 
 /// How the signal goes from one reversal to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,10 +18,10 @@ pub enum Shape {
 
 /// Limits, sampling and decay of a drive.
 ///
-/// Of 2 `cycles` - 1 decaying reversals number k lies at `around` + (`high` - `around`) (1 - k / (2 `cycles`)) if k
-/// is odd, at `around` - (`around` - `low`) (1 - k / (2 `cycles`)) if it is even: on either side no two are equal.
+/// Of 2 `cycles` - 1 decaying reversals number k lies at `center` + (`high` - `center`) (1 - k / (2 `cycles`)) if k
+/// is odd, at `center` - (`center` - `low`) (1 - k / (2 `cycles`)) if it is even: on either side no two are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub struct ExcitationOptions {
     /// The lowest value of the drive, in its unit (V).
     pub low: f64,
     /// The highest value of the drive.
@@ -35,7 +35,7 @@ pub struct Plan {
     /// How the signal goes from one reversal to the next.
     pub shape: Shape,
     /// What the reversals decay to, between the limits.
-    pub around: f64,
+    pub center: f64,
     /// Where the drive starts and ends, within the limits.
     pub start: f64,
 }
@@ -46,15 +46,15 @@ pub struct Excitation {
     /// The samples.
     pub drive: Vec<f64>,
     /// How many samples come before the memory is known: leave them out of the fit.
-    pub lead_in: usize,
+    pub initialization_samples: usize,
     /// Where the drive turns, in order.
     pub reversals: Vec<f64>,
 }
 
-impl Plan {
+impl ExcitationOptions {
     /// One stroke to either limit, one cycle at full swing, decaying reversals, and back to the start.
     ///
-    /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `lead_in`
+    /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `initialization_samples`
     /// counts the samples before. With as many cycles as a model has operators at uniform thresholds, two reversals
     /// fall between any two neighbouring thresholds, one on the way up and one on the way down, so the record tells
     /// their weights apart.
@@ -64,14 +64,14 @@ impl Plan {
     /// two nearest reversals on one side.
     ///
     /// ```
-    /// use hysteresis_simulate::excitation::{Plan, Shape};
-    /// let plan = Plan {
-    ///     low: -2.0, high: 2.0, slew: 1.0, rate: 1.0, cycles: 1, shape: Shape::Triangle, around: 0.0, start: 0.0,
+    /// use hysteresis_simulate::excitation::{ExcitationOptions, Shape};
+    /// let plan = ExcitationOptions {
+    ///     low: -2.0, high: 2.0, slew: 1.0, rate: 1.0, cycles: 1, shape: Shape::Triangle, center: 0.0, start: 0.0,
     /// };
     /// let made = plan.excitation()?;
     /// assert_eq!(made.reversals, [2.0, -2.0, 2.0, -2.0, 1.0]);
     /// assert_eq!(made.drive[..8], [0.0, 1.0, 2.0, 1.0, 0.0, -1.0, -2.0, -1.0]);
-    /// assert_eq!(made.drive[made.lead_in], -2.0);
+    /// assert_eq!(made.drive[made.initialization_samples], -2.0);
     /// # Ok::<(), hysteresis_simulate::signals::Error>(())
     /// ```
     pub fn excitation(&self) -> Result<Excitation, Error> {
@@ -79,18 +79,18 @@ impl Plan {
         let mut reversals = vec![self.high, self.low];
         reversals.extend(self.decay());
         let drive = self.through(&reversals)?;
-        let lead_in = self.steps(self.start, self.high) + self.steps(self.high, self.low);
+        let initialization_samples = self.steps(self.start, self.high) + self.steps(self.high, self.low);
         // `through` has checked that far more than this fits.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2^30")]
-        let lead_in = lead_in as usize;
-        Ok(Excitation { drive, lead_in, reversals })
+        let initialization_samples = initialization_samples as usize;
+        Ok(Excitation { drive, initialization_samples, reversals })
     }
 
-    /// A decaying alternation about `around` as wide as the limits allow on both sides, from `start` and back to it.
+    /// A decaying alternation about `center` as wide as the limits allow on both sides, from `start` and back to it.
     ///
-    /// Let A be its first amplitude, the smaller distance from `around` to a limit. From any history within
-    /// `around` +- A it leaves every play within A / (4 `cycles`) of rest, and every coupled play with r >= rb and
-    /// ra >= rc too, if `around` is the input offset of the model. So the output differs from that of the virgin state
+    /// Let A be its first amplitude, the smaller distance from `center` to a limit. From any history within
+    /// `center` +- A it leaves every play within A / (4 `cycles`) of rest, and every coupled play with r >= rb and
+    /// ra >= rc too, if `center` is the input offset of the model. So the output differs from that of the virgin state
     /// by at most A / (4 `cycles`) times the sum of |w_i| over the operators but the identity.
     ///
     /// Why: each half cycle is A / (2 `cycles`) smaller than the one before. A play of threshold r slides for the last
@@ -101,9 +101,9 @@ impl Plan {
     /// As for [`excitation`](Self::excitation).
     ///
     /// ```
-    /// use hysteresis_simulate::excitation::{Plan, Shape};
-    /// let plan = Plan {
-    ///     low: -2.0, high: 2.0, slew: 8.0, rate: 1e3, cycles: 20, shape: Shape::Sine, around: 0.0, start: 0.0,
+    /// use hysteresis_simulate::excitation::{ExcitationOptions, Shape};
+    /// let plan = ExcitationOptions {
+    ///     low: -2.0, high: 2.0, slew: 8.0, rate: 1e3, cycles: 20, shape: Shape::Sine, center: 0.0, start: 0.0,
     /// };
     /// let (mut play, drive) = (1.7_f64, plan.demagnetizing()?);
     /// for x in drive {
@@ -114,10 +114,10 @@ impl Plan {
     /// ```
     pub fn demagnetizing(&self) -> Result<Vec<f64>, Error> {
         self.check()?;
-        let amplitude = (self.high - self.around).min(self.around - self.low);
+        let amplitude = (self.high - self.center).min(self.center - self.low);
         // One of these is the limit itself, but for a rounding that must not leave it.
-        let low = (self.around - amplitude).max(self.low);
-        let high = (self.around + amplitude).min(self.high);
+        let low = (self.center - amplitude).max(self.low);
+        let high = (self.center + amplitude).min(self.high);
         let symmetric = Self { low, high, ..*self };
         symmetric.through(&symmetric.decay().collect::<Vec<_>>())
     }
@@ -128,9 +128,9 @@ impl Plan {
         if self.high <= self.low {
             return Err(Error::new("high", format!("a number above low = {:?}", self.low), self.high));
         }
-        if !(self.low < self.around && self.around < self.high) {
+        if !(self.low < self.center && self.center < self.high) {
             let expected = format!("a number between low = {:?} and high = {:?}", self.low, self.high);
-            return Err(Error::new("around", expected, self.around));
+            return Err(Error::new("center", expected, self.center));
         }
         if !(self.low <= self.start && self.start <= self.high) {
             let expected = format!("a number from low = {:?} to high = {:?}", self.low, self.high);
@@ -142,7 +142,7 @@ impl Plan {
             let expected = format!("a whole number from 1 to {MAX_CYCLES}");
             return Err(Error::new("cycles", expected, f64::from(self.cycles)));
         }
-        let decrement = (self.high - self.around).min(self.around - self.low) / (2.0 * f64::from(self.cycles));
+        let decrement = (self.high - self.center).min(self.center - self.low) / (2.0 * f64::from(self.cycles));
         if self.slew > self.rate * decrement * (1.0 + ROUNDING) {
             let least = self.slew / decrement;
             let expected = format!(
@@ -159,15 +159,15 @@ impl Plan {
         let halves = 2 * self.cycles;
         [self.high, self.low].into_iter().chain((1..halves).map(move |k| {
             let side = if k % 2 == 1 { self.high } else { self.low };
-            self.around + (side - self.around) * (1.0 - f64::from(k) / f64::from(halves))
+            self.center + (side - self.center) * (1.0 - f64::from(k) / f64::from(halves))
         }))
     }
 
-    /// The samples from the start through these reversals to `around` and back to the start.
+    /// The samples from the start through these reversals to `center` and back to the start.
     fn through(&self, reversals: &[f64]) -> Result<Vec<f64>, Error> {
         let moves = || {
-            let ends = reversals.iter().copied().chain([self.around, self.start]);
-            let starts = core::iter::once(self.start).chain(reversals.iter().copied()).chain([self.around]);
+            let ends = reversals.iter().copied().chain([self.center, self.start]);
+            let starts = core::iter::once(self.start).chain(reversals.iter().copied()).chain([self.center]);
             starts.zip(ends).map(|(from, to)| (from, to, self.steps(from, to)))
         };
         let samples = 1.0 + moves().map(|(_, _, steps)| steps).sum::<f64>();
@@ -222,21 +222,21 @@ const ROUNDING: f64 = 1e-12;
 mod tests {
     use super::*;
 
-    const PLAN: Plan = Plan {
+    const PLAN: ExcitationOptions = ExcitationOptions {
         low: -20.0,
         high: 120.0,
         slew: 100.0,
         rate: 1000.0,
         cycles: 20,
         shape: Shape::Triangle,
-        around: 40.0,
+        center: 40.0,
         start: 0.0,
     };
 
     #[test]
     fn a_drive_keeps_within_its_limits_and_its_slew_and_comes_home() {
         for shape in [Shape::Triangle, Shape::Sine] {
-            let plan = Plan { shape, ..PLAN };
+            let plan = ExcitationOptions { shape, ..PLAN };
             for drive in [plan.excitation().unwrap().drive, plan.demagnetizing().unwrap()] {
                 assert_eq!((drive[0], drive[drive.len() - 1]), (0.0, 0.0));
                 assert!(drive.iter().all(|u| (-20.0..=120.0).contains(u)));
@@ -255,11 +255,11 @@ mod tests {
             .filter(|k| (made.drive[*k] - made.drive[k - 1]) * (made.drive[k + 1] - made.drive[*k]) < 0.0)
             .map(|k| made.drive[k])
             .collect();
-        // the last move goes on downwards through `around`
+        // the last move goes on downwards through `center`
         assert_eq!(turns, made.reversals);
         assert_eq!(made.reversals.len(), 2 + 2 + 39);
-        assert_eq!(made.drive[made.lead_in], -20.0);
-        assert!(made.drive[..made.lead_in].iter().all(|u| *u > -20.0));
+        assert_eq!(made.drive[made.initialization_samples], -20.0);
+        assert!(made.drive[..made.initialization_samples].iter().all(|u| *u > -20.0));
         let swings: Vec<f64> = made.reversals[3..].iter().map(|x| (x - 40.0).abs()).collect();
         assert!(swings.iter().step_by(2).is_sorted_by(|a, b| a > b));
         assert!(swings.iter().skip(1).step_by(2).is_sorted_by(|a, b| a > b));
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_move_takes_no_more_steps_than_it_needs() {
-        let made = Plan { low: -70.0, high: 70.0, around: 0.0, ..PLAN }.excitation().unwrap();
+        let made = ExcitationOptions { low: -70.0, high: 70.0, center: 0.0, ..PLAN }.excitation().unwrap();
         // 70 + 140 + 140 + 140 + ... V at 0.1 V a sample
         let path: f64 = made.reversals.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
         let steps = (70.0 + path + made.reversals[made.reversals.len() - 1].abs()) / 0.1;
@@ -277,29 +277,35 @@ mod tests {
 
     #[test]
     fn what_no_drive_can_have_is_named() {
-        let named = |plan: Plan| {
+        let named = |plan: ExcitationOptions| {
             let error = plan.excitation().unwrap_err();
             assert_eq!(plan.demagnetizing().unwrap_err().parameter, error.parameter);
             error.to_string()
         };
-        assert_eq!(named(Plan { low: f64::NAN, ..PLAN }), "low: expected a finite number, got NaN");
-        assert_eq!(named(Plan { high: -20.0, ..PLAN }), "high: expected a number above low = -20.0, got -20.0");
+        assert_eq!(named(ExcitationOptions { low: f64::NAN, ..PLAN }), "low: expected a finite number, got NaN");
         assert_eq!(
-            named(Plan { around: 120.0, ..PLAN }),
-            "around: expected a number between low = -20.0 and high = 120.0, got 120.0"
+            named(ExcitationOptions { high: -20.0, ..PLAN }),
+            "high: expected a number above low = -20.0, got -20.0"
         );
         assert_eq!(
-            named(Plan { start: f64::NAN, ..PLAN }),
+            named(ExcitationOptions { center: 120.0, ..PLAN }),
+            "center: expected a number between low = -20.0 and high = 120.0, got 120.0"
+        );
+        assert_eq!(
+            named(ExcitationOptions { start: f64::NAN, ..PLAN }),
             "start: expected a number from low = -20.0 to high = 120.0, got NaN"
         );
-        assert_eq!(named(Plan { slew: 0.0, ..PLAN }), "slew: expected a finite number above 0, got 0.0");
-        assert_eq!(named(Plan { rate: -1.0, ..PLAN }), "rate: expected a finite number above 0, got -1.0");
-        assert_eq!(named(Plan { cycles: 0, ..PLAN }), "cycles: expected a whole number from 1 to 16384, got 0.0");
-        assert!(named(Plan { cycles: u32::MAX, ..PLAN }).starts_with("cycles: expected "));
+        assert_eq!(named(ExcitationOptions { slew: 0.0, ..PLAN }), "slew: expected a finite number above 0, got 0.0");
+        assert_eq!(named(ExcitationOptions { rate: -1.0, ..PLAN }), "rate: expected a finite number above 0, got -1.0");
+        assert_eq!(
+            named(ExcitationOptions { cycles: 0, ..PLAN }),
+            "cycles: expected a whole number from 1 to 16384, got 0.0"
+        );
+        assert!(named(ExcitationOptions { cycles: u32::MAX, ..PLAN }).starts_with("cycles: expected "));
         // 60 V in 40 half cycles: 1.5 V between neighbours, 100 V/s
-        assert!(named(Plan { rate: 66.0, ..PLAN }).starts_with("rate: expected at least 66.666667 Hz: "));
-        Plan { rate: 66.67, ..PLAN }.excitation().unwrap();
-        let endless = named(Plan { slew: 1e-9, ..PLAN });
+        assert!(named(ExcitationOptions { rate: 66.0, ..PLAN }).starts_with("rate: expected at least 66.666667 Hz: "));
+        ExcitationOptions { rate: 66.67, ..PLAN }.excitation().unwrap();
+        let endless = named(ExcitationOptions { slew: 1e-9, ..PLAN });
         assert!(endless.starts_with("rate: expected one that makes at most 2^30 samples, not "), "{endless}");
     }
 }

@@ -7,7 +7,7 @@ use crate::plant::check_range;
 /// The samples of a closed loop. At the moment of sample k the position is `position[k]`, the controller reads
 /// `measured[k]`, knows `reference[k]`, and puts out `drive[k]`, which is held until the next sample.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Record {
+pub struct LoopRecord {
     /// Where the position should be.
     pub reference: Vec<f64>,
     /// What the controller read.
@@ -21,7 +21,7 @@ pub struct Record {
 /// A record that was checked, and what its errors are measured by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    record: Record,
+    record: LoopRecord,
     limits: Option<(f64, f64)>,
     period: Option<f64>,
 }
@@ -37,11 +37,11 @@ pub struct Metrics {
     /// Largest magnitude of the measured error.
     pub max_error: f64,
     /// Root mean square of the measured error.
-    pub rms_error: f64,
+    pub rmse: f64,
     /// Largest magnitude of the position error.
     pub max_position_error: f64,
     /// Root mean square of the position error.
-    pub rms_position_error: f64,
+    pub position_rmse: f64,
     /// Peak-to-peak of the reference: the base of `hysteresis_percent`.
     pub range: f64,
     /// Largest magnitude of the measured error in % of `range`: what the paper calls hysteresis in Fig. 12 and 13, but
@@ -52,7 +52,7 @@ pub struct Metrics {
     /// Highest drive.
     pub drive_high: f64,
     /// At how many samples the drive was at a limit of the plant.
-    pub saturated: usize,
+    pub saturated_count: usize,
 }
 
 impl Run {
@@ -63,8 +63,8 @@ impl Run {
     /// admissible numbers; the limits (low, high) must be in that order, the period above 0 and shorter than the record.
     ///
     /// ```
-    /// use hysteresis_simulate::metrics::{Record, Run};
-    /// let record = Record {
+    /// use hysteresis_simulate::metrics::{LoopRecord, Run};
+    /// let record = LoopRecord {
     ///     reference: vec![0.0, 2.0, 0.0, -2.0],
     ///     measured: vec![0.0, 1.5, 0.25, -2.0],
     ///     position: vec![0.0, 1.75, 0.0, -2.0],
@@ -72,12 +72,12 @@ impl Run {
     /// };
     /// let run = Run::new(record, Some((-10.0, 10.0)), Some(2.0))?;
     /// let (all, settled) = (run.metrics(), run.settled().unwrap());
-    /// assert_eq!((all.max_error, all.max_position_error, all.saturated), (0.5, 0.25, 2));
+    /// assert_eq!((all.max_error, all.max_position_error, all.saturated_count), (0.5, 0.25, 2));
     /// assert_eq!((all.range, all.hysteresis_percent), (4.0, Some(12.5)));
     /// assert_eq!((settled.samples, settled.max_error, settled.drive_low), (2, 0.25, -10.0));
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn new(record: Record, limits: Option<(f64, f64)>, period: Option<f64>) -> Result<Self, Error> {
+    pub fn new(record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Result<Self, Error> {
         check_reference(&record.reference, period)?;
         let expected = record.reference.len();
         for (parameter, samples) in
@@ -93,7 +93,7 @@ impl Run {
     }
 
     /// Of a loop that has checked its input: a plant gives admissible numbers only.
-    pub(crate) fn of_loop(record: Record, limits: Option<(f64, f64)>, period: Option<f64>) -> Self {
+    pub(crate) fn of_loop(record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Self {
         Self { record, limits, period }
     }
 
@@ -104,13 +104,13 @@ impl Run {
 
     /// The samples.
     #[must_use]
-    pub fn record(&self) -> &Record {
+    pub fn record(&self) -> &LoopRecord {
         &self.record
     }
 
     /// The samples, without a copy.
     #[must_use]
-    pub fn into_record(self) -> Record {
+    pub fn into_record(self) -> LoopRecord {
         self.record
     }
 
@@ -140,24 +140,24 @@ impl Run {
     }
 
     fn metrics_from(&self, first: usize) -> Metrics {
-        let Record { reference, measured, position, drive } = &self.record;
+        let LoopRecord { reference, measured, position, drive } = &self.record;
         let (reference, drive) = (&reference[first..], &drive[first..]);
-        let (max_error, rms_error) = errors(reference, &measured[first..]);
-        let (max_position_error, rms_position_error) = errors(reference, &position[first..]);
+        let (max_error, rmse) = errors(reference, &measured[first..]);
+        let (max_position_error, position_rmse) = errors(reference, &position[first..]);
         let (low, high) = extremes(reference);
         let (drive_low, drive_high) = extremes(drive);
         let at_limit = |u: &&f64| self.limits.is_some_and(|(low, high)| **u <= low || **u >= high);
         Metrics {
             samples: reference.len(),
             max_error,
-            rms_error,
+            rmse,
             max_position_error,
-            rms_position_error,
+            position_rmse,
             range: high - low,
             hysteresis_percent: (high > low).then(|| 100.0 * max_error / (high - low)),
             drive_low,
             drive_high,
-            saturated: drive.iter().filter(at_limit).count(),
+            saturated_count: drive.iter().filter(at_limit).count(),
         }
     }
 }

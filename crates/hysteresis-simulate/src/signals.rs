@@ -1,7 +1,7 @@
 //! Sampled test signals: every one starts at its offset and keeps within offset +- amplitude.
 
-use core::fmt;
-use std::borrow::Cow;
+pub use hysteresis_control::sampling::Error;
+use hysteresis_control::sampling::{MAX_SAMPLES, finite, positive};
 
 /// A signal's swing, frequency and sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,42 +14,6 @@ pub struct Wave {
     pub rate: f64,
     /// The value around which the signal swings.
     pub offset: f64,
-}
-
-/// A parameter that no signal can have.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Error {
-    /// The name of the argument.
-    pub parameter: &'static str,
-    /// The domain in words.
-    pub expected: Cow<'static, str>,
-    /// The number that came.
-    pub got: f64,
-}
-
-impl Error {
-    pub(crate) fn new(parameter: &'static str, expected: impl Into<Cow<'static, str>>, got: f64) -> Self {
-        Self { parameter, expected: expected.into(), got }
-    }
-}
-
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}, got {:?}", self.parameter, self.expected, self.got)
-    }
-}
-
-impl std::error::Error for Error {}
-
-/// The longest signal, in samples: 8 GiB of numbers.
-pub(crate) const MAX_SAMPLES: f64 = 1_073_741_824.0;
-
-pub(crate) fn finite(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number", got)) }
-}
-
-pub(crate) fn positive(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got > 0.0 && got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number above 0", got)) }
 }
 
 impl Wave {

@@ -2,27 +2,28 @@
 
 use hysteresis_core::{Command, HybridController};
 
-use crate::Observer;
-use crate::closed_loop::Trial;
-use crate::learning::RepetitiveControl;
+use crate::closed_loop::TrackingTask;
 use crate::metrics::Run;
 use crate::plant::Plant;
+use hysteresis_control::Observer;
+use hysteresis_control::learning::RepetitiveControl;
 
 /// A controller and what may help it: targets of the feed-forward known beforehand, a filter for the measurement,
 /// learning in the loop.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, HybridController, paper};
-/// use hysteresis_simulate::closed_loop::Trial;
-/// use hysteresis_simulate::plant::Benchmark;
+/// use hysteresis_core::{ControllerOptions, HybridController};
+/// use hysteresis_simulate::paper;
+/// use hysteresis_simulate::closed_loop::TrackingTask;
+/// use hysteresis_simulate::paper::Benchmark;
 /// use hysteresis_simulate::signals::{Wave, sine};
 /// use hysteresis_simulate::tracking::Tracking;
 /// let reference = sine(Wave { amplitude: 3.3, frequency: 20.0, rate: 1e4, offset: 0.0 }, 0.15)?;
 /// let gains = Benchmark::A1.gains();
 /// let options = ControllerOptions::new(gains.kp, gains.ki, 1e-4, (-560.0, 560.0));
 /// let mut controller = HybridController::new(paper::table_2().forward().into(), None, &options)?;
-/// let trial = Trial::new(&reference, Some(500.0))?;
-/// let run = Tracking::of(&mut controller).run(&trial, &mut Benchmark::A1.plant(0), |_| Ok::<_, core::fmt::Error>(()))?;
+/// let task = TrackingTask::new(&reference, Some(500.0))?;
+/// let run = Tracking::of(&mut controller).run(&task, &mut Benchmark::A1.plant(0), |_| Ok::<_, core::fmt::Error>(()))?;
 /// assert!((run.metrics().max_error / 0.293 - 1.0).abs() < 0.1); // as published
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -44,7 +45,7 @@ impl<'a> Tracking<'a> {
         Self { controller, targets: None, observer: None, repetitive: None }
     }
 
-    /// Lets the plant follow the reference of the trial; see [`Trial::run`] for `watch`.
+    /// Lets the plant follow the reference of the task; see [`TrackingTask::run`] for `watch`.
     ///
     /// With a preview, references enter early: before the run, the plant stands at the first reference until the window of
     /// the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or of the
@@ -54,11 +55,11 @@ impl<'a> Tracking<'a> {
     /// Those of the watch, which end the run; controller and plant stay where they are then.
     pub fn run<E>(
         self,
-        trial: &Trial<'_>,
+        task: &TrackingTask<'_>,
         plant: &mut Plant,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
-        self.run_with(trial, plant, |_, _, _| Ok(()), watch)
+        self.run_with(task, plant, |_, _, _| Ok(()), watch)
     }
 
     /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called at every sample, those before the run
@@ -68,7 +69,7 @@ impl<'a> Tracking<'a> {
     /// Those of `adapt` and the watch, which end the run; controller and plant stay where they are then.
     pub fn run_with<E>(
         mut self,
-        trial: &Trial<'_>,
+        task: &TrackingTask<'_>,
         plant: &mut Plant,
         mut adapt: impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
         watch: impl FnMut(usize) -> Result<(), E>,
@@ -76,7 +77,7 @@ impl<'a> Tracking<'a> {
         let (filling, ahead) = self.controller.preview().map_or((0, 0), |p| (p.coefficients().len() - 1, p.ahead()));
         let own = self.controller.options().limits;
         let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
-        let reference = trial.reference();
+        let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
         for k in 0..filling + ahead {
@@ -92,7 +93,7 @@ impl<'a> Tracking<'a> {
             let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
             Ok(self.controller.step(Command { reference: coming(k + ahead), target, feedforward: None }, seen))
         };
-        Ok(trial.run(plant, step, watch)?.within(limits))
+        Ok(task.run(plant, step, watch)?.within(limits))
     }
 
     /// What the feedback sees of a measurement.

@@ -1,17 +1,19 @@
 //! Laws of plants and their converters, and the loops of the paper on its benchmark plants.
 
-use hysteresis_core::{Kernel, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process, paper};
-use hysteresis_simulate::closed_loop::{Trial, WATCH_INTERVAL, simulate};
-use hysteresis_simulate::linear::{Block, Cascade, Creep, Delay, FirstOrder, SecondOrder};
-use hysteresis_simulate::metrics::{Record, Run};
-use hysteresis_simulate::plant::{Benchmark, Design, Events, Plant, Quantiser};
+use hysteresis_control::linear::{Block, Cascade, Creep, Delay, FirstOrder, SecondOrder};
+use hysteresis_core::{CompiledModel, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process};
+use hysteresis_simulate::closed_loop::{TrackingTask, WATCH_INTERVAL, simulate};
+use hysteresis_simulate::metrics::{LoopRecord, Run};
+use hysteresis_simulate::paper;
+use hysteresis_simulate::paper::Benchmark;
+use hysteresis_simulate::plant::{Events, Plant, PlantOptions, Quantiser};
 use hysteresis_simulate::signals::{Wave, sine, triangle};
 use proptest::prelude::*;
 
 /// The model whose output is its input.
-fn identity() -> Kernel {
+fn identity() -> CompiledModel {
     let model = PrandtlIshlinskii::new(&[1.0], &[0.0], Offsets::default()).unwrap();
-    Kernel::new(&ModifiedPrandtlIshlinskii::from(&model))
+    CompiledModel::new(&ModifiedPrandtlIshlinskii::from(&model))
 }
 
 /// A converter over any range that is not too narrow for it, with one number and another.
@@ -59,8 +61,8 @@ proptest! {
 
     #[test]
     fn nan_is_held_and_counted(drive in -20.0..20.0, bad in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(-1e300)]) {
-        let design = Design { limits: Some((-10.0, 10.0)), dac_bits: Some(8), ..Design::default() };
-        let mut plant = Plant::new(&identity(), &design).unwrap();
+        let options = PlantOptions { limits: Some((-10.0, 10.0)), dac_bits: Some(8), ..PlantOptions::default() };
+        let mut plant = Plant::new(&identity(), &options).unwrap();
         let converter = Quantiser::new(8, (-10.0, 10.0)).unwrap();
         let put_out = plant.step(drive);
         prop_assert_eq!(put_out, converter.level(drive));
@@ -78,8 +80,8 @@ fn walk(samples: u32, amplitude: f64) -> Vec<f64> {
 
 /// A plant with everything that there is.
 fn everything(seed: u64) -> Plant {
-    let design = Design {
-        amplifier_pole: Some(FirstOrder::new(279.0).unwrap()),
+    let options = PlantOptions {
+        amplifier: Some(FirstOrder::new(279.0).unwrap()),
         dynamics: Some(SecondOrder::new(900.0, 0.1).unwrap().into()),
         creep: Some(Creep::logarithmic(0.02, 1e-3, 1.0, 6).unwrap()),
         delay: Delay::new(2.5).unwrap(),
@@ -90,7 +92,7 @@ fn everything(seed: u64) -> Plant {
         adc: Some((24, (-4.0, 4.0))),
         dt: 1e-4,
     };
-    Plant::new(&Kernel::new(&paper::table_1_recovered()), &design).unwrap()
+    Plant::new(&CompiledModel::new(&paper::table_1_recovered()), &options).unwrap()
 }
 
 fn steps(plant: &mut Plant, drives: &[f64]) -> Vec<(f64, f64)> {
@@ -131,14 +133,14 @@ fn run_is_step_in_a_loop() {
 
 #[test]
 fn without_an_amplifier_a_plant_is_the_model_and_the_blocks_one_after_the_other() {
-    let design = Design {
+    let options = PlantOptions {
         dynamics: Some(SecondOrder::new(900.0, 0.1).unwrap().into()),
         creep: Some(Creep::new(&[0.1], &[0.01]).unwrap()),
         delay: Delay::new(1.25).unwrap(),
-        ..Design::default()
+        ..PlantOptions::default()
     };
     let model = paper::table_1_recovered();
-    let mut plant = Plant::new(&Kernel::new(&model), &design).unwrap();
+    let mut plant = Plant::new(&CompiledModel::new(&model), &options).unwrap();
     let creep = Creep::new(&[0.1], &[0.01]).unwrap().block(1e-4).unwrap();
     let linear = Cascade(SecondOrder::new(900.0, 0.1).unwrap().block(1e-4).unwrap(), creep);
     let mut blocks = Cascade(linear, Delay::new(1.25).unwrap().block());
@@ -150,7 +152,7 @@ fn without_an_amplifier_a_plant_is_the_model_and_the_blocks_one_after_the_other(
 
 #[test]
 fn a_plant_rests_where_the_drive_is_nearest_to_zero() {
-    let plant = |limits| Plant::new(&identity(), &Design { limits, ..Design::default() }).unwrap();
+    let plant = |limits| Plant::new(&identity(), &PlantOptions { limits, ..PlantOptions::default() }).unwrap();
     assert_eq!(
         [None, Some((-2.0, 3.0)), Some((2.0, 3.0)), Some((-3.0, -2.0))].map(|l| plant(l).position()),
         [0.0, 0.0, 2.0, -2.0]
@@ -163,46 +165,48 @@ fn a_plant_rests_where_the_drive_is_nearest_to_zero() {
 
 #[test]
 fn measurements_beyond_the_converter_are_clamped_and_counted() {
-    let design = Design { adc: Some((12, (-1.0, 1.0))), ..Design::default() };
-    let mut plant = Plant::new(&identity(), &design).unwrap();
+    let options = PlantOptions { adc: Some((12, (-1.0, 1.0))), ..PlantOptions::default() };
+    let mut plant = Plant::new(&identity(), &options).unwrap();
     assert_eq!([2.0, -5.0, 1.0].map(|u| plant.step(u)), [1.0, -1.0, 1.0]);
     assert_eq!((plant.position(), plant.events().overrange), (1.0, 2));
 }
 
 #[test]
 fn what_no_plant_can_have_is_named() {
-    let message = |design: Design| Plant::new(&identity(), &design).unwrap_err().to_string();
-    let none = Design::default;
-    assert_eq!(message(Design { noise: f64::NAN, ..none() }), "noise: expected a finite number >= 0, got NaN");
+    let message = |options: PlantOptions| Plant::new(&identity(), &options).unwrap_err().to_string();
+    let none = PlantOptions::default;
+    assert_eq!(message(PlantOptions { noise: f64::NAN, ..none() }), "noise: expected a finite number >= 0, got NaN");
     assert_eq!(
-        message(Design { limits: Some((1.0, 1.0)), ..none() }),
+        message(PlantOptions { limits: Some((1.0, 1.0)), ..none() }),
         "limits[1]: expected a number above the low end = 1.0, got 1.0"
     );
     assert_eq!(
-        message(Design { limits: Some((f64::NEG_INFINITY, 1.0)), ..none() }),
+        message(PlantOptions { limits: Some((f64::NEG_INFINITY, 1.0)), ..none() }),
         "limits[0]: expected a finite number (at most 1e100 in magnitude), got -inf"
     );
     assert_eq!(
-        message(Design { dac_bits: Some(16), ..none() }),
+        message(PlantOptions { dac_bits: Some(16), ..none() }),
         "limits: expected (low, high) for the 16 bits of the D/A converter to span, got none"
     );
     assert_eq!(
-        message(Design { dac_bits: Some(33), limits: Some((0.0, 1.0)), ..none() }),
+        message(PlantOptions { dac_bits: Some(33), limits: Some((0.0, 1.0)), ..none() }),
         "dac_bits: expected a number from 1.0 to 32.0, got 33.0"
     );
     assert_eq!(
-        message(Design { adc: Some((0, (0.0, 1.0))), ..none() }),
+        message(PlantOptions { adc: Some((0, (0.0, 1.0))), ..none() }),
         "adc_bits: expected a number from 1.0 to 32.0, got 0.0"
     );
     // Levels that doubles cannot tell apart: next to 1e9 they are 1e-7 apart.
     assert_eq!(
-        message(Design { adc: Some((32, (1e9, 1e9 + 1.0))), ..none() }),
+        message(PlantOptions { adc: Some((32, (1e9, 1e9 + 1.0))), ..none() }),
         "adc_bits: expected a number from 1.0 to 20.0, got 32.0"
     );
-    assert!(message(Design { adc: Some((1, (1e16, 1e16 + 4.0))), ..none() }).starts_with("adc_range[1]: expected"));
+    assert!(
+        message(PlantOptions { adc: Some((1, (1e16, 1e16 + 4.0))), ..none() }).starts_with("adc_range[1]: expected")
+    );
     let dynamics = Some(FirstOrder::new(1.0).unwrap().into());
-    assert!(message(Design { dt: 0.0, dynamics, ..none() }).starts_with("dt: expected a finite number above 0"));
-    assert!(message(Design { dt: f64::NAN, ..none() }).starts_with("dt: expected a finite number above 0"));
+    assert!(message(PlantOptions { dt: 0.0, dynamics, ..none() }).starts_with("dt: expected a finite number > 0"));
+    assert!(message(PlantOptions { dt: f64::NAN, ..none() }).starts_with("dt: expected a finite number > 0"));
 }
 
 /// The paper's law: positional, with a feed-forward from a bank.
@@ -260,7 +264,7 @@ fn the_published_maxima_of_the_triangle_come_out() {
 fn a_run_has_the_numbers_of_its_samples() {
     let reference = sine(wave(20.0), 0.15).unwrap();
     let run = track(Benchmark::A1, 0, &reference, &paper::table_2());
-    let Record { measured, position, drive, .. } = run.record();
+    let LoopRecord { measured, position, drive, .. } = run.record();
     // The same drives give the same plant again: sample k was read before drive k.
     let mut plant = Benchmark::A1.plant(0);
     for ((u, y), p) in drive.iter().zip(measured).zip(position) {
@@ -268,7 +272,7 @@ fn a_run_has_the_numbers_of_its_samples() {
         plant.step(*u);
     }
     let metrics = run.metrics();
-    assert_eq!((metrics.samples, metrics.saturated), (1500, 0));
+    assert_eq!((metrics.samples, metrics.saturated_count), (1500, 0));
     assert_eq!((metrics.range, metrics.hysteresis_percent), (6.6, Some(100.0 * metrics.max_error / 6.6)));
     assert_eq!(run.settled(), None);
 }
@@ -281,7 +285,7 @@ fn saturated_samples_are_those_at_a_limit() {
     let run = simulate(&mut plant, &reference, |k, _| drives[k]).unwrap();
     assert_eq!(run.record().drive[..6], [0.0, 560.0, 560.0, -560.0, -560.0, 559.0]);
     let metrics = run.metrics();
-    assert_eq!((metrics.saturated, metrics.drive_low, metrics.drive_high), (4, -560.0, 560.0));
+    assert_eq!((metrics.saturated_count, metrics.drive_low, metrics.drive_high), (4, -560.0, 560.0));
     assert_eq!(metrics.hysteresis_percent, None);
     assert_eq!(plant.events(), Events { rejected: 1, clamped: 2, overrange: 0 });
 }
@@ -289,10 +293,10 @@ fn saturated_samples_are_those_at_a_limit() {
 #[test]
 fn a_run_can_be_watched_and_stopped() {
     let reference = vec![0.0; 3 * WATCH_INTERVAL];
-    let trial = Trial::new(&reference, Some(100.5)).unwrap();
+    let task = TrackingTask::new(&reference, Some(100.5)).unwrap();
     let mut seen = Vec::new();
     let mut plant = Benchmark::A1.plant(0);
-    let run = trial
+    let run = task
         .run(
             &mut plant,
             |_, _| Ok::<_, &str>(0.0),
@@ -310,10 +314,10 @@ fn a_run_can_be_watched_and_stopped() {
         taken += 1;
         Ok(0.0)
     };
-    assert_eq!(trial.run(&mut plant, count, stop).unwrap_err(), "enough");
+    assert_eq!(task.run(&mut plant, count, stop).unwrap_err(), "enough");
     assert_eq!(taken, WATCH_INTERVAL);
     let fail = |k, _| if k == 2 { Err("broken") } else { Ok(0.0) };
-    assert_eq!(trial.run(&mut plant, fail, |_| Ok(())).unwrap_err(), "broken");
+    assert_eq!(task.run(&mut plant, fail, |_| Ok(())).unwrap_err(), "broken");
 }
 
 #[test]
@@ -330,10 +334,10 @@ fn what_no_run_can_have_is_named_before_anything_moves() {
     );
     assert_eq!(plant.measured(), before);
     for period in [0.0, -1.0, 2.0, f64::NAN] {
-        let error = Trial::new(&[0.0, 1.0], Some(period)).unwrap_err();
+        let error = TrackingTask::new(&[0.0, 1.0], Some(period)).unwrap_err();
         assert_eq!(error.to_string(), format!("period: expected a number from 0.0 to 1.0, got {period:?}"));
     }
-    let record = |measured: &[f64]| Record {
+    let record = |measured: &[f64]| LoopRecord {
         reference: vec![0.0; 2],
         measured: measured.to_vec(),
         position: vec![0.0; 2],

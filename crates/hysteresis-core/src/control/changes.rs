@@ -7,8 +7,8 @@ use super::loop_state::{LoopState, StopRamp};
 use super::options::{Gains, check_drive};
 use super::preview::Preview;
 use super::state::{ControllerState, DriveLimits};
-use crate::error::Error;
-use crate::memory::Kernel;
+use crate::engine::CompiledModel;
+use crate::error::{Error, check_within_limits};
 
 impl HybridController {
     /// Changes what the controller does with its samples, from the next one on and without a jump. A hold forgets neither
@@ -37,7 +37,8 @@ impl HybridController {
     /// Ramps the drive to `rest_drive` at `rate` volts per second, or at the slew if that is slower, and holds it there.
     ///
     /// From the next sample on every [`step`](Self::step) puts out the next drive of the ramp, whatever reference and
-    /// measurement come, also NaN. [`mode`](Self::mode) is [`Mode::Stop`]. A new stop replaces the one before.
+    /// measurement come, also NaN. [`mode`](Self::mode) is [`Mode::Stop`]. A new stop replaces the one before. An inverse
+    /// that feeds forward remembers the drives of the ramp; a model that is itself an inverse cannot, and stays as it is.
     /// [`release`](Self::release), or another mode, starts a motion from the drive that is reached then. The integral stays
     /// as it is, as in a hold; [`reset`](Self::reset) forgets it.
     ///
@@ -97,16 +98,17 @@ impl HybridController {
 
     /// Goes on with the weights and the offset of another model of the same operators, as
     /// [`Inverse::set_model`](crate::Inverse::set_model) or [`Forward::set_model`](crate::Forward::set_model) of the source,
-    /// without a jump. Allocates nothing, and frees what the old kernel holds if no other clone of it is left.
+    /// without a jump. Allocates nothing, and frees what the old model holds if no other clone of it is left.
     ///
     /// # Errors
     /// As there, and [`Error::NoModel`] without a source that has one; the controller is as before then.
-    pub fn set_model(&mut self, kernel: &Kernel) -> Result<(), Error> {
-        self.source.set_model(kernel)?;
+    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
+        let old = self.source.peek(self.now.terms.target);
+        self.source.set_model(model)?;
         self.planned = None;
         if self.now.started && !self.now.feedforward_given {
-            let feedforward = self.source.peek(self.now.terms.target);
-            self.now.change_feedforward(feedforward, self.rules.bumpless_samples);
+            let new = self.source.peek(self.now.terms.target);
+            self.now.change_feedforward(old, new, self.rules.bumpless_samples);
         }
         Ok(())
     }
@@ -118,13 +120,17 @@ impl HybridController {
     /// [`Error::OtherLimits`] for an inverse that has not the limits of the controller; the controller is as before then.
     pub fn set_feedforward(&mut self, source: FeedForward) -> Result<(), Error> {
         source.check_limits(self.options.limits)?;
+        let LoopState { terms, feedforward_given: given, .. } = self.now;
+        // What the last target would give at the next sample: an inverse with creep moves on by itself.
+        let old = if given { terms.feedforward } else { self.source.peek(terms.target) };
         self.planned = None;
         self.source = source;
         if self.source.is_given() {
             self.now.started = false;
         } else if self.now.started {
-            let feedforward = self.source.step(self.now.terms.target);
-            self.now.change_feedforward(feedforward, self.rules.bumpless_samples);
+            self.source.step(terms.target);
+            let new = self.source.peek(terms.target);
+            self.now.change_feedforward(old, new, self.rules.bumpless_samples);
         }
         Ok(())
     }
@@ -152,8 +158,10 @@ impl HybridController {
     /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
     ///
     /// ```
-    /// use hysteresis_core::{ControllerOptions, HybridController, paper};
-    /// let inverse = paper::table_1_recovered().inverse(Some((-500.0, 500.0)))?;
+    /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+    /// let inverse = model.inverse(Some((-500.0, 500.0)))?;
     /// let options = ControllerOptions::new(60.0, 6e3, 1e-4, (-500.0, 500.0));
     /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
     /// controller.step(1.5.into(), 0.0);
@@ -167,6 +175,33 @@ impl HybridController {
         check_drive("drive", drive, self.options.limits)?;
         self.end_motion();
         self.now.terms.drive = drive;
+        Ok(())
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval: the feed-forward remembers it, and
+    /// the next motion starts from the last of the drives. Without any nothing changes.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits, [`Error::CannotFollow`] for a feed-forward by
+    /// a model that is itself an inverse, as it knows targets alone; the controller is as before then.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, HybridController, Offsets, PrandtlIshlinskii};
+    /// let limits = (-10.0, 10.0);
+    /// let inverse = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?.inverse(Some(limits))?;
+    /// let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, 1e-4, limits) };
+    /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
+    /// controller.follow(&[8.0, 4.0])?;
+    /// assert_eq!(controller.step(7.0.into(), 0.0), 4.0);
+    /// assert_eq!(controller.step(7.0.into(), 0.0), 4.0); // 7 = 4 + 0.5 * 6: the play remembers the 8
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        let Some(last) = drives.last() else { return Ok(()) };
+        check_within_limits("drives", drives, self.options.limits)?;
+        self.source.follow(drives)?;
+        self.end_motion();
+        self.now.terms.drive = *last;
         Ok(())
     }
 

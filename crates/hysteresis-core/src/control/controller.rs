@@ -32,8 +32,11 @@ use crate::error::{Error, is_admissible};
 /// switched meanwhile: it would only learn the errors of the start, and unlearn them slowly. After samples that were held
 /// for other reasons it goes on at once. The integral is kept in volts.
 ///
-/// **Bad samples.** A reference, target or given feed-forward that is not finite (or beyond 1e100) leaves the drive and all
-/// memory as they are and is counted. So does a measurement that is not finite, out of
+/// **Memory.** The feed-forward remembers the drives that it asked for, not what the feedback adds. A stop, and
+/// [`follow`](Self::follow), give it the drives that really go out. While the drive is held, its creep goes on.
+///
+/// **Bad samples.** A reference, target or given feed-forward that is not finite (or beyond 1e100) leaves the drive as it
+/// is and is counted. So does a measurement that is not finite, out of
 /// [`measurement_range`](ControllerOptions::measurement_range) or farther than
 /// [`max_measurement_step`](ControllerOptions::max_measurement_step) from the last one, up to
 /// [`max_missing`](ControllerOptions::max_missing) in a row. Then feed-forward goes on alone, the integral frozen, until a
@@ -44,8 +47,9 @@ use crate::error::{Error, is_admissible};
 /// changes of gains and mode do not allocate, lock, panic, log or read a clock.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, HybridController, Process, paper};
-/// let model = paper::table_1_recovered();
+/// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let limits = (-500.0, 500.0); // V
 /// let mut actuator = model.forward(); // an ideal one: no dynamics, no noise
 /// let options = ControllerOptions::new(5.0, 6e3, 1e-4, limits); // V/um, V/um/s, s, V
@@ -114,6 +118,7 @@ impl HybridController {
         let status = self.sample_status(command, measurement);
         let feedforward = self.advance(&status);
         self.now = self.after(&status, feedforward);
+        self.follow_stop(&status);
         self.now.terms.drive
     }
 
@@ -137,6 +142,7 @@ impl HybridController {
         let Some(Planned { status, after }) = self.planned.take() else { return false };
         self.advance(&status);
         self.now = after;
+        self.follow_stop(&status);
         true
     }
 
@@ -188,9 +194,25 @@ impl HybridController {
             (SampleStatus::Rejected, Some(preview)) => preview.restart(),
             _ => {}
         }
-        let SampleStatus::Accepted(_, sample) = status else { return 0.0 };
-        let own = self.source.step(sample.target);
-        sample.given.unwrap_or(own)
+        match status {
+            SampleStatus::Accepted(_, sample) => {
+                let own = self.source.step(sample.target);
+                sample.given.unwrap_or(own)
+            }
+            SampleStatus::Held | SampleStatus::Rejected | SampleStatus::Waiting(..) => {
+                self.source.wait();
+                0.0
+            }
+            SampleStatus::Stopping(_) => 0.0,
+        }
+    }
+
+    /// During a stop the source remembers the drive that goes out.
+    #[inline]
+    fn follow_stop(&mut self, status: &SampleStatus) {
+        if let SampleStatus::Stopping(_) = status {
+            self.source.follow_drive(self.now.terms.drive);
+        }
     }
 
     /// The state of the loop after a sample, whose feed-forward is `feedforward`.

@@ -113,10 +113,10 @@ impl LoopState {
         }
     }
 
-    /// Restates the last sample with another feed-forward.
-    pub(super) fn change_feedforward(&mut self, feedforward: f64, bumpless_samples: u32) {
-        self.carry(self.terms.feedforward - feedforward, bumpless_samples);
-        self.terms.feedforward = feedforward;
+    /// Restates the last sample with a feed-forward that changes from `old` to `new`.
+    pub(super) fn change_feedforward(&mut self, old: f64, new: f64, bumpless_samples: u32) {
+        self.carry(old - new, bumpless_samples);
+        self.terms.feedforward += new - old;
         self.feedforward_given = false;
     }
 

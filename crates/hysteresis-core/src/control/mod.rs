@@ -18,7 +18,7 @@ mod terms;
 
 pub use command::{Command, Mode};
 pub use controller::HybridController;
-pub use feedforward::FeedForward;
+pub use feedforward::{FeedForward, FeedForwardState};
 pub use loop_state::{LoopState, StopRamp};
 pub use options::{AntiWindup, ControllerOptions, Law};
 pub use preview::{Preview, PreviewState};

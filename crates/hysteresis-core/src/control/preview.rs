@@ -2,8 +2,8 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_finite};
-use crate::memory::count_as_f64;
 
 /// A target for the feed-forward made of references that are known beforehand, by a fixed window:
 ///

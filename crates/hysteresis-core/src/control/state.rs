@@ -1,10 +1,10 @@
 //! All that the controller remembers, as plain values.
 
+use super::feedforward::FeedForwardState;
 use super::loop_state::LoopState;
 use super::options::ControllerOptions;
 use super::preview::PreviewState;
 use crate::error::{Bound, Error};
-use crate::stream::StreamState;
 
 /// The limits of the drive in a saved state.
 ///
@@ -26,14 +26,16 @@ pub struct DriveLimits {
 
 /// Everything that a [`HybridController`](super::HybridController) remembers: restored, it continues bit for bit.
 ///
-/// It also names the gains, the sampling interval and the limits of its controller: a controller with others refuses it.
-/// The other options, the model and the coefficients of the preview are not part of it.
+/// It also names the gains, the sampling interval, the limits and the model of its controller: a controller with others
+/// refuses it. The other options and the coefficients of the preview are not part of it.
 ///
 /// ```
-/// use hysteresis_core::{ControllerOptions, HybridController, paper};
+/// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 /// let limits = (-500.0, 500.0);
 /// let options = ControllerOptions::new(60.0, 6e3, 1e-4, limits);
-/// let inverse = paper::table_1_recovered().inverse(Some(limits))?;
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let inverse = model.inverse(Some(limits))?;
 /// let mut controller = HybridController::new(inverse.into(), None, &options)?;
 /// controller.step(0.5.into(), 0.1);
 /// let saved = controller.state();
@@ -59,7 +61,7 @@ pub struct ControllerState {
     /// What the loop itself remembers.
     pub feedback_loop: LoopState,
     /// What the source of the feed-forward remembers, if it has a memory.
-    pub feedforward: Option<StreamState>,
+    pub feedforward: Option<FeedForwardState>,
     /// What the preview remembers, if there is one.
     pub preview: Option<PreviewState>,
 }

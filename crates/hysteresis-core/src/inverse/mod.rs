@@ -45,9 +45,11 @@ impl ModifiedPrandtlIshlinskii {
     /// for a split model, whose families would need thresholds r' of their own; [`Error::Domain`] for ratios that break ra >= rb >= 0 or 1 >= rc >= 0.
     ///
     /// ```
-    /// use hysteresis_core::{Ratios, paper};
-    /// let inverse = paper::table_1_recovered().parametric_inverse(Ratios::PAPER_INVERSE)?;
-    /// assert!((inverse.weights()[0] - 234.9005).abs() < 5e-5); // V/um
+    /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&[1.0, 0.5], &[0.0, 2.0], Ratios::PAPER, Offsets::default())?;
+    /// let inverse = model.parametric_inverse(Ratios::PAPER_INVERSE)?;
+    /// assert_eq!(inverse.weights(), [1.0, -0.5 / 1.5]);
+    /// assert_eq!(inverse.operators()[1].r(), 2.0);
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn parametric_inverse(&self, ratios: Ratios) -> Result<Self, Error> {

@@ -1,7 +1,9 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::{Offsets, check_length, check_weights, invertibility};
+use super::checks::{check_length, check_weights};
+use super::invertibility;
+use super::offsets::Offsets;
 use crate::error::Error;
 use crate::operator::Play;
 

@@ -14,7 +14,10 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
+use super::conventional::PrandtlIshlinskii;
+use super::either::Model;
+use super::modified::ModifiedPrandtlIshlinskii;
+use super::offsets::Offsets;
 use crate::error::Error;
 use crate::operator::{CoupledPlay, Play};
 

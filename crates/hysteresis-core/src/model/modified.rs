@@ -1,8 +1,12 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::{Offsets, PrandtlIshlinskii, check_length, check_weights, invertibility};
+use super::checks::{check_length, check_weights};
+use super::conventional::PrandtlIshlinskii;
+use super::invertibility;
+use super::offsets::Offsets;
 use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
+use crate::fingerprint::Fingerprint;
 use crate::operator::CoupledPlay;
 
 /// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
@@ -179,6 +183,18 @@ impl ModifiedPrandtlIshlinskii {
         self.offsets
     }
 
+    /// A number that tells this model from others, by the values of its parameters.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let mut hash = Fingerprint::new();
+        hash.numbers(&self.weights);
+        hash.numbers(self.weights_negative());
+        for play in &self.operators {
+            hash.numbers(&[play.r(), play.ra(), play.rb(), play.rc()]);
+        }
+        hash.numbers(&[self.offsets.input, self.offsets.output]);
+        hash.finish()
+    }
+
     /// Whether the sufficient condition for an inverse holds, and if not, why not.
     ///
     /// # Errors
@@ -193,8 +209,10 @@ impl ModifiedPrandtlIshlinskii {
     /// Of a split operator either weight counts: the smaller for the least, the greater for the greatest slope.
     ///
     /// ```
-    /// let (least, most) = hysteresis_core::paper::table_1_recovered().slope_range();
-    /// assert!((least - 4.257e-3).abs() < 1e-6 && (most - 7.919e-3).abs() < 1e-6); // um/V
+    /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let model = ModifiedPrandtlIshlinskii::from_ratios(&[1.0, 0.5], &[0.0, 2.0], Ratios::PAPER, Offsets::default())?;
+    /// assert_eq!(model.slope_range(), (1.0, 1.5));
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {

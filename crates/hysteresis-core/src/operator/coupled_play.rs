@@ -1,4 +1,5 @@
-use super::{Operator, Play};
+use super::play::Play;
+use super::tracked::Operator;
 use crate::error::{Error, check_non_negative, check_within};
 
 /// The coupled-play (CP) operator, equation (5) with errata 1-6: z(k) = max(lo, min(hi, z(k-1))) with

@@ -1,4 +1,4 @@
-use super::Operator;
+use super::tracked::Operator;
 use crate::error::{Error, check_non_negative};
 
 /// The play (backlash) operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).

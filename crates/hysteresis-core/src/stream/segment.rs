@@ -1,7 +1,7 @@
 //! The hot path: on a smooth signal a sample is two comparisons and one multiply-add.
 
+use crate::engine::{Direction, Line, Piece};
 use crate::error::MAX_MAGNITUDE;
-use crate::memory::{Direction, Line, Piece};
 
 /// The straight line that a stream is on, and the samples for which it stays on it.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! Random controllers and what may happen to them.
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, ControllerState, FeedForward, Forward, HybridController, Inverse, Kernel,
-    Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Ratios,
+    AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, CreepTerms, FeedForward, Forward,
+    HybridController, Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, QuasiStatic, Ratios,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -10,12 +10,14 @@ use proptest::prelude::*;
 pub(crate) const DT: f64 = 1e-4;
 
 /// Two actuators of the same operators, volts in and um out, or two banks that are roughly their inverses.
-pub(crate) fn kernel(which: usize, inverse: bool) -> Kernel {
+pub(crate) fn compiled(which: usize, inverse: bool) -> CompiledModel {
     let actuators = ([0.0, 60.0, 150.0, 300.0], [[4.3e-3, 6e-4, 5e-4, 4e-4], [5.0e-3, 2e-4, 9e-4, 0.0]]);
     let banks = ([0.0, 0.25, 0.6, 1.4], [[235.0, -25.0, -20.0, -12.0], [200.0, -8.0, -30.0, 0.0]]);
     let (r, weights) = if inverse { banks } else { actuators };
     let ratios = if inverse { Ratios::PAPER_INVERSE } else { Ratios::PAPER };
-    Kernel::new(&ModifiedPrandtlIshlinskii::from_ratios(&weights[which], &r, ratios, Offsets::default()).unwrap())
+    CompiledModel::new(
+        &ModifiedPrandtlIshlinskii::from_ratios(&weights[which], &r, ratios, Offsets::default()).unwrap(),
+    )
 }
 
 /// Which feed-forward, and of which actuator.
@@ -25,6 +27,7 @@ pub(crate) enum Source {
     Given,
     Exact(usize),
     Parametric(usize),
+    Creeping,
 }
 
 impl Source {
@@ -32,8 +35,13 @@ impl Source {
         match self {
             Self::None => FeedForward::None,
             Self::Given => FeedForward::Given,
-            Self::Exact(which) => Inverse::new(&kernel(which, false), Some(limits)).unwrap().into(),
-            Self::Parametric(which) => Forward::new(&kernel(which, true)).into(),
+            Self::Exact(which) => Inverse::new(&compiled(which, false), Some(limits)).unwrap().into(),
+            Self::Parametric(which) => Forward::new(&compiled(which, true)).into(),
+            Self::Creeping => {
+                let creep = CreepTerms::new(&[0.02, 0.05], &[0.9, 0.99]).unwrap();
+                let stage = QuasiStatic::new(&compiled(0, false)).with_creep(creep);
+                stage.inverse(Some(limits)).unwrap().into()
+            }
         }
     }
 }
@@ -44,6 +52,7 @@ pub(crate) fn source() -> impl Strategy<Value = Source> {
         1 => Just(Source::Given),
         3 => (0..2_usize).prop_map(Source::Exact),
         2 => (0..2_usize).prop_map(Source::Parametric),
+        1 => Just(Source::Creeping),
     ]
 }
 
@@ -117,6 +126,7 @@ pub(crate) enum Event {
     Source(Source),
     Reset,
     ResetAt(f64),
+    Follow(f64, f64),
     Save,
     Restore,
 }
@@ -164,6 +174,7 @@ pub(crate) fn upheaval() -> impl Strategy<Value = Event> {
         3 => switch(),
         1 => Just(Event::Reset),
         1 => (-600.0..600.0).prop_map(Event::ResetAt),
+        1 => (-600.0..600.0, -600.0..600.0).prop_map(|(first, last)| Event::Follow(first, last)),
         1 => Just(Event::Save),
         1 => Just(Event::Restore),
     ]
@@ -184,10 +195,11 @@ pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mu
         Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
         Event::Model(which) => {
             let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
-            _ = controller.set_model(&kernel(which, inverse));
+            _ = controller.set_model(&compiled(which, inverse));
         }
         Event::Source(source) => controller.set_feedforward(source.make(limits)).unwrap(),
         Event::Reset => controller.reset(),
+        Event::Follow(first, last) => return controller.follow(&[first, last]).is_ok(),
         Event::ResetAt(drive) => return controller.reset_at(drive).is_ok(),
         Event::Save => *saved = Some(controller.state()),
         Event::Restore => return saved.as_ref().is_some_and(|state| controller.set_state(state).is_ok()),

@@ -2,8 +2,9 @@
 #![allow(dead_code, reason = "each test file uses some of these")]
 
 pub(crate) mod control;
+pub(crate) mod models;
 
-use hysteresis_core::{Forward, Kernel, ModifiedPrandtlIshlinskii, Offsets};
+use hysteresis_core::{CompiledModel, Forward, ModifiedPrandtlIshlinskii, Offsets};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -144,7 +145,7 @@ pub(crate) fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinski
 
 /// The plain loop over all operators of the model, at rest.
 pub(crate) fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
-    Forward::with_initial(&Kernel::new(model), &vec![0.0; model.weights().len()]).unwrap()
+    Forward::with_initial(&CompiledModel::new(model), &vec![0.0; model.weights().len()]).unwrap()
 }
 
 /// The scale of the model's output over the histories: tolerances are relative to it.

@@ -3,11 +3,12 @@
 use faer::Mat;
 use hysteresis_core::Model;
 
-use super::{Defect, Finding, Measured, signal};
-use crate::factor::TriangularFactor;
-use crate::quality::as_f64;
+use crate::finding::{Finding, FindingCode};
+use crate::fit::factor::TriangularFactor;
+use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::numeric::as_f64;
 use crate::record::Record;
-use crate::regressor::{Bank, Regressor};
+use crate::signal;
 
 /// What the pass leaves behind.
 pub(super) struct Survey {
@@ -25,7 +26,7 @@ pub(super) struct Survey {
 
 impl Survey {
     pub(super) fn of(records: &[Record<'_>], model: &Model, delay: f64) -> Self {
-        let (bank, weights, offsets) = Bank::of_model(model);
+        let (bank, weights, offsets) = OperatorBank::of_model(model);
         let thresholds = bank.thresholds().to_vec();
         let (means, n) = (records.len(), thresholds.len());
         let mut factor = TriangularFactor::new(means + n);
@@ -72,13 +73,12 @@ impl Survey {
             (0..self.operators()).filter(|i| !self.is_moved(*i)).map(|i| self.thresholds[i]).collect();
         let smallest = still.iter().copied().fold(f64::INFINITY, f64::min);
         let message = format!(
-            "{} of {} operators never move, thresholds from {smallest:.4} on: their weights are not determined, drive \
-             further or fit smaller thresholds",
+            "{} of {} operators never move, thresholds from {smallest:.4} on: their weights are not determined",
             still.len(),
             self.operators()
         );
-        let measured = Measured { defect: Defect::UnreachedThreshold, value: as_f64(still.len()), limit: 0.0, message };
-        (!still.is_empty()).then(|| measured.into_finding(None))
+        let measured = Finding::new(FindingCode::UnreachedThreshold, as_f64(still.len()), 0.0, message);
+        (!still.is_empty()).then_some(measured)
     }
 
     /// Operators that the record does not tell apart.
@@ -99,8 +99,8 @@ impl Survey {
              {value:.1} times what one contributes; their sum and the output are determined all the same",
             moved.len()
         );
-        let measured = Measured { defect: Defect::CollinearOperators, value, limit: LIMIT, message };
-        (moved.len() > 1 && value > LIMIT).then(|| measured.into_finding(None))
+        let measured = Finding::new(FindingCode::CollinearOperators, value, LIMIT, message);
+        (moved.len() > 1 && value > LIMIT).then_some(measured)
     }
 
     /// The rms residual, widened for what correlated residuals add to the error of a mean.

@@ -2,24 +2,26 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{Forward, Kernel, Process};
-use hysteresis_simulate::linear::{self, Block, Creep, Delay, Dynamics, FirstOrder};
+use hysteresis_control::linear::{Block, Creep, Delay, Dynamics, FirstOrder};
+use hysteresis_core::{CompiledModel, Forward, Process};
 
+use super::findings::findings;
 use super::options::{DynamicsOptions, Order};
-use super::response::{Fit, Parameter, Problem};
-use super::search::{Domain, Monitor, search};
-use super::uncertainty::{Uncertainty, Warning, warnings};
+use super::response::{LinearParameter, ResponseFit, ResponseProblem};
+use super::search::{PassCounter, SearchDomain, search};
+use super::uncertainty::Uncertainty;
 use crate::error::{Error, RecordError};
+use crate::finding::Finding;
 use crate::options::Setting;
-use crate::quality::Quality;
 use crate::record::{Record, check_finite};
+use crate::result::quality::Quality;
 
 /// Identified dynamics, and how well they fit.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct DynamicsIdentification {
     /// The hysteresis model that was given.
-    pub model: Kernel,
+    pub model: CompiledModel,
     /// The sampling interval of the record in seconds.
     pub dt: f64,
     /// The lag or second-order dynamics, of unit static gain.
@@ -35,7 +37,7 @@ pub struct DynamicsIdentification {
     /// Standard deviations and covariance.
     pub uncertainty: Uncertainty,
     /// What to know before the numbers are used.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Finding>,
     /// The quality over the fitted samples.
     pub fit: Quality,
     /// How many passes over the record the search took.
@@ -75,22 +77,23 @@ impl DynamicsIdentification {
 /// from the virgin state. G is second-order (natural frequency, damping) or a first-order lag, discretised exactly for
 /// an input held between samples; lag_i are first-order lags of known time constants. v is at rest at its first value
 /// before the record: start a step record a sample or more before the step. The position that belongs to a sample is
-/// that at the end of its interval (see [`hysteresis_simulate::linear`]): an output that is measured when the input is
+/// that at the end of its interval (see [`hysteresis_control::linear`]): an output that is measured when the input is
 /// put out has a delay of 1.
 ///
 /// The sum of squared output errors over the fitted samples is minimised. Gain, offset and creep enter linearly and are
 /// exact at every point (QR, as in [`identify`](crate::identify)); frequency, damping and delay go from the best minima
 /// of a grid, ten per cent apart in frequency, to bounded Gauss-Newton steps. Standard deviations assume white noise;
-/// [`Warning`]s name what makes the numbers doubtful. A record that does not reach the resonance gives a warning, not an
+/// the [`Finding`]s in `warnings` tell what makes the numbers doubtful. A record that does not reach the resonance gives a warning, not an
 /// error: what the numbers are worth then is in their standard deviations.
 ///
 /// `proceed` is called after every pass over the record; [`ControlFlow::Break`] stops.
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hysteresis_core::{Kernel, Process, paper};
+/// use hysteresis_core::{CompiledModel, Process};
+/// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{DynamicsOptions, Record, identify_dynamics};
-/// use hysteresis_simulate::linear::{Dynamics, SecondOrder, Stream};
+/// use hysteresis_control::linear::{Dynamics, SecondOrder, Stream};
 ///
 /// let actuator = paper::table_1_recovered();
 /// let (mut hysteresis, mut stage) =
@@ -100,7 +103,7 @@ impl DynamicsIdentification {
 ///
 /// let record = Record::new(&input, &output, 0)?;
 /// let options = DynamicsOptions::new(1e-4);
-/// let found = identify_dynamics(&record, &Kernel::new(&actuator), &options, &mut || ControlFlow::Continue(()))?;
+/// let found = identify_dynamics(&record, &CompiledModel::new(&actuator), &options, &mut || ControlFlow::Continue(()))?;
 /// let Dynamics::SecondOrder(found) = found.dynamics else { unreachable!() };
 /// assert!((found.frequency() - 800.0).abs() < 1e-3 && (found.damping() - 0.05).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -112,7 +115,7 @@ impl DynamicsIdentification {
 /// so.
 pub fn identify_dynamics(
     record: &Record<'_>,
-    model: &Kernel,
+    model: &CompiledModel,
     options: &DynamicsOptions,
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<DynamicsIdentification, Error> {
@@ -127,18 +130,18 @@ pub fn identify_dynamics(
     if problem.input.iter().all(|v| *v == 0.0) {
         return Err(RecordError::Constant { argument: "output of the model", value: first }.in_record(0));
     }
-    let domain = Domain::new(record.input().len(), options.dt, options.delay);
-    let mut monitor = Monitor::new(proceed);
+    let domain = SearchDomain::new(record.input().len(), options.dt, options.delay);
+    let mut monitor = PassCounter::new(proceed);
     let (fit, cell) = search(&problem, &domain, &mut monitor)?;
     let uncertainty = Uncertainty::new(&problem, &fit, &problem.linearise(&fit, cell)?, first);
     let (residuals, range) = (problem.residuals(&fit)?, record.output_range());
-    let warnings = warnings(&problem, &domain, &fit, &uncertainty, &residuals, range)?;
+    let warnings = findings(&problem, &domain, &fit, &uncertainty, &residuals, range)?;
     let steady: f64 = fit.coefficients[1..].iter().sum();
     Ok(DynamicsIdentification {
         model: model.clone(),
         dt: options.dt,
         dynamics: fit.point.dynamics(options.order)?,
-        delay: fit.point.get(Parameter::Delay),
+        delay: fit.point.get(LinearParameter::Delay),
         creep: creep(&fit, &time_constants)?,
         gain: fit.coefficients[1],
         output_offset: problem.reference + fit.coefficients[0] - steady * first,
@@ -154,16 +157,16 @@ fn problem<'a>(
     options: &DynamicsOptions,
     hysteresis: &[f64],
     time_constants: &[f64],
-) -> Result<Problem<'a>, Error> {
-    let mut axes = vec![Parameter::LogFrequency];
+) -> Result<ResponseProblem<'a>, Error> {
+    let mut axes = vec![LinearParameter::LogFrequency];
     if options.order == Order::Second {
-        axes.push(Parameter::LogDamping);
+        axes.push(LinearParameter::LogDamping);
     }
     if options.delay == Setting::Fit {
-        axes.push(Parameter::Delay);
+        axes.push(LinearParameter::Delay);
     }
     let lags = time_constants.iter().map(|tau| FirstOrder::from_time_constant(*tau)).collect::<Result<_, _>>()?;
-    Ok(Problem {
+    Ok(ResponseProblem {
         order: options.order,
         dt: options.dt,
         input: hysteresis.iter().map(|v| v - hysteresis[0]).collect(),
@@ -176,7 +179,7 @@ fn problem<'a>(
 }
 
 /// The creep at a fit, if any was asked for.
-fn creep(fit: &Fit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
+fn creep(fit: &ResponseFit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
     if time_constants.is_empty() {
         return Ok(None);
     }
@@ -185,14 +188,7 @@ fn creep(fit: &Fit, time_constants: &[f64]) -> Result<Option<Creep>, Error> {
 }
 
 /// The output of the model from the virgin state.
-fn hysteresis_output(model: &Kernel, input: &[f64]) -> Vec<f64> {
+fn hysteresis_output(model: &CompiledModel, input: &[f64]) -> Vec<f64> {
     let mut stream = Forward::new(model);
     input.iter().map(|u| stream.step(*u)).collect()
-}
-
-impl From<linear::Error> for Error {
-    fn from(error: linear::Error) -> Self {
-        let linear::Error { parameter, index, expected, got } = error;
-        Self::Domain { parameter, index, expected, got }
-    }
 }

@@ -1,5 +1,6 @@
 //! Identification of the linear part behind a known hysteresis model: the cascade of Remark 1 of the paper.
 
+mod findings;
 mod identification;
 mod options;
 mod response;
@@ -8,4 +9,4 @@ mod uncertainty;
 
 pub use identification::{DynamicsIdentification, identify_dynamics};
 pub use options::{CreepTerms, DynamicsOptions, Order};
-pub use uncertainty::{Uncertainty, Warning};
+pub use uncertainty::Uncertainty;

@@ -1,11 +1,11 @@
 //! What to identify, and what is known already.
 
+use hysteresis_control::linear;
 use hysteresis_core::is_admissible;
-use hysteresis_simulate::linear;
 
 use crate::error::Error;
+use crate::numeric::as_f64;
 use crate::options::Setting;
-use crate::quality::as_f64;
 use crate::record::Record;
 
 /// The longest time constant of creep, as a share of the record: a term that is slower is a drift.

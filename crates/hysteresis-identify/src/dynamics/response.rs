@@ -1,11 +1,11 @@
 //! The simulated response, its linear coefficients, and its derivatives.
 
 use faer::Mat;
-use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrder, SecondOrder};
 
 use super::options::Order;
-use crate::factor::TriangularFactor;
-use crate::quality::as_f64;
+use crate::fit::factor::TriangularFactor;
+use crate::numeric::as_f64;
 
 /// The step of a central difference in the logarithm of frequency or damping: its own error and that of rounding are
 /// both about 1e-10 of the derivative.
@@ -20,44 +20,44 @@ const ROUNDING_SQUARES: f64 = 1e-28;
 /// A parameter that enters the response nonlinearly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
-pub(super) enum Parameter {
+pub(super) enum LinearParameter {
     LogFrequency,
     LogDamping,
     Delay,
 }
 
-/// A value for every [`Parameter`].
+/// A value for every [`LinearParameter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point([f64; 3]);
+pub(super) struct LinearPoint([f64; 3]);
 
-impl Point {
+impl LinearPoint {
     pub(super) fn new(frequency: f64, damping: f64, delay: f64) -> Self {
         Self([frequency.ln(), damping.ln(), delay])
     }
 
-    pub(super) fn get(&self, parameter: Parameter) -> f64 {
+    pub(super) fn get(&self, parameter: LinearParameter) -> f64 {
         self.0[parameter as usize]
     }
 
-    pub(super) fn with(mut self, parameter: Parameter, value: f64) -> Self {
+    pub(super) fn with(mut self, parameter: LinearParameter, value: f64) -> Self {
         self.0[parameter as usize] = value;
         self
     }
 
     /// The dynamics at this point.
     pub(super) fn dynamics(&self, order: Order) -> Result<Dynamics, linear::Error> {
-        let frequency = self.get(Parameter::LogFrequency).exp();
+        let frequency = self.get(LinearParameter::LogFrequency).exp();
         Ok(match order {
             Order::First => FirstOrder::new(frequency)?.into(),
-            Order::Second => SecondOrder::new(frequency, self.get(Parameter::LogDamping).exp())?.into(),
+            Order::Second => SecondOrder::new(frequency, self.get(LinearParameter::LogDamping).exp())?.into(),
         })
     }
 }
 
 /// The best linear coefficients at a point.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Fit {
-    pub(super) point: Point,
+pub(super) struct ResponseFit {
+    pub(super) point: LinearPoint,
     /// Offset, gain, and gain times the amplitude of each term of creep.
     pub(super) coefficients: Vec<f64>,
     /// The sum of squared errors over the fitted samples.
@@ -67,7 +67,7 @@ pub(super) struct Fit {
 /// y(k) = offset + gain (1 + sum_k c_k lag_k) G v(k - delay), with v and y counted from their first values.
 ///
 /// Everything is at rest before the record, at its first value.
-pub(super) struct Problem<'a> {
+pub(super) struct ResponseProblem<'a> {
     pub(super) order: Order,
     pub(super) dt: f64,
     /// The output of the hysteresis less its first value.
@@ -79,10 +79,10 @@ pub(super) struct Problem<'a> {
     /// The lags of creep.
     pub(super) lags: Vec<FirstOrder>,
     /// The searched parameters.
-    pub(super) axes: Vec<Parameter>,
+    pub(super) axes: Vec<LinearParameter>,
 }
 
-impl Problem<'_> {
+impl ResponseProblem<'_> {
     /// How many coefficients enter linearly.
     pub(super) fn coefficients(&self) -> usize {
         2 + self.lags.len()
@@ -100,7 +100,7 @@ impl Problem<'_> {
     }
 
     /// The response of the dynamics alone, without delay.
-    pub(super) fn response(&self, point: &Point) -> Result<Vec<f64>, linear::Error> {
+    pub(super) fn response(&self, point: &LinearPoint) -> Result<Vec<f64>, linear::Error> {
         let mut block: DynamicsBlock = point.dynamics(self.order)?.block(self.dt)?;
         Ok(self.input.iter().map(|v| block.advance(*v)).collect())
     }
@@ -115,12 +115,12 @@ impl Problem<'_> {
     }
 
     /// The exact least-squares coefficients at a point.
-    pub(super) fn fit(&self, point: &Point) -> Result<Fit, linear::Error> {
-        let columns = self.columns(delayed(&self.response(point)?, point.get(Parameter::Delay)))?;
+    pub(super) fn fit(&self, point: &LinearPoint) -> Result<ResponseFit, linear::Error> {
+        let columns = self.columns(delayed(&self.response(point)?, point.get(LinearParameter::Delay)))?;
         let triangle = self.triangle(&columns);
         let coefficients = solve(&triangle, columns.len());
         let residual = triangle[(columns.len(), columns.len())];
-        Ok(Fit { point: *point, coefficients, squares: residual * residual })
+        Ok(ResponseFit { point: *point, coefficients, squares: residual * residual })
     }
 
     /// The sum of squares that is left without dynamics: two neighbouring whole delays of the input in any proportion,
@@ -134,8 +134,8 @@ impl Problem<'_> {
     }
 
     /// y less its prediction, over the fitted samples.
-    pub(super) fn residuals(&self, fit: &Fit) -> Result<Vec<f64>, linear::Error> {
-        let columns = self.columns(delayed(&self.response(&fit.point)?, fit.point.get(Parameter::Delay)))?;
+    pub(super) fn residuals(&self, fit: &ResponseFit) -> Result<Vec<f64>, linear::Error> {
+        let columns = self.columns(delayed(&self.response(&fit.point)?, fit.point.get(LinearParameter::Delay)))?;
         let residual = |k: usize| {
             let predicted: f64 = columns.iter().zip(&fit.coefficients).map(|(column, c)| c * column[k]).sum();
             self.output[k] - self.reference - predicted
@@ -146,23 +146,23 @@ impl Problem<'_> {
     /// The triangle of the columns of the coefficients, the derivatives by the axes, and the output.
     ///
     /// `cell` is the whole delay below which the delay does not go: on a whole delay the derivative is the one above.
-    pub(super) fn linearise(&self, fit: &Fit, cell: f64) -> Result<Mat<f64>, linear::Error> {
+    pub(super) fn linearise(&self, fit: &ResponseFit, cell: f64) -> Result<Mat<f64>, linear::Error> {
         let point = &fit.point;
         let response = self.response(point)?;
-        let mut columns = self.columns(delayed(&response, point.get(Parameter::Delay)))?;
+        let mut columns = self.columns(delayed(&response, point.get(LinearParameter::Delay)))?;
         for axis in &self.axes {
             let derivative = match axis {
-                Parameter::Delay => {
+                LinearParameter::Delay => {
                     let (early, late) = (delayed(&response, cell), delayed(&response, cell + 1.0));
                     early.iter().zip(late).map(|(early, late)| late - early).collect()
                 }
-                Parameter::LogFrequency | Parameter::LogDamping => {
+                LinearParameter::LogFrequency | LinearParameter::LogDamping => {
                     let value = point.get(*axis);
                     let above = self.response(&point.with(*axis, value + DIFFERENCE_STEP))?;
                     let below = self.response(&point.with(*axis, value - DIFFERENCE_STEP))?;
                     let slope = |(above, below): (&f64, f64)| (above - below) / (2.0 * DIFFERENCE_STEP);
                     let slopes: Vec<f64> = above.iter().zip(below).map(slope).collect();
-                    delayed(&slopes, point.get(Parameter::Delay))
+                    delayed(&slopes, point.get(LinearParameter::Delay))
                 }
             };
             columns.push(self.creeping(&derivative, &fit.coefficients[1..])?);

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use faer::Mat;
 
 use super::options::Order;
-use super::response::{Fit, Parameter, Point, Problem};
-use crate::bounded;
+use super::response::{LinearParameter, LinearPoint, ResponseFit, ResponseProblem};
 use crate::error::Error;
+use crate::fit::bounded;
+use crate::numeric::as_f64;
 use crate::options::Setting;
-use crate::quality::as_f64;
 
 /// The ratio of neighbouring frequencies of the grid.
 const GRID_RATIO: f64 = 1.1;
@@ -38,7 +38,7 @@ const MIN_GAIN: f64 = 1e-13;
 const MIN_STEP: f64 = 1e-14;
 
 /// Where the search may go.
-pub(super) struct Domain {
+pub(super) struct SearchDomain {
     log_frequency: (f64, f64),
     log_damping: (f64, f64),
     pub(super) max_delay: f64,
@@ -46,7 +46,7 @@ pub(super) struct Domain {
     delay: Setting<f64>,
 }
 
-impl Domain {
+impl SearchDomain {
     /// Frequencies from a tenth of a cycle per record to half the sampling rate.
     pub(super) fn new(samples: usize, dt: f64, delay: Setting<f64>) -> Self {
         Self {
@@ -57,16 +57,16 @@ impl Domain {
         }
     }
 
-    fn bounds(&self, parameter: Parameter) -> (f64, f64) {
+    fn bounds(&self, parameter: LinearParameter) -> (f64, f64) {
         match parameter {
-            Parameter::LogFrequency => self.log_frequency,
-            Parameter::LogDamping => self.log_damping,
-            Parameter::Delay => (0.0, self.max_delay),
+            LinearParameter::LogFrequency => self.log_frequency,
+            LinearParameter::LogDamping => self.log_damping,
+            LinearParameter::Delay => (0.0, self.max_delay),
         }
     }
 
     /// Whether the search was stopped by a bound.
-    pub(super) fn at_bound(&self, point: &Point, parameter: Parameter) -> bool {
+    pub(super) fn at_bound(&self, point: &LinearPoint, parameter: LinearParameter) -> bool {
         let ((lower, upper), value) = (self.bounds(parameter), point.get(parameter));
         value <= lower || value >= upper
     }
@@ -93,20 +93,20 @@ impl Domain {
 }
 
 /// The size of a bold step.
-fn scale(parameter: Parameter) -> f64 {
+fn scale(parameter: LinearParameter) -> f64 {
     match parameter {
-        Parameter::LogFrequency => 0.3,
-        Parameter::LogDamping | Parameter::Delay => 1.0,
+        LinearParameter::LogFrequency => 0.3,
+        LinearParameter::LogDamping | LinearParameter::Delay => 1.0,
     }
 }
 
 /// Counts passes over the record, and stops where the caller says so.
-pub(super) struct Monitor<'a> {
+pub(super) struct PassCounter<'a> {
     proceed: &'a mut dyn FnMut() -> ControlFlow<()>,
     pub(super) evaluations: usize,
 }
 
-impl<'a> Monitor<'a> {
+impl<'a> PassCounter<'a> {
     pub(super) fn new(proceed: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
         Self { proceed, evaluations: 0 }
     }
@@ -121,8 +121,12 @@ impl<'a> Monitor<'a> {
 }
 
 /// The best fit, with the whole delay below which its derivatives are taken.
-pub(super) fn search(problem: &Problem<'_>, domain: &Domain, monitor: &mut Monitor<'_>) -> Result<(Fit, f64), Error> {
-    let mut best: Option<(Fit, f64)> = None;
+pub(super) fn search(
+    problem: &ResponseProblem<'_>,
+    domain: &SearchDomain,
+    monitor: &mut PassCounter<'_>,
+) -> Result<(ResponseFit, f64), Error> {
+    let mut best: Option<(ResponseFit, f64)> = None;
     for start in scan(problem, domain, monitor)? {
         let found = improve(problem, domain, start, FIRST_STEPS, monitor)?;
         if best.as_ref().is_none_or(|(best, _)| found.0.squares < best.squares) {
@@ -134,23 +138,27 @@ pub(super) fn search(problem: &Problem<'_>, domain: &Domain, monitor: &mut Monit
 }
 
 /// The best of the points of the grid that fit better than those of the next frequencies, at least one.
-fn scan(problem: &Problem<'_>, domain: &Domain, monitor: &mut Monitor<'_>) -> Result<Vec<Point>, Error> {
+fn scan(
+    problem: &ResponseProblem<'_>,
+    domain: &SearchDomain,
+    monitor: &mut PassCounter<'_>,
+) -> Result<Vec<LinearPoint>, Error> {
     let dampings = match problem.order {
         Order::First => &GRID_DAMPINGS[..1],
         Order::Second => &GRID_DAMPINGS[..],
     };
     let rows = Rows::new(problem);
-    let mut along: Vec<(f64, Point)> = Vec::new();
+    let mut along: Vec<(f64, LinearPoint)> = Vec::new();
     for frequency in domain.frequencies() {
-        let mut best = (f64::INFINITY, Point::new(frequency, dampings[0], 0.0));
+        let mut best = (f64::INFINITY, LinearPoint::new(frequency, dampings[0], 0.0));
         for damping in dampings {
-            let point = Point::new(frequency, *damping, 0.0);
+            let point = LinearPoint::new(frequency, *damping, 0.0);
             let response = problem.response(&point)?;
             monitor.evaluated()?;
             for delay in domain.delays() {
                 let squares = rows.squares(&response, delay);
                 if squares < best.0 {
-                    best = (squares, point.with(Parameter::Delay, delay));
+                    best = (squares, point.with(LinearParameter::Delay, delay));
                 }
             }
         }
@@ -170,13 +178,13 @@ fn scan(problem: &Problem<'_>, domain: &Domain, monitor: &mut Monitor<'_>) -> Re
 
 /// Some of the fitted rows, for comparing starts.
 struct Rows<'a> {
-    problem: &'a Problem<'a>,
+    problem: &'a ResponseProblem<'a>,
     places: Vec<usize>,
     mean: f64,
 }
 
 impl<'a> Rows<'a> {
-    fn new(problem: &'a Problem<'a>) -> Self {
+    fn new(problem: &'a ResponseProblem<'a>) -> Self {
         let rows = problem.input.len() - problem.skip;
         let places: Vec<_> = (problem.skip..problem.input.len()).step_by(rows.div_ceil(SCAN_SAMPLES)).collect();
         let mean = places.iter().map(|k| problem.output[*k]).sum::<f64>() / as_f64(places.len());
@@ -202,16 +210,16 @@ impl<'a> Rows<'a> {
 
 /// At most that many bounded Gauss-Newton steps, within one whole delay after the other: there the slope jumps.
 fn improve(
-    problem: &Problem<'_>,
-    domain: &Domain,
-    start: Point,
+    problem: &ResponseProblem<'_>,
+    domain: &SearchDomain,
+    start: LinearPoint,
     mut steps: usize,
-    monitor: &mut Monitor<'_>,
-) -> Result<(Fit, f64), Error> {
+    monitor: &mut PassCounter<'_>,
+) -> Result<(ResponseFit, f64), Error> {
     let mut here = problem.fit(&start)?;
     monitor.evaluated()?;
     let highest_cell = (domain.max_delay - 1.0).max(0.0);
-    let mut cell = start.get(Parameter::Delay).floor().min(highest_cell);
+    let mut cell = start.get(LinearParameter::Delay).floor().min(highest_cell);
     improve_in_cell(problem, domain, &mut here, cell, &mut steps, monitor)?;
     while let Some(next) = next_cell(problem, &here, cell, highest_cell) {
         let before = here.squares;
@@ -225,9 +233,9 @@ fn improve(
 }
 
 /// The whole delay beyond the edge at which the search within this one ended, if it did.
-fn next_cell(problem: &Problem<'_>, here: &Fit, cell: f64, highest: f64) -> Option<f64> {
-    let delay = here.point.get(Parameter::Delay);
-    if !problem.axes.contains(&Parameter::Delay) {
+fn next_cell(problem: &ResponseProblem<'_>, here: &ResponseFit, cell: f64, highest: f64) -> Option<f64> {
+    let delay = here.point.get(LinearParameter::Delay);
+    if !problem.axes.contains(&LinearParameter::Delay) {
         None
     } else if delay <= cell && cell > 0.0 {
         Some(cell - 1.0)
@@ -239,17 +247,17 @@ fn next_cell(problem: &Problem<'_>, here: &Fit, cell: f64, highest: f64) -> Opti
 }
 
 fn improve_in_cell(
-    problem: &Problem<'_>,
-    domain: &Domain,
-    here: &mut Fit,
+    problem: &ResponseProblem<'_>,
+    domain: &SearchDomain,
+    here: &mut ResponseFit,
     cell: f64,
     steps: &mut usize,
-    monitor: &mut Monitor<'_>,
+    monitor: &mut PassCounter<'_>,
 ) -> Result<(), Error> {
     let mut radius = 1.0;
     while *steps > 0 && here.squares > problem.rounding_squares() {
         *steps -= 1;
-        let linearised = Linearised::new(&problem.linearise(here, cell)?, problem.coefficients());
+        let linearised = LinearisedResponse::new(&problem.linearise(here, cell)?, problem.coefficients());
         monitor.evaluated()?;
         if !step_down(problem, domain, here, &linearised, cell, &mut radius, monitor)? {
             break;
@@ -259,14 +267,14 @@ fn improve_in_cell(
 }
 
 /// What is left of the linearised problem once the coefficients have done their best.
-struct Linearised {
+struct LinearisedResponse {
     a: Mat<f64>,
     b: Vec<f64>,
     /// The sum of squares that no step can lower.
     rest: f64,
 }
 
-impl Linearised {
+impl LinearisedResponse {
     fn new(triangle: &Mat<f64>, coefficients: usize) -> Self {
         let last = triangle.ncols() - 1;
         Self {
@@ -279,18 +287,19 @@ impl Linearised {
 
 /// Moves to the first fit below `here` that shrinking the trust region finds; false if none is worth a step.
 fn step_down(
-    problem: &Problem<'_>,
-    domain: &Domain,
-    here: &mut Fit,
-    linearised: &Linearised,
+    problem: &ResponseProblem<'_>,
+    domain: &SearchDomain,
+    here: &mut ResponseFit,
+    linearised: &LinearisedResponse,
     cell: f64,
     radius: &mut f64,
-    monitor: &mut Monitor<'_>,
+    monitor: &mut PassCounter<'_>,
 ) -> Result<bool, Error> {
     let axes = &problem.axes;
-    let bounds_of = |axis: Parameter| if axis == Parameter::Delay { (cell, cell + 1.0) } else { domain.bounds(axis) };
+    let bounds_of =
+        |axis: LinearParameter| if axis == LinearParameter::Delay { (cell, cell + 1.0) } else { domain.bounds(axis) };
     loop {
-        let reach = |axis: &Parameter| {
+        let reach = |axis: &LinearParameter| {
             let ((lower, upper), value, reach) = (bounds_of(*axis), here.point.get(*axis), *radius * scale(*axis));
             ((lower - value).max(-reach).min(0.0), (upper - value).min(reach).max(0.0))
         };

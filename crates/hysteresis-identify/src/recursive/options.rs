@@ -1,7 +1,7 @@
 //! How a recursive identification forgets, and what it starts from.
 
+use hysteresis_control::linear::Dynamics;
 use hysteresis_core::is_admissible;
-use hysteresis_simulate::linear::Dynamics;
 
 use crate::error::Error;
 use crate::options::Setting;

@@ -1,12 +1,14 @@
 //! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
 
+use hysteresis_control::linear::{Block, Dynamics, DynamicsBlock};
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
 };
-use hysteresis_simulate::linear::{self, Block, Dynamics, DynamicsBlock};
 
-use super::MIN_IDENTITY_SHARE;
 use crate::error::Error;
+
+/// The identity weight never falls below this share of that of the given model, so that an inverse exists.
+pub const MIN_IDENTITY_SHARE: f64 = 1e-6;
 
 /// Which part of an operator's output a weight counts for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +63,7 @@ impl Regressors {
         columns.extend(others.iter().map(|(column, _)| *column));
         weights.extend(others.iter().map(|(_, v)| *v));
         let lags = match dynamics {
-            Some((dynamics, dt)) => vec![dynamics.block(dt).map_err(invalid)?; columns.len()],
+            Some((dynamics, dt)) => vec![dynamics.block(dt)?; columns.len()],
             None => Vec::new(),
         };
         let outputs = operators.iter().map(|_| 0.0).collect();
@@ -180,11 +182,6 @@ impl Regressors {
             lag.restore(*state);
         }
     }
-}
-
-fn invalid(error: linear::Error) -> Error {
-    let linear::Error { parameter, index, expected, got } = error;
-    Error::Domain { parameter, index, expected, got }
 }
 
 /// The largest threshold, rounded up to a power of two; 1 without any.

@@ -14,11 +14,9 @@ use hysteresis_core::{Bound, Error, Process, is_admissible};
 /// A sample that is not finite (or beyond 1e100) repeats the last drive.
 ///
 /// ```
-/// use hysteresis_core::paper;
-/// use hysteresis_simulate::paper::PrintedLaw;
-/// use hysteresis_simulate::plant::Benchmark;
+/// use hysteresis_simulate::paper::{Benchmark, PrintedLaw, table_2};
 /// let (gains, mut plant) = (Benchmark::A1.gains(), Benchmark::A1.plant(0));
-/// let mut law = PrintedLaw::new(paper::table_2().forward(), gains.kp, gains.ki, 1e-4, (-560.0, 560.0))?;
+/// let mut law = PrintedLaw::new(table_2().forward(), gains.kp, gains.ki, 1e-4, (-560.0, 560.0))?;
 /// let reference = |k: i32| 3.3 * (1e-4 * f64::from(k) * 5.0 * core::f64::consts::TAU).sin(); // Fig. 14
 /// let first = (0..200).find(|k| {
 ///     plant.step(law.step(reference(*k), plant.measured()));
@@ -89,14 +87,15 @@ impl<F: Process> PrintedLaw<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hysteresis_core::{ControllerOptions, HybridController, Law, paper};
+    use crate::paper::{table_1_recovered, table_2};
+    use hysteresis_core::{ControllerOptions, HybridController, Law};
 
     const LIMITS: (f64, f64) = (-560.0, 560.0);
 
     /// At which of 200 samples the drive is at the upper limit, on the paper's actuator without dynamics: 5 Hz and 3.3 um,
     /// as in Fig. 14.
     fn samples_to_the_limit(mut law: impl FnMut(f64, f64) -> f64) -> Option<i32> {
-        let mut actuator = paper::table_1_recovered().forward();
+        let mut actuator = table_1_recovered().forward();
         let mut position = 0.0;
         (0..200).find(|k| {
             let reference = 3.3 * (1e-4 * f64::from(*k) * 5.0 * core::f64::consts::TAU).sin();
@@ -108,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_printed_law_runs_into_the_limit_and_the_others_do_not() {
-        let feedforward = || paper::table_2().forward();
+        let feedforward = || table_2().forward();
         let mut printed = PrintedLaw::new(feedforward(), 60.0, 6e3, 1e-4, LIMITS).unwrap();
         assert_eq!(samples_to_the_limit(|r, y| printed.step(r, y)), Some(25));
         printed.reset();
@@ -122,8 +121,8 @@ mod tests {
 
     #[test]
     fn it_is_the_printed_equation() {
-        let mut law = PrintedLaw::new(paper::table_2().forward(), 2.0, 300.0, 1e-2, LIMITS).unwrap();
-        let mut feedforward = paper::table_2().forward();
+        let mut law = PrintedLaw::new(table_2().forward(), 2.0, 300.0, 1e-2, LIMITS).unwrap();
+        let mut feedforward = table_2().forward();
         assert_eq!(law.step(0.1, 0.25), feedforward.step(0.1) + 2.0 * -0.15 + 3.0 * -0.15);
         let before = law.drive();
         assert_eq!(law.step(f64::NAN, 0.0), before);
@@ -134,9 +133,8 @@ mod tests {
 
     #[test]
     fn arguments_out_of_their_domain_are_named() {
-        let error = |kp, ki, dt, limits| {
-            PrintedLaw::new(paper::table_2().forward(), kp, ki, dt, limits).unwrap_err().to_string()
-        };
+        let error =
+            |kp, ki, dt, limits| PrintedLaw::new(table_2().forward(), kp, ki, dt, limits).unwrap_err().to_string();
         assert_eq!(error(-1.0, 0.0, 1.0, LIMITS), "kp: expected a finite number >= 0, got -1.0");
         assert_eq!(error(0.0, f64::NAN, 1.0, LIMITS), "ki: expected a finite number >= 0, got NaN");
         assert_eq!(error(0.0, 0.0, 0.0, LIMITS), "dt: expected a finite number > 0, got 0.0");

@@ -2,10 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::{Forward, Kernel, Process};
+use hysteresis_core::{CompiledModel, Forward, Process};
 
-use super::Design;
-use crate::linear::{Block, CreepBlock, DelayBlock, Dynamics, DynamicsBlock, Error, FirstOrder, FirstOrderBlock};
+use super::options::PlantOptions;
+use hysteresis_control::linear::{
+    Block, CreepBlock, DelayBlock, Dynamics, DynamicsBlock, Error, FirstOrder, FirstOrderBlock,
+};
 
 /// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis.
 ///
@@ -38,25 +40,30 @@ pub(super) struct Actuator {
 
 impl Actuator {
     /// An actuator that has been at rest at the drive `rest` since forever.
-    pub(super) fn new(kernel: &Kernel, design: &Design, rest: f64) -> Result<Self, Error> {
-        let count = match (design.amplifier_pole, design.dynamics) {
-            (Some(amplifier), Some(dynamics)) => sub_steps(amplifier, dynamics, design.dt),
+    pub(super) fn new(compiled: &CompiledModel, options: &PlantOptions, rest: f64) -> Result<Self, Error> {
+        let count = match (options.amplifier, options.dynamics) {
+            (Some(amplifier), Some(dynamics)) => sub_steps(amplifier, dynamics, options.dt),
             // A drive that is held needs none. Without dynamics only the end of the interval is seen, and on the way
             // there the amplifier does not turn back.
             _ => 1,
         };
-        Self::with_sub_steps(kernel, design, rest, count)
+        Self::with_sub_steps(compiled, options, rest, count)
     }
 
-    fn with_sub_steps(kernel: &Kernel, design: &Design, rest: f64, sub_steps: u32) -> Result<Self, Error> {
-        let interval = design.dt / f64::from(sub_steps);
+    fn with_sub_steps(
+        compiled: &CompiledModel,
+        options: &PlantOptions,
+        rest: f64,
+        sub_steps: u32,
+    ) -> Result<Self, Error> {
+        let interval = options.dt / f64::from(sub_steps);
         let mut actuator = Self {
-            amplifier: design.amplifier_pole.map(|pole| pole.block(interval)).transpose()?,
-            hysteresis: Forward::new(kernel),
+            amplifier: options.amplifier.map(|pole| pole.block(interval)).transpose()?,
+            hysteresis: Forward::new(compiled),
             displacement: 0.0,
-            dynamics: design.dynamics.map(|dynamics| dynamics.block(interval)).transpose()?,
-            creep: design.creep.as_ref().map(|creep| creep.block(design.dt)).transpose()?,
-            delay: design.delay.block(),
+            dynamics: options.dynamics.map(|dynamics| dynamics.block(interval)).transpose()?,
+            creep: options.creep.as_ref().map(|creep| creep.block(options.dt)).transpose()?,
+            delay: options.delay.block(),
             sub_steps,
         };
         actuator.settle(rest);
@@ -121,16 +128,16 @@ impl Actuator {
 mod tests {
     use core::f64::consts::TAU;
 
-    use hysteresis_core::paper;
+    use crate::paper;
 
     use super::*;
-    use crate::linear::SecondOrder;
+    use hysteresis_control::linear::SecondOrder;
 
-    fn response(design: &Design, drives: &[f64], sub_steps: Option<u32>) -> (u32, Vec<f64>) {
-        let kernel = Kernel::new(&paper::table_1_recovered());
+    fn response(options: &PlantOptions, drives: &[f64], sub_steps: Option<u32>) -> (u32, Vec<f64>) {
+        let compiled = CompiledModel::new(&paper::table_1_recovered());
         let mut actuator = match sub_steps {
-            Some(count) => Actuator::with_sub_steps(&kernel, design, 0.0, count),
-            None => Actuator::new(&kernel, design, 0.0),
+            Some(count) => Actuator::with_sub_steps(&compiled, options, 0.0, count),
+            None => Actuator::new(&compiled, options, 0.0),
         }
         .unwrap();
         (actuator.sub_steps(), drives.iter().map(|u| actuator.advance(*u)).collect())
@@ -148,15 +155,15 @@ mod tests {
         for (pole, frequency, damping) in
             [(279.0, 2000.0, 0.03), (279.0, 400.0, 0.95), (1000.0, 2000.0, 0.03), (3000.0, 800.0, 0.1)]
         {
-            let design = Design {
-                amplifier_pole: Some(FirstOrder::new(pole).unwrap()),
+            let options = PlantOptions {
+                amplifier: Some(FirstOrder::new(pole).unwrap()),
                 dynamics: Some(SecondOrder::new(frequency, damping).unwrap().into()),
-                ..Design::default()
+                ..PlantOptions::default()
             };
             for (drives, bound) in [(&sine, 2e-5), (&jumps, 5e-4)] {
-                let (count, chosen) = response(&design, drives, None);
-                let (_, exact) = response(&design, drives, Some(1024));
-                let (_, half) = response(&design, drives, Some(count / 2));
+                let (count, chosen) = response(&options, drives, None);
+                let (_, exact) = response(&options, drives, Some(1024));
+                let (_, half) = response(&options, drives, Some(count / 2));
                 let (error, coarser) = (distance(&chosen, &exact), distance(&half, &exact));
                 assert!(error < bound, "{pole} {frequency}: {count} sub-steps, {error} um");
                 // Half as many: four times the error, and kinks at the breakpoints of the model blur the order.
@@ -167,11 +174,11 @@ mod tests {
 
     #[test]
     fn without_dynamics_only_the_end_of_the_interval_counts() {
-        let design = Design { amplifier_pole: Some(FirstOrder::new(279.0).unwrap()), ..Design::default() };
+        let options = PlantOptions { amplifier: Some(FirstOrder::new(279.0).unwrap()), ..PlantOptions::default() };
         let drives: Vec<f64> = (0..200_u32).map(|k| f64::from(k * k % 997) - 500.0).collect();
-        let (count, once) = response(&design, &drives, None);
+        let (count, once) = response(&options, &drives, None);
         assert_eq!(count, 1);
         // The exponential is multiplied up 16 times instead of evaluated once.
-        assert!(distance(&once, &response(&design, &drives, Some(16)).1) < 1e-12);
+        assert!(distance(&once, &response(&options, &drives, Some(16)).1) < 1e-12);
     }
 }

@@ -2,15 +2,16 @@
 
 use core::fmt;
 
-use crate::linear;
+use hysteresis_control::linear;
 
 /// Why a plant could not be made: the message names the parameter, what was expected and what came.
 ///
 /// ```
-/// use hysteresis_core::{Kernel, paper};
-/// use hysteresis_simulate::plant::{Design, Plant};
-/// let kernel = Kernel::new(&paper::table_1_recovered());
-/// let error = Plant::new(&kernel, &Design { noise: -1.0, ..Design::default() }).unwrap_err();
+/// use hysteresis_core::{CompiledModel};
+/// use hysteresis_simulate::paper;
+/// use hysteresis_simulate::plant::{PlantOptions, Plant};
+/// let compiled = CompiledModel::new(&paper::table_1_recovered());
+/// let error = Plant::new(&compiled, &PlantOptions { noise: -1.0, ..PlantOptions::default() }).unwrap_err();
 /// assert_eq!(error.to_string(), "noise: expected a finite number >= 0, got -1.0");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

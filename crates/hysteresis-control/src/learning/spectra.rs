@@ -1,0 +1,74 @@
+//! The two filters of learning, at the harmonics of a period.
+
+use std::sync::Arc;
+
+use realfft::num_complex::Complex64;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use super::FeedbackLoop;
+use crate::linear::Error;
+
+/// Where the loop passes less than this of a correction, little is learned.
+const MIN_RESPONSE: f64 = 0.05;
+
+/// Q and L of the module, at the frequencies j / (period dt), j = 0..=period/2.
+#[derive(Clone)]
+pub(super) struct Spectra {
+    pub(super) low_pass: Vec<f64>,
+    pub(super) learning: Vec<Complex64>,
+    forward: Arc<dyn RealToComplex<f64>>,
+    back: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl Spectra {
+    pub(super) fn new(feedback: &FeedbackLoop, period: usize, bandwidth: f64) -> Result<Self, Error> {
+        let mut planner = RealFftPlanner::new();
+        let (forward, back) = (planner.plan_fft_forward(period), planner.plan_fft_inverse(period));
+        let response = transform(&*forward, feedback.impulse_response(period)?);
+        let low_pass = (0..response.len()).map(|j| low_pass(as_f64(j) / (as_f64(period) * feedback.dt * bandwidth)));
+        let learning = response.iter().map(|m| m.conj() / (m.norm_sqr() + MIN_RESPONSE * MIN_RESPONSE));
+        Ok(Self { low_pass: low_pass.collect(), learning: learning.collect(), forward, back })
+    }
+
+    pub(super) fn transform(&self, samples: &[f64]) -> Vec<Complex64> {
+        transform(&*self.forward, samples.to_vec())
+    }
+
+    /// Back to samples.
+    pub(super) fn samples(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        let mut samples = self.back.make_output_vec();
+        // A real signal has real ends of its spectrum; what rounding added to them would be refused.
+        if let Some(first) = spectrum.first_mut() {
+            first.im = 0.0;
+        }
+        if let (0, Some(last)) = (samples.len() % 2, spectrum.last_mut()) {
+            last.im = 0.0;
+        }
+        self.back.process(&mut spectrum, &mut samples).expect("a spectrum of its own length");
+        let scale = as_f64(samples.len()).recip();
+        for x in &mut samples {
+            *x *= scale;
+        }
+        samples
+    }
+}
+
+fn transform(forward: &dyn RealToComplex<f64>, mut samples: Vec<f64>) -> Vec<Complex64> {
+    let mut spectrum = forward.make_output_vec();
+    forward.process(&mut samples, &mut spectrum).expect("samples of its own length");
+    spectrum
+}
+
+/// The frequency response of a loop at the harmonics of a period.
+pub(super) fn response(feedback: &FeedbackLoop, period: usize) -> Result<Vec<Complex64>, Error> {
+    Ok(transform(&*RealFftPlanner::new().plan_fft_forward(period), feedback.impulse_response(period)?))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a period has less than 2^52 samples")]
+pub(super) fn as_f64(count: usize) -> f64 {
+    count as f64
+}
+
+fn low_pass(ratio: f64) -> f64 {
+    1.0 / (1.0 + ratio.powi(4))
+}

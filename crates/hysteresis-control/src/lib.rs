@@ -1,0 +1,15 @@
+//! What controls an actuator beside the sample-by-sample controller of the core: the linear dynamics behind its
+//! hysteresis, feed-forward through their inverse, references with their derivatives, gains for the feedback, learning
+//! from periods that repeat, and observation of the position behind a noisy measurement.
+
+#![forbid(unsafe_code)]
+
+pub mod feedforward;
+pub mod learning;
+pub mod linear;
+mod observer;
+pub mod sampling;
+pub mod trajectory;
+pub mod tuning;
+
+pub use observer::{Observer, ObserverOptions};

@@ -1,0 +1,152 @@
+//! Creep.
+
+use super::error::check_positive;
+use super::{Block, Error, FirstOrder, FirstOrderBlock};
+use hysteresis_core::MAX_MAGNITUDE;
+
+/// Euler's constant (0.5772...), to the precision of a double.
+const EULER: f64 = 0.577_215_664_901_532_9;
+
+/// Log-type creep as a sum of first-order lags: y = x + sum_k c_k x_k, tau_k x_k' + x_k = x.
+///
+/// x is the position without creep, c_k the amplitude of the k-th term as a share of x, tau_k its time constant. After
+/// a step of x the output reaches it at once and then creeps on to (1 + sum_k c_k) x. Linear and with fading memory, so
+/// unlike the logarithm itself it works for any signal, not for steps alone. Sums of lags are the usual linear model of
+/// creep (Croft, Shed and Devasia, J. Dyn. Sys. Meas. Control 123(1), 35-43, 2001).
+///
+/// ```
+/// use hysteresis_core::Process;
+/// use hysteresis_control::linear::{Creep, Stream};
+/// let creep = Creep::new(&[0.01, 0.02], &[0.1, 1.0])?;
+/// let mut stream = Stream::new(creep.block(1e-3)?, 0.0);
+/// let last = (0..20_000).map(|_| stream.step(1.0)).last();
+/// assert!((last.unwrap() - 1.03).abs() < 1e-9);
+/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Creep {
+    amplitudes: Box<[f64]>,
+    time_constants: Box<[f64]>,
+}
+
+impl Creep {
+    /// From the amplitudes c_k and time constants tau_k (s) of its terms.
+    ///
+    /// # Errors
+    /// [`Error`] unless there is a time constant for every amplitude and at least one of each, amplitudes are finite,
+    /// and time constants are finite, above 0 and strictly increase.
+    pub fn new(amplitudes: &[f64], time_constants: &[f64]) -> Result<Self, Error> {
+        #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
+        if time_constants.len() != amplitudes.len() || amplitudes.is_empty() {
+            let expected = "as many as there are amplitudes, and at least one";
+            let got = time_constants.len() as f64;
+            return Err(Error { parameter: "time_constants", index: None, expected, got });
+        }
+        for (index, amplitude) in amplitudes.iter().enumerate() {
+            if amplitude.abs().partial_cmp(&MAX_MAGNITUDE).is_none_or(core::cmp::Ordering::is_gt) {
+                let expected = "a finite number (at most 1e100 in magnitude)";
+                return Err(Error { parameter: "amplitudes", index: Some(index), expected, got: *amplitude });
+            }
+        }
+        check_time_constants(time_constants)?;
+        Ok(Self { amplitudes: amplitudes.into(), time_constants: time_constants.into() })
+    }
+
+    /// The usual law of creep, y(t) = x (1 + gamma log10(t / t0)) after a step to x, from `start` t0 to `end` (s).
+    ///
+    /// The law holds for times after the step from some t0 on; gamma is the share by which the position grows per
+    /// decade, 0.01 to 0.02 for stacks of PZT. Each of the n terms has the amplitude gamma log10 q, and their time
+    /// constants are tau_k = t0 exp(0.5772) q^(k + 1/2), k = 0..n-1, q = (`end` / `start`)^(1/n). With those, the sum of
+    /// 1 - exp(-t / tau_k) is log(t / t0) / log q between a few t0 and `end`, but for a ripple that two terms per decade
+    /// keep below 1e-3 gamma. Before t0 there is less creep than the law's (which diverges there), after `end` it
+    /// stops.
+    ///
+    /// ```
+    /// use hysteresis_core::Process;
+    /// use hysteresis_control::linear::{Creep, Stream};
+    /// let creep = Creep::logarithmic(0.02, 0.01, 1000.0, 10)?;
+    /// let mut stream = Stream::new(creep.block(0.01)?, 0.0);
+    /// let position: Vec<f64> = (0..2000).map(|_| stream.step(1.0)).collect();
+    /// let after = |seconds: usize| position[100 * seconds - 1];
+    /// assert!((after(10) - after(1) - 0.02).abs() < 1e-4); // gamma per decade
+    /// assert!((after(1) - (1.0 + 0.02 * 2.0)).abs() < 2e-4); // two decades after t0
+    /// # Ok::<(), hysteresis_control::linear::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error`] unless `gamma` is finite, 0 < `start` < `end`, and there is at least one term.
+    pub fn logarithmic(gamma: f64, start: f64, end: f64, terms: u16) -> Result<Self, Error> {
+        check_positive("start", None, start)?;
+        if check_positive("end", None, end)? <= start {
+            return Err(Error { parameter: "end", index: None, expected: "a time after start", got: end });
+        }
+        if terms == 0 {
+            return Err(Error { parameter: "terms", index: None, expected: "at least one", got: 0.0 });
+        }
+        if gamma.abs().partial_cmp(&1e90).is_none_or(core::cmp::Ordering::is_gt) {
+            let expected = "a finite number (at most 1e90 in magnitude)";
+            return Err(Error { parameter: "gamma", index: None, expected, got: gamma });
+        }
+        let decades = (end / start).log10() / f64::from(terms);
+        let time_constant = |k: u16| start * EULER.exp() * 10.0_f64.powf(decades * (f64::from(k) + 0.5));
+        let time_constants: Vec<f64> = (0..terms).map(time_constant).collect();
+        Self::new(&vec![gamma * decades; time_constants.len()], &time_constants)
+    }
+
+    /// c_k.
+    #[must_use]
+    pub fn amplitudes(&self) -> &[f64] {
+        &self.amplitudes
+    }
+
+    /// tau_k, in seconds.
+    #[must_use]
+    pub fn time_constants(&self) -> &[f64] {
+        &self.time_constants
+    }
+
+    /// The block for a sampling interval in seconds, at rest at zero; all its memory is taken here.
+    ///
+    /// # Errors
+    /// [`Error`] unless `dt` is finite and above 0.
+    pub fn block(&self, dt: f64) -> Result<CreepBlock, Error> {
+        let term = |(amplitude, tau): (&f64, &f64)| Ok((*amplitude, FirstOrder::from_time_constant(*tau)?.block(dt)?));
+        let terms = self.amplitudes.iter().zip(&*self.time_constants).map(term);
+        Ok(CreepBlock { terms: terms.collect::<Result<_, _>>()? })
+    }
+}
+
+/// Checks the time constants of creep, or names the first that cannot be one.
+pub(super) fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> {
+    let mut last = 0.0;
+    for (index, tau) in time_constants.iter().enumerate() {
+        if check_positive("time_constants", Some(index), *tau)? <= last {
+            let expected = "time constants that strictly increase";
+            return Err(Error { parameter: "time_constants", index: Some(index), expected, got: *tau });
+        }
+        last = *tau;
+    }
+    Ok(())
+}
+
+/// The block of [`Creep`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct CreepBlock {
+    terms: Box<[(f64, FirstOrderBlock)]>,
+}
+
+impl Block for CreepBlock {
+    #[inline]
+    fn advance(&mut self, input: f64) -> f64 {
+        self.terms.iter_mut().fold(input, |sum, (amplitude, term)| sum + *amplitude * term.advance(input))
+    }
+
+    #[inline]
+    fn look_ahead(&self, input: f64) -> f64 {
+        self.terms.iter().fold(input, |sum, (amplitude, term)| sum + amplitude * term.look_ahead(input))
+    }
+
+    fn settle(&mut self, level: f64) -> f64 {
+        self.terms.iter_mut().fold(level, |sum, (amplitude, term)| sum + *amplitude * term.settle(level))
+    }
+}

@@ -1,0 +1,138 @@
+//! Laws of trajectories.
+
+use hysteresis_control::trajectory::{Motion, MotionLimits, PointToPoint, RoundedTriangle, Sine, Trajectory};
+use proptest::prelude::*;
+
+fn sines() -> impl Strategy<Value = Sine> {
+    (-5.0..5.0, 0.5..200.0, -5.0..5.0).prop_map(|(a, f, offset)| Sine::new(a, f, offset).unwrap())
+}
+
+fn triangles() -> impl Strategy<Value = RoundedTriangle> {
+    (-5.0..5.0, 0.5..200.0, 0.02..0.5, -5.0..5.0)
+        .prop_map(|(a, f, share, offset)| RoundedTriangle::new(a, f, share / f, offset).unwrap())
+}
+
+fn moves() -> impl Strategy<Value = PointToPoint> {
+    let limits = (1.0..1e3, 1e1..1e6, 1e3..1e9);
+    (prop::collection::vec(-10.0..10.0, 1..5), limits, prop_oneof![Just(0.0), 0.0..0.1]).prop_map(
+        |(points, (velocity, acceleration, jerk), dwell)| {
+            PointToPoint::new(&points, MotionLimits { velocity, acceleration, jerk }, dwell).unwrap()
+        },
+    )
+}
+
+/// Every derivative is the central difference of the one before, where nothing below jumps.
+fn differences_agree(trajectory: &impl Trajectory, share: f64, jerk_jumps: bool) -> Result<(), TestCaseError> {
+    let (t, h) = (share * trajectory.duration(), 1e-5 * trajectory.duration());
+    let (before, here, after) = (trajectory.at(t - h), trajectory.at(t), trajectory.at(t + h));
+    let slope = |of: fn(&Motion) -> f64| (of(&after) - of(&before)) / (2.0 * h);
+    // A kink of the derivative in between costs up to h times its derivative, at most that of its greatest values.
+    let greatest = |of: fn(&Motion) -> f64| {
+        (0..=400).map(|k| of(&trajectory.at(f64::from(k) / 400.0 * trajectory.duration())).abs()).fold(0.0, f64::max)
+    };
+    let rounding = |of: fn(&Motion) -> f64| 1e-15 * (1.0 + t / h) * greatest(of) / h;
+    let tolerance = h * greatest(|m| m.acceleration) + rounding(|m| m.position);
+    prop_assert!((slope(|m| m.position) - here.velocity).abs() <= tolerance);
+    let tolerance = 2.0 * h * greatest(|m| m.jerk) + rounding(|m| m.velocity);
+    prop_assert!((slope(|m| m.velocity) - here.acceleration).abs() <= tolerance);
+    if !jerk_jumps {
+        // The fourth derivative is at most a few hundred jerks per period of the shortest corner.
+        let tolerance = 0.05 * greatest(|m| m.jerk) + rounding(|m| m.acceleration);
+        prop_assert!((slope(|m| m.acceleration) - here.jerk).abs() <= tolerance);
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn derivatives_are_those_of_the_position(
+        sine in sines(), triangle in triangles(), moves in moves(), share in 0.01..0.99
+    ) {
+        differences_agree(&sine, share, false)?;
+        differences_agree(&triangle, share, false)?;
+        if moves.duration() > 0.0 {
+            differences_agree(&moves, share, true)?;
+        }
+    }
+
+    #[test]
+    fn a_rounded_triangle_keeps_within_its_swing_and_repeats(triangle in triangles(), share in 0.0..1.0) {
+        let (period, amplitude) = (triangle.duration(), triangle.amplitude());
+        let here = triangle.at(share * period);
+        prop_assert!((here.position - triangle.offset()).abs() <= amplitude.abs() * (1.0 + 1e-14));
+        let opposite = triangle.at((share + 0.5) * period);
+        // The phase is known to a few roundings, over which the position moves by less than 16 amplitudes per period.
+        let tolerance = 1e-13 * (1.0 + amplitude.abs() + triangle.offset().abs());
+        prop_assert!((opposite.position + here.position - 2.0 * triangle.offset()).abs() < tolerance);
+        let turn = triangle.at(0.25 * period);
+        prop_assert!((turn.position - triangle.offset() - amplitude).abs() < tolerance);
+    }
+
+    #[test]
+    fn moves_stay_within_limits_and_end_exactly(moves in moves(), shares in prop::collection::vec(0.0..1.0, 50)) {
+        let limits = moves.limits();
+        let (first, last) = (moves.points()[0], *moves.points().last().unwrap());
+        for t in [-1.0, 0.0] {
+            prop_assert_eq!(moves.at(t), Motion::rest(first));
+        }
+        for t in [moves.duration(), moves.duration() + 1.0] {
+            prop_assert_eq!(moves.at(t), Motion::rest(last));
+        }
+        let low = moves.points().iter().copied().fold(f64::MAX, f64::min);
+        let high = moves.points().iter().copied().fold(f64::MIN, f64::max);
+        for share in shares {
+            let here = moves.at(share * moves.duration());
+            prop_assert!(here.velocity.abs() <= limits.velocity * (1.0 + 1e-12));
+            prop_assert!(here.acceleration.abs() <= limits.acceleration * (1.0 + 1e-12));
+            prop_assert!(here.jerk.abs() <= limits.jerk);
+            prop_assert!((low..=high).contains(&here.position), "{} {low} {high}", here.position);
+        }
+    }
+
+    #[test]
+    fn moves_meet_a_limit_on_every_piece(moves in moves(), share in 0.0..1.0) {
+        let (limits, here) = (moves.limits(), moves.at(share * moves.duration()));
+        // The fastest move has nowhere less than all that it may have, but where it rests.
+        let full = |got: f64, limit: f64| got.abs() > limit * (1.0 - 1e-9);
+        prop_assert!(
+            full(here.velocity, limits.velocity)
+                || full(here.acceleration, limits.acceleration)
+                || full(here.jerk, limits.jerk)
+                || here == Motion::rest(here.position)
+        );
+    }
+}
+
+#[test]
+fn samples_are_counted() {
+    let sine = Sine::new(1.0, 50.0, 0.0).unwrap();
+    assert_eq!((sine.samples(1e-4, None), sine.samples(1e-4, Some(1.0))), (Ok(200), Ok(10_000)));
+    let limits = MotionLimits { velocity: 100.0, acceleration: 1e4, jerk: 1e6 };
+    let moves = PointToPoint::new(&[0.0, 3.0], limits, 0.0).unwrap();
+    assert_eq!((moves.samples(0.01, None), moves.samples(0.03, None)), (Ok(6), Ok(3)));
+    assert_eq!(PointToPoint::new(&[1.0], limits, 0.0).unwrap().samples(0.1, None), Ok(1));
+    assert!(sine.samples(0.0, None).unwrap_err().to_string().starts_with("dt: expected a finite number above 0"));
+    assert!(sine.samples(1e-30, None).unwrap_err().to_string().starts_with("dt: expected a sampling interval"));
+    assert!(sine.samples(1.0, Some(-1.0)).unwrap_err().to_string().starts_with("seconds: expected a duration"));
+}
+
+#[test]
+fn what_no_trajectory_can_have_is_named() {
+    let sine = |a, f, o| Sine::new(a, f, o).unwrap_err().to_string();
+    assert_eq!(sine(f64::NAN, 1.0, 0.0), "amplitude: expected a finite number, got NaN");
+    assert_eq!(sine(1.0, 0.0, 0.0), "frequency: expected a finite number above 0, got 0.0");
+    assert!(sine(1e300, 1e300, 0.0).starts_with("frequency: expected a number that leaves all derivatives finite"));
+    let triangle = |f, corner| RoundedTriangle::new(1.0, f, corner, 0.0).unwrap_err().to_string();
+    assert_eq!(triangle(1.0, 0.6), "corner: expected at most half a period, 0.5 s, got 0.6");
+    assert!(triangle(1.0, 0.0).starts_with("corner: expected a finite number above 0"));
+    assert!(triangle(1.0, 1e-200).starts_with("corner: expected a number that leaves all derivatives finite"));
+    let limits = MotionLimits { velocity: 1.0, acceleration: 1.0, jerk: 1.0 };
+    let moves = |points: &[f64], limits, dwell| PointToPoint::new(points, limits, dwell).unwrap_err().to_string();
+    assert!(moves(&[], limits, 0.0).starts_with("points: expected at least one point"));
+    assert!(moves(&[0.0, f64::INFINITY], limits, 0.0).starts_with("points: expected a finite number"));
+    assert!(moves(&[-1e308, 1e308], limits, 0.0).starts_with("points: expected a number that leaves"));
+    assert!(moves(&[0.0], limits, -1.0).starts_with("dwell: expected a number of seconds"));
+    assert!(moves(&[0.0], MotionLimits { jerk: 0.0, ..limits }, 0.0).starts_with("jerk: expected a finite number"));
+}

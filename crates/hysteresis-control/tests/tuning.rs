@@ -1,0 +1,115 @@
+//! What the gains of the feedback keep.
+
+use hysteresis_control::linear::{Chain, Delay, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::tuning::{TuningOptions, loop_margins, tune};
+use proptest::prelude::*;
+
+fn chains() -> impl Strategy<Value = Chain> {
+    let frequency = || 20.0..4000.0;
+    let dynamics = prop_oneof![
+        Just(None),
+        frequency().prop_map(|f| Some(Dynamics::from(FirstOrder::new(f).unwrap()))),
+        (frequency(), 0.01..2.0).prop_map(|(f, zeta)| Some(Dynamics::from(SecondOrder::new(f, zeta).unwrap()))),
+    ];
+    let amplifier = prop::option::of(frequency().prop_map(|f| FirstOrder::new(f).unwrap()));
+    let delay = prop_oneof![Just(0.0), 0.0..6.0].prop_map(|samples| Delay::new(samples).unwrap());
+    (dynamics, amplifier, delay).prop_map(|(dynamics, amplifier, delay)| Chain { amplifier, dynamics, delay })
+}
+
+fn a1() -> Chain {
+    let dynamics = Some(SecondOrder::new(400.0, 0.95).unwrap().into());
+    Chain { amplifier: None, dynamics, delay: Delay::new(0.0).unwrap() }
+}
+
+fn options() -> TuningOptions {
+    TuningOptions { slopes: (4.257e-3, 7.919e-3), dt: 1e-4, peak_sensitivity: 1.7 }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_bound_is_kept_and_met(chain in chains(), least in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
+        let slopes = (least, least * ratio);
+        let tuning = tune(&chain, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: limit }).unwrap();
+        prop_assert!(tuning.kp >= 0.0 && tuning.ki > 0.0);
+        // The greatest ki meets the bound but for what the search leaves.
+        prop_assert!(tuning.peak_sensitivity <= limit && tuning.peak_sensitivity > limit * (1.0 - 1e-3));
+        for share in [0.0, 0.2, 0.7, 1.0] {
+            let slope = slopes.0 + share * (slopes.1 - slopes.0);
+            let margins = loop_margins(&chain, 1e-4, tuning.kp, tuning.ki, slope).unwrap();
+            prop_assert!(margins.peak_sensitivity <= limit * (1.0 + 1e-9), "{margins:?}");
+            prop_assert!(margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6), "{margins:?}");
+            let least_phase = 2.0 * (0.5 / limit).asin().to_degrees();
+            prop_assert!(margins.phase_margin > least_phase * (1.0 - 1e-6), "{margins:?}");
+        }
+    }
+}
+
+/// An integrator before a delay of one sample and the read-out: L = g z / ((z - 1) z^2), known in closed form.
+#[test]
+fn margins_of_an_integrator_are_those_of_the_textbook() {
+    let chain = Chain { amplifier: None, dynamics: None, delay: Delay::new(1.0).unwrap() };
+    let (dt, gain) = (1e-3, 0.25);
+    let margins = loop_margins(&chain, dt, 0.0, gain, 1.0).unwrap();
+    // |L| = g / (2 sin(w/2)), arg L = w/2 - pi/2 - 2 w per sample.
+    let crossover = 2.0 * (0.5 * gain).asin();
+    let phase_margin = 90.0 - (1.5 * crossover).to_degrees();
+    let turned = core::f64::consts::PI / 3.0;
+    let gain_margin = 2.0 * (0.5 * turned).sin() / gain;
+    assert!((margins.crossover * core::f64::consts::TAU * dt - crossover).abs() < 1e-9);
+    assert!((margins.phase_margin - phase_margin).abs() < 1e-6, "{margins:?}");
+    assert!((margins.gain_margin - gain_margin).abs() < 1e-9, "{margins:?}");
+}
+
+/// The published gains are far slower than what the dynamics allow.
+#[test]
+fn the_published_gains_are_slow() {
+    let (tuned, slopes) = (tune(&a1(), &options()).unwrap(), options().slopes);
+    let published = loop_margins(&a1(), 1e-4, 60.0, 0.6, slopes.1).unwrap();
+    assert!(published.crossover < 10.0 && tuned.at_max_slope.crossover > 300.0);
+    assert!(tuned.ki > 50.0 * 0.6);
+}
+
+#[test]
+fn what_cannot_be_tuned_is_named() {
+    let refused = |change: &dyn Fn(&mut TuningOptions)| {
+        let mut options = options();
+        change(&mut options);
+        tune(&a1(), &options).unwrap_err().to_string()
+    };
+    let above = "expected a finite number above 0 (1e-100 to 1e100)";
+    assert_eq!(refused(&|o| o.slopes = (0.0, 1.0)), format!("slopes[0]: {above}, got 0.0"));
+    assert_eq!(refused(&|o| o.slopes = (1.0, f64::NAN)), format!("slopes[1]: {above}, got NaN"));
+    assert_eq!(refused(&|o| o.slopes = (1.0, 0.5)), "slopes[1]: expected at least the first one, got 0.5");
+    assert_eq!(refused(&|o| o.peak_sensitivity = 1.0), "peak_sensitivity: expected 1.05 to 5, got 1.0");
+    assert_eq!(refused(&|o| o.dt = -1.0), format!("dt: {above}, got -1.0"));
+    let late = Chain { delay: Delay::new(1001.0).unwrap(), ..a1() };
+    assert_eq!(tune(&late, &options()).unwrap_err().to_string(), "delay: expected at most 1000 samples, got 1001.0");
+    assert!(loop_margins(&a1(), 1e-4, f64::NAN, 1.0, 1.0).unwrap_err().to_string().starts_with("kp: expected"));
+    assert!(loop_margins(&a1(), 1e-4, 0.0, 0.0, 1.0).unwrap_err().to_string().starts_with("ki: expected"));
+}
+
+/// A loop of which the response does not show at the frequencies that are looked at has no margins.
+#[test]
+fn what_is_too_slow_or_too_little_damped_is_refused() {
+    for (frequency, damping, message) in [
+        (400.0, 1e-9, "damping: expected 1e-7 or more to tune for, got 1e-9"),
+        (
+            1e-4,
+            0.5,
+            "dt: expected at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier, got 0.0001",
+        ),
+        (
+            1.0,
+            1e6,
+            "dt: expected at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier, got 0.0001",
+        ),
+    ] {
+        let dynamics = Some(SecondOrder::new(frequency, damping).unwrap().into());
+        let error = tune(&Chain { dynamics, ..a1() }, &options()).unwrap_err();
+        assert_eq!(error.to_string(), message);
+    }
+    let amplifier = Some(FirstOrder::new(1e-4).unwrap());
+    assert!(tune(&Chain { amplifier, ..a1() }, &options()).is_err());
+}

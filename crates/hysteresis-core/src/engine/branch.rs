@@ -1,0 +1,304 @@
+//! Where a family is on its current branch, and how far a move of the input takes it.
+
+use core::hint::select_unpredictable;
+
+use super::checks::restore_tolerance;
+use super::direction::Direction;
+use super::family::Family;
+use super::line::Line;
+use super::memory_state::FamilyState;
+use super::search::{far_ahead, near_ahead};
+use super::solve::Point;
+use super::turning_points::{Remembered, Stack, TurningPoint};
+
+/// The position on a rising or falling branch of one family.
+///
+/// The operators `[0, moved)` slide (those before `at_zero` rest at zero), `[moved, top.moved)` are frozen as the
+/// turning point `top` left them, and the rest as the turning points below it did. Moving forward only ever raises
+/// `moved` and, when it reaches `top.moved`, wipes `top` out. A branch is a value: a copy can look ahead.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Branch {
+    /// The output of the family over the input, from the breakpoint `begin` up to but not including `end`.
+    line: Line,
+    begin: f64,
+    end: f64,
+    /// Sum of w p over the operators that do not slide.
+    frozen: f64,
+    moved: usize,
+    at_zero: usize,
+    /// Where `top` belongs on the stack.
+    height: usize,
+    /// The newest turning point that still matters.
+    top: Remembered,
+}
+
+/// As much of a position on a branch as is needed to come back to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Checkpoint {
+    begin: f64,
+    moved: usize,
+    at_zero: usize,
+    height: usize,
+}
+
+impl Branch {
+    /// The branch of a family at rest, about to move in `direction`.
+    pub(crate) fn virgin(family: &Family, direction: Direction) -> Self {
+        let top = Remembered::virgin(family.len());
+        let line = Line { slope: 0.0, offset: 0.0 };
+        let begin = -f64::INFINITY * direction.sign();
+        let mut branch = Self { line, begin, end: begin, frozen: 0.0, moved: 0, at_zero: 0, height: 0, top };
+        branch.draw(family, direction);
+        branch
+    }
+
+    /// The branch and the stack that a checked state describes.
+    pub(crate) fn restored(family: &Family, state: &FamilyState, direction: Direction) -> (Self, Stack) {
+        let mut stack = Stack::new(family.len());
+        let mut branch = Self::virgin(family, direction);
+        for point in &state.turning_points {
+            branch.moved = point.moved;
+            let (beyond, released) = (branch.frozen(family), branch.released(family, point.ended, point.input));
+            branch.top = Remembered { point: *point, beyond, released };
+            branch.height += 1;
+            branch.keep_top(&mut stack);
+        }
+        (branch.moved, branch.at_zero) = (state.moved, state.at_zero);
+        branch.draw(family, direction);
+        (branch, stack)
+    }
+
+    /// The same position with other weights: what is remembered of the operators at older turning points is summed anew.
+    pub(crate) fn reweigh(&mut self, family: &Family, stack: &mut Stack, direction: Direction) {
+        let (moved, height) = (self.moved, self.height);
+        self.top = Remembered::virgin(family.len());
+        for level in 1..=height {
+            let older = *stack.get(level);
+            self.moved = older.point.moved;
+            self.top = Remembered { beyond: self.frozen(family), ..older };
+            stack.put(level, self.top);
+        }
+        self.moved = moved;
+        self.draw(family, direction);
+    }
+
+    /// Takes the newest turning point from the stack, where it was changed.
+    pub(crate) fn renew_top(&mut self, stack: &Stack) {
+        self.top = *stack.get(self.height);
+    }
+
+    /// How many turning points the stack holds.
+    pub(crate) fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Whether `x` lies on the branch but for rounding: past the reversal it began with, or before the one where its
+    /// loop closes.
+    pub(crate) fn holds(&self, direction: Direction, x: f64) -> bool {
+        let TurningPoint { input, ended, .. } = self.top.point;
+        let (past, slack) = (direction.sign() * (x - input), restore_tolerance(x.abs() + input.abs()));
+        if ended == direction { past <= slack } else { past >= -slack }
+    }
+
+    /// What restores the branch.
+    pub(crate) fn state(&self, stack: &Stack) -> FamilyState {
+        FamilyState { moved: self.moved, at_zero: self.at_zero, turning_points: self.remembered(stack).collect() }
+    }
+
+    /// The turning points that still matter, oldest first.
+    pub(crate) fn remembered(&self, stack: &Stack) -> impl Iterator<Item = TurningPoint> {
+        stack.points(self.height)
+    }
+
+    /// Puts the newest turning point on the stack: due after a reversal, before the next one.
+    #[inline]
+    pub(crate) fn keep_top(&self, stack: &mut Stack) {
+        stack.put(self.height, self.top);
+    }
+
+    /// The output of the family over the input, between the last breakpoint and the next. Where it is stale, its slope
+    /// is right already.
+    #[inline]
+    pub(crate) fn line(&self) -> Line {
+        self.line
+    }
+
+    /// The last input at which the line changed.
+    #[inline]
+    pub(crate) fn begin(&self) -> f64 {
+        self.begin
+    }
+
+    /// The next input at which the line changes, or the infinity that the branch points to.
+    #[inline]
+    pub(crate) fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// Turns round at `input`, where a branch in `ended` ends and the model's output is `output`: what slid on it is
+    /// frozen by a new turning point. The line of the new branch is stale until it advances.
+    #[inline(always)]
+    pub(crate) fn reverse(&mut self, family: &Family, ended: Direction, input: f64, output: f64, reversal: u64) {
+        if self.moved > 0 {
+            let (moved, at_zero) = (self.moved, self.at_zero);
+            let point = TurningPoint { input, output, ended, moved, at_zero, reversal };
+            self.top = Remembered { point, beyond: self.frozen, released: self.released(family, ended, input) };
+            self.height += 1;
+        }
+        (self.moved, self.at_zero) = (0, 0);
+        (self.begin, self.end) = (input, input);
+        self.line.slope = 0.0;
+    }
+
+    /// Moves on in `direction` to the input `x`. Takes turning points off but reads the stack only.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+        if !direction.has_passed(self.end, x) {
+            return;
+        }
+        self.wipe_out(stack, direction, x);
+        if self.top.point.ended != direction {
+            self.release(family, direction, x);
+        }
+        if direction == Direction::Falling {
+            self.rest(family, x);
+        }
+        self.draw(family, direction);
+    }
+
+    /// Closes the loops that a move to `x` closes. The line is stale until the branch advances.
+    #[inline(always)]
+    pub(crate) fn close_loops(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+        if self.wipe_out(stack, direction, x) {
+            self.line.slope = family.sliding(direction, self.at_zero, self.moved).slope;
+            self.end = self.begin;
+        }
+    }
+
+    /// Takes off the turning points that a move to `x` wipes out, if there are any.
+    #[inline(always)]
+    fn wipe_out(&mut self, stack: &Stack, direction: Direction, x: f64) -> bool {
+        let mut top = &self.top;
+        let mut mark = top.wiped_at(direction);
+        if !direction.has_passed(mark, x) {
+            return false;
+        }
+        while direction.has_passed(mark, x) {
+            self.begin = mark;
+            self.moved = top.point.moved;
+            if top.point.ended == direction {
+                self.at_zero = top.point.at_zero;
+            }
+            self.height = self.height.wrapping_sub(1);
+            top = stack.get(self.height);
+            mark = top.wiped_at(direction);
+        }
+        self.top = *top;
+        true
+    }
+
+    /// Where to go back to.
+    #[inline(always)]
+    pub(crate) fn checkpoint(&self) -> Checkpoint {
+        Checkpoint { begin: self.begin, moved: self.moved, at_zero: self.at_zero, height: self.height }
+    }
+
+    /// Goes back on the same branch. `start` is the branch where it began if its newest turning point is not on the
+    /// stack. The line is stale until the branch advances.
+    #[inline]
+    pub(crate) fn go_back(&mut self, to: Checkpoint, start: Option<&Self>, stack: &Stack) {
+        if to.height != self.height {
+            self.top = match start {
+                Some(start) if start.height == to.height => start.top,
+                _ => *stack.get(to.height),
+            };
+        }
+        (self.moved, self.at_zero, self.height) = (to.moved, to.at_zero, to.height);
+        (self.begin, self.end) = (to.begin, to.begin);
+    }
+
+    /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the same
+    /// direction. With the output of the whole model there.
+    #[inline(always)]
+    pub(crate) fn closes_at(&self, stack: &Stack, direction: Direction) -> Option<Point> {
+        let mut point = &self.top.point;
+        if point.ended != direction {
+            point = &stack.get(self.height.checked_sub(1)?).point;
+        }
+        (point.ended == direction).then_some(Point { input: point.input, output: point.output })
+    }
+
+    /// Lets slide those of the operators frozen by `top` that start before `x`.
+    #[inline(always)]
+    fn release(&mut self, family: &Family, direction: Direction, x: f64) {
+        let TurningPoint { input: turned, moved: captured, .. } = self.top.point;
+        let mark = move |i| starts(family, direction, i, turned);
+        let moved = match near_ahead(direction, x, self.moved..captured, mark) {
+            Ok(moved) => moved,
+            Err(left) => far_ahead(direction, x, left, mark, started(family, direction, turned, x)),
+        };
+        if moved > self.moved {
+            self.moved = moved;
+            self.begin = mark(moved - 1);
+        }
+    }
+
+    /// Brings to rest those of the operators that slide downwards and come to zero before `x`.
+    #[inline(always)]
+    fn rest(&mut self, family: &Family, x: f64) {
+        let mark = move |i| family.rests(i);
+        let at_zero = match near_ahead(Direction::Falling, x, self.at_zero..self.moved, mark) {
+            Ok(at_zero) => at_zero,
+            Err(left) => far_ahead(Direction::Falling, x, left, mark, family.resting(x)),
+        };
+        if at_zero > self.at_zero {
+            self.at_zero = at_zero;
+            self.begin = Direction::Falling.further(self.begin, mark(at_zero - 1));
+        }
+    }
+
+    /// Draws the line at this position, and its end, from prefix sums and turning points.
+    #[inline(always)]
+    fn draw(&mut self, family: &Family, direction: Direction) {
+        let TurningPoint { input: turned, ended, .. } = self.top.point;
+        // Back at the reversal that ended a branch of the same direction the inner loop closes.
+        self.end = select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned));
+        if direction == Direction::Falling && self.at_zero < self.moved {
+            self.end = Direction::Falling.nearer(self.end, family.rests(self.at_zero));
+        }
+        self.frozen = self.frozen(family);
+        let sliding = family.sliding(direction, self.at_zero, self.moved);
+        self.line = Line { slope: sliding.slope, offset: sliding.offset + self.frozen };
+    }
+
+    /// Sum of w p over the operators that do not slide.
+    #[inline(always)]
+    fn frozen(&self, family: &Family) -> f64 {
+        let TurningPoint { input, ended, moved, at_zero, .. } = self.top.point;
+        family.sliding(ended, self.moved.max(at_zero), moved).at(input) + self.top.beyond
+    }
+
+    /// Where the operators that slid on a branch that `ended` at `turned` all slide again, the other way.
+    #[inline(always)]
+    fn released(&self, family: &Family, ended: Direction, turned: f64) -> f64 {
+        starts(family, ended.reversed(), self.moved.wrapping_sub(1), turned)
+    }
+}
+
+/// The input at which operator i, left by a branch that ended at `turned`, starts to slide the other way.
+#[inline(always)]
+fn starts(family: &Family, direction: Direction, i: usize, turned: f64) -> f64 {
+    match direction {
+        Direction::Rising => family.starts_rising(i, turned),
+        Direction::Falling => family.starts_falling(i, turned),
+    }
+}
+
+/// Bounds, to rounding, of how many operators have started, the input having moved from `turned` to `x`.
+#[inline(always)]
+fn started(family: &Family, direction: Direction, turned: f64, x: f64) -> (usize, usize) {
+    match direction {
+        Direction::Rising => family.started_rising(turned, x),
+        Direction::Falling => family.started_falling(turned, x),
+    }
+}

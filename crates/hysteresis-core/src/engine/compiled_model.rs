@@ -1,0 +1,99 @@
+//! A model in the form that evaluates it.
+
+use alloc::sync::Arc;
+
+use super::bank::Members;
+use super::families::Families;
+use crate::error::Error;
+use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
+
+/// Which algorithm evaluates a stream.
+///
+/// ```
+/// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let compiled = CompiledModel::new(&model);
+/// assert_eq!(Forward::new(&compiled).method(), Method::TurningPoints);
+/// assert_eq!(Forward::with_initial(&compiled, &[0.1; 3])?.method(), Method::Bank);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Turning points and prefix sums: the cost does not grow with the number of operators.
+    TurningPoints,
+    /// A loop over all operators: thresholds that are not nested, or arbitrary initial outputs.
+    Bank,
+}
+
+/// A model in the form that evaluates it, shared by all streams of the model.
+///
+/// Made once per model; [`Forward::new`](crate::Forward::new) and [`Inverse::new`](crate::Inverse::new) then only
+/// allocate the memory of one stream. Cloning shares.
+///
+/// ```
+/// use hysteresis_core::{CompiledModel, Forward, Inverse, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let compiled = CompiledModel::new(&model);
+/// assert_eq!(compiled.method(), Method::TurningPoints);
+/// let (mut actuator, mut inverse) = (Forward::new(&compiled), Inverse::new(&compiled, None)?);
+/// assert!((actuator.step(inverse.step(1.5)) - 1.5).abs() < 1e-14); // um
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CompiledModel {
+    pub(crate) offsets: Offsets,
+    pub(crate) invertible: Result<(), Error>,
+    slopes: (f64, f64),
+    fingerprint: u64,
+    min_weight: f64,
+    pub(super) families: Option<Arc<Families>>,
+    pub(super) members: Arc<Members>,
+}
+
+impl CompiledModel {
+    /// Sorts the thresholds and sums the weights: O(n log n).
+    #[must_use]
+    pub fn new(model: &ModifiedPrandtlIshlinskii) -> Self {
+        Self {
+            offsets: model.offsets(),
+            invertible: model.check_invertible(),
+            slopes: model.slope_range(),
+            fingerprint: model.fingerprint(),
+            min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
+            families: Families::of(model).map(Arc::new),
+            members: Arc::new(Members::of(model)),
+        }
+    }
+
+    /// Which algorithm evaluates a stream that starts at rest.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        if self.families.is_some() { Method::TurningPoints } else { Method::Bank }
+    }
+
+    /// The number of operators.
+    #[must_use]
+    pub fn operators(&self) -> usize {
+        self.members.len()
+    }
+
+    /// The least and the greatest slope of the model:
+    /// [`ModifiedPrandtlIshlinskii::slope_range`].
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        self.slopes
+    }
+
+    /// A number that tells this model from others, by the values of its parameters: equal models have equal numbers.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// A negative weight, if there is one.
+    pub(crate) fn negative_weight(&self) -> Option<f64> {
+        (self.min_weight < 0.0).then_some(self.min_weight)
+    }
+}

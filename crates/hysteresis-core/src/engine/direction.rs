@@ -1,0 +1,84 @@
+//! Which way the input moves, and what that makes of "before" and "after".
+
+/// Which way the input moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Direction {
+    /// Towards larger inputs.
+    Rising,
+    /// Towards smaller inputs.
+    Falling,
+}
+
+impl Direction {
+    /// +1 or -1: turns a falling branch into a rising one of the mirrored input.
+    #[inline(always)]
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Rising => 1.0,
+            Self::Falling => -1.0,
+        }
+    }
+
+    /// The one of two limits, low and high, that lies ahead.
+    #[inline(always)]
+    pub(crate) fn limit(self, (low, high): (f64, f64)) -> f64 {
+        match self {
+            Self::Rising => high,
+            Self::Falling => low,
+        }
+    }
+
+    /// Whether a move goes the other way.
+    #[inline(always)]
+    pub(crate) fn leads_away(self, from: f64, to: f64) -> bool {
+        match self {
+            Self::Rising => to < from,
+            Self::Falling => to > from,
+        }
+    }
+
+    /// Whether the input, come to `x`, has reached `mark`.
+    #[inline(always)]
+    pub(crate) fn has_passed(self, mark: f64, x: f64) -> bool {
+        match self {
+            Self::Rising => mark <= x,
+            Self::Falling => mark >= x,
+        }
+    }
+
+    /// Of two inputs, the one that comes first.
+    #[inline(always)]
+    pub(crate) fn nearer(self, one: f64, other: f64) -> f64 {
+        match self {
+            Self::Rising => {
+                if one < other {
+                    one
+                } else {
+                    other
+                }
+            }
+            Self::Falling => {
+                if one > other {
+                    one
+                } else {
+                    other
+                }
+            }
+        }
+    }
+
+    /// Of two inputs, the one that comes last.
+    #[inline(always)]
+    pub(crate) fn further(self, one: f64, other: f64) -> f64 {
+        self.reversed().nearer(one, other)
+    }
+
+    #[inline(always)]
+    pub(crate) fn reversed(self) -> Self {
+        match self {
+            Self::Rising => Self::Falling,
+            Self::Falling => Self::Rising,
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Where a model is between two breakpoints: both families on their branches.
+
+use super::branch::Branch;
+use super::direction::Direction;
+use super::families::{Families, Stacks};
+use super::line::{Line, Piece};
+
+/// Both families on their branches, and the direction of the input. A copy can look ahead.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EngineState {
+    pub(crate) direction: Direction,
+    pub(crate) positive: Branch,
+    pub(crate) negative: Branch,
+}
+
+impl EngineState {
+    /// At rest: all operators at zero, the input at zero.
+    pub(crate) fn virgin(families: &Families) -> Self {
+        Self {
+            direction: Direction::Rising,
+            positive: Branch::virgin(&families.positive, Direction::Rising),
+            negative: Branch::virgin(&families.negative, Direction::Falling),
+        }
+    }
+
+    /// Whether the input `x` lies on both branches.
+    pub(crate) fn holds(&self, x: f64) -> bool {
+        self.positive.holds(self.direction, x) && self.negative.holds(self.direction.reversed(), -x)
+    }
+
+    /// Turns round at the input `x`, which becomes turning point number `reversal`.
+    #[inline]
+    pub(crate) fn reverse(&mut self, families: &Families, x: f64, reversal: u64) {
+        // One body, compiled for each direction.
+        match self.direction {
+            Direction::Rising => self.reverse_from(Direction::Rising, families, x, reversal),
+            Direction::Falling => self.reverse_from(Direction::Falling, families, x, reversal),
+        }
+    }
+
+    #[inline(always)]
+    fn reverse_from(&mut self, ended: Direction, families: &Families, x: f64, reversal: u64) {
+        let (output, mirrored) = (self.line(families).at(x), ended.reversed());
+        self.direction = mirrored;
+        self.positive.reverse(&families.positive, ended, x, output, reversal);
+        self.negative.reverse(&families.negative, mirrored, -x, output, reversal);
+    }
+
+    /// Moves on to the input `x`, ahead on this branch.
+    #[inline(never)]
+    pub(crate) fn advance(&mut self, families: &Families, stacks: &Stacks, x: f64) {
+        // One body, compiled for each direction.
+        match self.direction {
+            Direction::Rising => self.advance_in(Direction::Rising, families, stacks, x),
+            Direction::Falling => self.advance_in(Direction::Falling, families, stacks, x),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn advance_in(&mut self, direction: Direction, families: &Families, stacks: &Stacks, x: f64) {
+        self.positive.advance(&families.positive, &stacks.positive, direction, x);
+        self.negative.advance(&families.negative, &stacks.negative, direction.reversed(), -x);
+    }
+
+    /// Puts what the last reversal froze on the stacks.
+    #[inline]
+    pub(crate) fn keep_top(&self, stacks: &mut Stacks) {
+        self.positive.keep_top(&mut stacks.positive);
+        self.negative.keep_top(&mut stacks.negative);
+    }
+
+    /// The output of the model over the input, up to the next breakpoint.
+    #[inline]
+    pub(crate) fn line(&self, families: &Families) -> Line {
+        let (positive, negative) = (self.positive.line(), self.negative.line());
+        Line {
+            slope: families.identity_weight + positive.slope + negative.slope,
+            offset: positive.offset - negative.offset,
+        }
+    }
+
+    /// The line and its breakpoints, over the input.
+    #[inline]
+    pub(crate) fn piece(&self, families: &Families) -> Piece {
+        self.piece_in(self.direction, families)
+    }
+
+    #[inline(always)]
+    pub(super) fn piece_in(&self, direction: Direction, families: &Families) -> Piece {
+        let begin = direction.further(self.positive.begin(), -self.negative.begin());
+        let end = direction.nearer(self.positive.end(), -self.negative.end());
+        Piece { direction, line: self.line(families), begin, end }
+    }
+}

@@ -1,0 +1,16 @@
+use crate::error::{Error, check_finite};
+
+pub(super) fn check_weights(weights: &[f64]) -> Result<(), Error> {
+    if weights.is_empty() {
+        return Err(Error::Empty { parameter: "weights" });
+    }
+    for (i, w) in weights.iter().enumerate() {
+        check_finite("weights", Some(i), *w)?;
+    }
+    Ok(())
+}
+
+pub(super) fn check_length(parameter: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
+    let got = values.len();
+    if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
+}

@@ -1,0 +1,118 @@
+//! How far a search is, and whether it is to stop.
+
+use std::ops::ControlFlow;
+
+use crate::error::Error;
+use crate::fit::projection::{ProjectedFit, Projection};
+use crate::fit::space::Point;
+use crate::numeric::as_f64;
+
+/// What the search is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SearchStage {
+    /// Trying starts on a selection of the samples.
+    Scan,
+    /// Improving the best starts on that selection.
+    Refine,
+    /// Improving the best of them on all samples.
+    Finish,
+}
+
+/// How far the search is, reported after every evaluation of the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// What the search is doing; where cross-validation chooses, one search follows the other.
+    pub stage: SearchStage,
+    /// Passes over the records so far.
+    pub evaluations: usize,
+    /// The smallest root mean square error of this stage, in the unit of the output, over the samples it uses.
+    pub best_rmse: f64,
+    /// The share of the work that is done at least, from 0 to 1; it never decreases.
+    pub fraction: f64,
+}
+
+/// What an identification that is told to stop leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Nothing: [`Error::Interrupted`].
+    Discard,
+    /// The best that was found so far, marked as partial.
+    KeepBest,
+}
+
+/// Counts evaluations and reports them.
+pub(crate) struct SearchMonitor<'a> {
+    report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
+    now: Progress,
+    /// Where the smallest error of this stage was found.
+    best: Option<Point>,
+    keeps_best: bool,
+    /// The share of the whole work that the present search is.
+    span: Span,
+}
+
+impl<'a> SearchMonitor<'a> {
+    pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
+        let now = Progress { stage: SearchStage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
+        Self { report, now, best: None, keeps_best: false, span: Span { from: 0.0, to: 1.0 } }
+    }
+
+    /// The best point so far, if the search was stopped and that is to be kept.
+    pub(crate) fn kept(&self) -> Option<Point> {
+        self.best.filter(|_| self.keeps_best)
+    }
+
+    /// Makes the next search the part number `part` of so many.
+    pub(crate) fn within(&mut self, part: usize, of: usize) {
+        let whole = Span { from: 0.0, to: 1.0 };
+        self.span = Span { from: whole.at(part, of), to: whole.at(part + 1, of) };
+        self.enter(SearchStage::Scan);
+    }
+
+    pub(crate) fn evaluations(&self) -> usize {
+        self.now.evaluations
+    }
+
+    /// Starts a stage.
+    pub(super) fn enter(&mut self, stage: SearchStage) {
+        self.now.stage = stage;
+        self.now.best_rmse = f64::INFINITY;
+    }
+
+    /// Counts one evaluation.
+    pub(super) fn evaluated(
+        &mut self,
+        projection: &Projection<'_>,
+        fit: &ProjectedFit,
+        fraction: f64,
+    ) -> Result<(), Error> {
+        self.now.evaluations += 1;
+        let rmse = projection.rmse(fit.squares);
+        if rmse < self.now.best_rmse {
+            (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
+        }
+        self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
+        match (self.report)(&self.now) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(stop) => {
+                self.keeps_best = stop == Stop::KeepBest;
+                Err(Error::Interrupted)
+            }
+        }
+    }
+}
+
+/// The part of the whole work that an improvement takes.
+#[derive(Clone, Copy)]
+pub(super) struct Span {
+    pub(super) from: f64,
+    pub(super) to: f64,
+}
+
+impl Span {
+    pub(super) fn at(self, done: usize, of: usize) -> f64 {
+        self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
+    }
+}

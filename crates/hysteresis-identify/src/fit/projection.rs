@@ -1,0 +1,373 @@
+//! The linear half of the problem: at given thresholds, offset and delay, the best weights and output offsets.
+
+use faer::Mat;
+
+use crate::fit::bounded;
+use crate::fit::course::Course;
+use crate::fit::factor::{TriangularFactor, back_substitute};
+use crate::fit::regressor::Regressor;
+use crate::fit::smoothness::{penalty, with_penalty};
+use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
+use crate::record::Record;
+
+/// A column that varies by less than this share of its size is constant.
+const MIN_VARYING_SHARE: f64 = 1e-11;
+
+/// The best fit at a point.
+#[derive(Clone, Debug)]
+pub(crate) struct ProjectedFit {
+    pub(crate) point: Point,
+    /// The unknowns c >= 0 of the weight law.
+    pub(crate) unknowns: Vec<f64>,
+    /// The weights that belong to them.
+    pub(crate) weights: Vec<f64>,
+    /// One per record.
+    pub(crate) output_offsets: Vec<f64>,
+    /// The sum of squared errors over the rows used.
+    pub(crate) squares: f64,
+    /// What is minimised: that sum, and the penalty of weights that are not smooth.
+    pub(crate) objective: f64,
+    /// The same of the best constant output.
+    pub(crate) base_squares: f64,
+    /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
+    pub(crate) kkt_residual: f64,
+}
+
+/// A fit linearised along the axes: [output offsets | unknowns | steps | y], of which the first columns are a triangle.
+pub(crate) struct Linearised {
+    factor: Mat<f64>,
+    penalty: Mat<f64>,
+    records: usize,
+    free: Vec<usize>,
+}
+
+/// A step that a linearised fit proposes.
+pub(crate) struct Step {
+    /// Along the axes.
+    pub(crate) along: Vec<f64>,
+    /// The weights that go with it.
+    pub(crate) weights: Vec<f64>,
+    /// The objective that it promises.
+    pub(crate) objective: f64,
+}
+
+/// Records, search space, weight law and smoothness, with the rows to use: one in `stride` of the fitted samples.
+pub(crate) struct Projection<'a> {
+    records: &'a [Record<'a>],
+    space: &'a Space,
+    law: &'a WeightBasis,
+    smoothness: f64,
+    courses: Vec<Course>,
+    rows: usize,
+    /// The sum of squares of the input about its mean in every record.
+    input_squares: f64,
+}
+
+impl<'a> Projection<'a> {
+    pub(crate) fn new(
+        records: &'a [Record<'a>],
+        space: &'a Space,
+        law: &'a WeightBasis,
+        smoothness: f64,
+        stride: usize,
+    ) -> Self {
+        let courses: Vec<_> = records.iter().map(|record| Course::new(record, stride)).collect();
+        let rows = courses.iter().map(Course::len).sum();
+        let input_squares = records.iter().zip(&courses).map(|(record, course)| input_squares(record, course)).sum();
+        Self { records, space, law, smoothness, courses, rows, input_squares }
+    }
+
+    /// The rows that penalise weights that are not smooth, one column for each unknown; none for smoothness zero.
+    pub(crate) fn penalty(&self, point: &Point, smoothness: f64) -> Mat<f64> {
+        if smoothness == 0.0 {
+            return Mat::new();
+        }
+        penalty(self.law, &self.space.thresholds(point), smoothness * self.input_squares)
+    }
+
+    pub(crate) fn space(&self) -> &Space {
+        self.space
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(crate) fn records(&self) -> usize {
+        self.records.len()
+    }
+
+    /// The root mean square that belongs to a sum of squares over the rows used.
+    pub(crate) fn rmse(&self, squares: f64) -> f64 {
+        (squares / as_f64(self.rows)).sqrt()
+    }
+
+    /// The best weights and output offsets at a point, by QR and non-negative least squares.
+    ///
+    /// `like` is a fit near by, if there is one: its weights at zero are likely zero here too.
+    pub(crate) fn fit(&self, point: &Point, like: Option<&ProjectedFit>) -> ProjectedFit {
+        self.solve(point, &self.factor(point, &[], &[]), 0, like)
+    }
+
+    /// The fit at a point together with its derivatives along the axes, in one pass over the records.
+    ///
+    /// The derivatives are those at the weights given: where they are the best ones but for a small difference, so are
+    /// the derivatives.
+    pub(crate) fn linearise(
+        &self,
+        point: &Point,
+        weights: &[f64],
+        like: Option<&ProjectedFit>,
+    ) -> (ProjectedFit, Linearised) {
+        let neighbours = self.space.neighbours(point);
+        let factor = self.factor(point, &neighbours, weights);
+        let fit = self.solve(point, &factor, neighbours.len(), like);
+        let free = positive(&fit.unknowns);
+        let penalty = self.penalty(point, self.smoothness);
+        (fit, Linearised { factor, penalty, records: self.records.len(), free })
+    }
+
+    fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&ProjectedFit>) -> ProjectedFit {
+        let offsets = self.records.len();
+        let unknowns = factor.ncols() - offsets - derivatives - 1;
+        let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
+        let bounds = vec![(0.0, f64::INFINITY); unknowns];
+        let (all, b) = below_offsets(factor, offsets);
+        let data = all.get(.., ..unknowns).to_owned();
+        let penalty = self.penalty(point, self.smoothness);
+        let (a, target) = penalised(&data, &b, &penalty);
+        let solution = bounded::solve(a.as_ref(), &target, &bounds, &guess);
+        let squares = if penalty.nrows() == 0 { solution.squares } else { squares(&data, &b, &solution.x) };
+        let output_offsets = output_offsets(factor, offsets, &solution.x);
+        ProjectedFit {
+            point: *point,
+            weights: self.law.weights(&solution.x),
+            unknowns: solution.x,
+            output_offsets,
+            squares,
+            objective: solution.squares,
+            base_squares: b.iter().map(|b| b * b).sum(),
+            kkt_residual: solution.kkt_residual,
+        }
+    }
+
+    /// R of [output offsets | unknowns | derivatives | y], a derivative being the change of the output on the way to a
+    /// neighbour at fixed weights, over the distance.
+    fn factor(&self, point: &Point, neighbours: &[(Parameter, Point, f64)], weights: &[f64]) -> Mat<f64> {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let mut factor = TriangularFactor::new(offsets + n + neighbours.len() + 1);
+        for place in 0..offsets {
+            self.rows_of(place, point, neighbours, weights, |_, row| factor.push(row));
+        }
+        self.law.in_unknowns(factor.finish().as_ref(), offsets)
+    }
+
+    /// R of [output offsets | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
+    /// stretches, and part i has the i-th of each; with the number of its rows.
+    pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize) -> Vec<(Mat<f64>, usize)> {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let neighbours = self.space.neighbours(&fit.point);
+        let columns = offsets + n + neighbours.len() + 1;
+        let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(columns), 0)).collect();
+        for place in 0..offsets {
+            let rows = self.courses[place].len();
+            self.rows_of(place, &fit.point, &neighbours, &fit.weights, |row, values| {
+                let (factor, rows) = &mut factors[row * count / rows];
+                factor.push(values);
+                *rows += 1;
+            });
+        }
+        let finished =
+            |(factor, rows): (TriangularFactor, usize)| (self.law.in_unknowns(factor.finish().as_ref(), offsets), rows);
+        factors.into_iter().map(finished).collect()
+    }
+
+    /// Hands over the rows of one record, numbered.
+    fn rows_of(
+        &self,
+        place: usize,
+        point: &Point,
+        neighbours: &[(Parameter, Point, f64)],
+        weights: &[f64],
+        mut take: impl FnMut(usize, &[f64]),
+    ) {
+        let (offsets, n) = (self.records.len(), self.law.columns());
+        let (record, course) = (&self.records[place], &self.courses[place]);
+        let bank = self.space.bank(point);
+        let banks: Vec<_> = neighbours.iter().map(|(_, neighbour, _)| self.space.bank(neighbour)).collect();
+        let start = |bank, point: &Point| {
+            Regressor::new(bank, record.input(), point.get(Parameter::InputOffset), point.get(Parameter::Delay))
+        };
+        let mut here = start(&bank, point);
+        // The derivative by the delay is at hand without a neighbour.
+        let mut there: Vec<_> = (banks.iter().zip(neighbours))
+            .map(|(bank, (axis, neighbour, _))| (*axis != Parameter::Delay).then(|| start(bank, neighbour)))
+            .collect();
+        let mut row = vec![0.0; offsets + n + neighbours.len() + 1];
+        row[place] = 1.0;
+        for number in 0..course.len() {
+            let k = course.sample(number);
+            here.go_to(k, course.turns());
+            here.row(&mut row[offsets..offsets + n]);
+            if !neighbours.is_empty() {
+                let output = here.output(weights);
+                for (j, (there, (_, _, distance))) in there.iter_mut().zip(neighbours).enumerate() {
+                    row[offsets + n + j] = match there {
+                        None => here.slope_over_delay(weights),
+                        Some(there) => {
+                            there.go_to(k, course.turns());
+                            (there.output(weights) - output) / distance
+                        }
+                    };
+                }
+            }
+            row[offsets + n + neighbours.len()] = record.output()[k];
+            take(number, &row);
+        }
+    }
+}
+
+impl Linearised {
+    /// The best step within bounds together with the weights that go with it.
+    pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
+        let (a, b) = self.below_offsets();
+        let unknowns = a.ncols() - bounds.len();
+        let mut all = vec![(0.0, f64::INFINITY); unknowns];
+        all.extend(bounds);
+        let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
+        let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
+        let (c, along) = solution.x.split_at(unknowns);
+        Step { along: along.to_vec(), weights: law.weights(c), objective: solution.squares }
+    }
+
+    /// The columns of unknowns and steps with the output offsets eliminated, and the right-hand side: of what is
+    /// minimised, the penalty of weights that are not smooth included.
+    pub(crate) fn below_offsets(&self) -> (Mat<f64>, Vec<f64>) {
+        let (a, b) = below_offsets(&self.factor, self.records);
+        penalised(&a, &b, &self.penalty)
+    }
+
+    /// The rows that ask for smooth weights; none for smoothness zero.
+    pub(crate) fn into_penalty(self) -> Mat<f64> {
+        self.penalty
+    }
+
+    /// The means of the columns of unknowns and steps over the rows of the first record, and how many rows that are.
+    pub(crate) fn means(&self) -> (Vec<f64>, f64) {
+        let root = self.factor[(0, 0)];
+        let columns = self.records..self.factor.ncols() - 1;
+        (columns.map(|j| self.factor[(0, j)] / root).collect(), root * root)
+    }
+}
+
+/// The problem with a penalty, or as it is without one.
+pub(crate) fn penalised(a: &Mat<f64>, b: &[f64], penalty: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
+    if penalty.nrows() == 0 { (a.clone(), b.to_vec()) } else { with_penalty(a, b, penalty) }
+}
+
+/// |A x - b|^2.
+pub(crate) fn squares(a: &Mat<f64>, b: &[f64], x: &[f64]) -> f64 {
+    let error = |i: usize| b[i] - x.iter().enumerate().map(|(j, x)| a[(i, j)] * x).sum::<f64>();
+    (0..b.len()).map(|i| error(i).powi(2)).sum()
+}
+
+/// The sum of squares of the input about its mean over the rows of a record.
+fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
+    let inputs = || (0..course.len()).map(|row| record.input()[course.sample(row)]);
+    let mean = inputs().sum::<f64>() / as_f64(course.len());
+    inputs().map(|u| (u - mean).powi(2)).sum()
+}
+
+/// The output offsets that go with these unknowns.
+pub(crate) fn output_offsets(factor: &Mat<f64>, offsets: usize, unknowns: &[f64]) -> Vec<f64> {
+    let left = |i: usize| {
+        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, offsets + j)]).sum();
+        factor[(i, factor.ncols() - 1)] - modelled
+    };
+    let mut values: Vec<f64> = (0..offsets).map(left).collect();
+    back_substitute(factor.get(..offsets, ..offsets), &mut values);
+    values
+}
+
+/// Eliminates the output offsets: the problem left for all other columns, the last one being the right-hand side.
+///
+/// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
+/// enormous weight would fit noise with it. Such columns become exactly zero.
+pub(crate) fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
+    let last = factor.ncols() - 1;
+    let mut a = factor.get(offsets.., offsets..last).to_owned();
+    for j in 0..a.ncols() {
+        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(offsets + j).norm_l2() {
+            a.col_mut(j).fill(0.0);
+        }
+    }
+    (a, (offsets..factor.nrows()).map(|i| factor[(i, last)]).collect())
+}
+
+fn positive(unknowns: &[f64]) -> Vec<usize> {
+    (0..unknowns.len()).filter(|j| unknowns[*j] > 0.0).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::regressor::OperatorBank;
+    use crate::options::{Options, Thresholds};
+
+    /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
+    /// what a small step does.
+    #[test]
+    fn squares_and_derivatives_are_those_of_the_residuals() {
+        // A lopsided hysteresis that no point of the space fits.
+        let bank = OperatorBank::from_ratios(&[0.0, 0.5, 1.5], hysteresis_core::Ratios::PAPER);
+        let signals = [3.0, 4.5].map(|rate| {
+            let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
+            let input: Vec<f64> = input.collect();
+            let mut regressor = Regressor::new(&bank, &input, 0.2, 0.0);
+            let output = input.iter().enumerate().map(|(k, u)| {
+                regressor.go_to(k, None);
+                regressor.output(&[1.0, 0.7, 0.5]) + 0.05 * u * u
+            });
+            let output: Vec<f64> = output.collect();
+            (input, output)
+        });
+        let record = |i: usize, skip| Record::new(&signals[i].0, &signals[i].1, skip).unwrap();
+        let records = [record(0, 100), record(1, 0)];
+        let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
+        let space = Space::new(&records, &options);
+        let law = WeightBasis::new(&options);
+        let projection = Projection::new(&records, &space, &law, 0.0, 1);
+        let point = space.starts()[1].with(Parameter::Delay, 1.3);
+        let squares = |fit: &ProjectedFit, point: &Point| {
+            let bank = space.bank(point);
+            let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::Delay));
+            let mut squares = 0.0;
+            for (record, output_offset) in records.iter().zip(&fit.output_offsets) {
+                let mut regressor = Regressor::new(&bank, record.input(), offset, delay);
+                for (k, y) in record.output().iter().enumerate() {
+                    regressor.go_to(k, None);
+                    if k >= record.skip() {
+                        squares += (y - output_offset - regressor.output(&fit.weights)).powi(2);
+                    }
+                }
+            }
+            squares
+        };
+        let fit = projection.fit(&point, None);
+        assert!((fit.squares - squares(&fit, &point)).abs() < 1e-10 * fit.squares);
+        let (again, linearised) = projection.linearise(&point, &fit.weights, None);
+        assert!((again.squares - fit.squares).abs() < 1e-12 * fit.squares);
+        for axis in 0..space.axes().len() {
+            // All other steps held at zero, this one held at a small value: the promise must come true.
+            let mut bounds = vec![(0.0, 0.0); space.axes().len()];
+            let small = 1e-4 * space.axes()[axis].scale;
+            bounds[axis] = (small, small);
+            let step = linearised.step(&bounds, &law);
+            let there = projection.fit(&space.moved(&point, &step.along), None);
+            let (change, expected) = (there.squares - fit.squares, step.objective - fit.squares);
+            assert!((change - expected).abs() < 0.05 * expected.abs(), "axis {axis}: {change} {expected}");
+        }
+    }
+}

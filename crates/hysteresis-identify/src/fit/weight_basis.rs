@@ -1,0 +1,157 @@
+//! What the weights may be: a cone, given by columns whose non-negative combinations it holds.
+
+use faer::{Mat, MatRef};
+
+use crate::numeric::as_f64;
+use crate::options::{Options, Thresholds, WeightLaw};
+
+/// A weight law: the weights are B c with unknowns c >= 0.
+///
+/// So every law is non-negative least squares with other columns, convex, and invertible by construction.
+/// For free weights B is the identity. For quadratic ones its columns are the extreme rays of the cone of quadratics
+/// that are nowhere negative at i = 1..n-1. For split ones the weights are those above zero, then those below, and an
+/// operator of threshold zero, the identity, has one unknown for both.
+#[derive(Clone, Debug)]
+pub(crate) struct WeightBasis {
+    operators: usize,
+    split: bool,
+    freedom: usize,
+    basis: Option<Mat<f64>>,
+}
+
+impl WeightBasis {
+    pub(crate) fn new(options: &Options) -> Self {
+        let n = options.operators();
+        let has_identity = match &options.thresholds {
+            Thresholds::Given(r) => r.first() == Some(&0.0),
+            _ => true,
+        };
+        let basis = match options.weights {
+            WeightLaw::Auto | WeightLaw::Free => None,
+            WeightLaw::Quadratic => quadratics(n),
+            WeightLaw::Split => Some(families(n, has_identity)),
+        };
+        let split = options.weights == WeightLaw::Split;
+        let freedom = match options.weights {
+            WeightLaw::Auto | WeightLaw::Free => n,
+            WeightLaw::Quadratic => n.min(4),
+            WeightLaw::Split => 2 * n - usize::from(has_identity),
+        };
+        Self { operators: n, split, freedom, basis }
+    }
+
+    /// How many weights there are: one column of the regressor each.
+    pub(crate) fn columns(&self) -> usize {
+        if self.split { 2 * self.operators } else { self.operators }
+    }
+
+    /// How many unknowns are independent at most.
+    pub(crate) fn freedom(&self) -> usize {
+        self.freedom
+    }
+
+    /// The weights that belong to the unknowns.
+    pub(crate) fn weights(&self, unknowns: &[f64]) -> Vec<f64> {
+        let Some(basis) = &self.basis else { return unknowns.to_vec() };
+        (0..basis.nrows()).map(|i| unknowns.iter().enumerate().map(|(j, c)| basis[(i, j)] * c).sum()).collect()
+    }
+
+    /// The derivative of weight i by unknown j.
+    pub(crate) fn derivative(&self, i: usize, j: usize) -> f64 {
+        match &self.basis {
+            None => f64::from(u8::from(i == j)),
+            Some(basis) => basis[(i, j)],
+        }
+    }
+
+    /// The weights above zero, and those below if they are split.
+    pub(crate) fn families<'a>(&self, weights: &'a [f64]) -> (&'a [f64], Option<&'a [f64]>) {
+        let (above, below) = weights.split_at(self.operators);
+        (above, self.split.then_some(below))
+    }
+
+    /// The columns of the unknowns in place of those of the weights, which begin at `from`.
+    pub(crate) fn in_unknowns(&self, columns: MatRef<'_, f64>, from: usize) -> Mat<f64> {
+        let Some(basis) = &self.basis else { return columns.to_owned() };
+        let (weights, unknowns) = (basis.nrows(), basis.ncols());
+        let mapped = columns.get(.., from..from + weights) * basis;
+        Mat::from_fn(columns.nrows(), columns.ncols() - weights + unknowns, |i, j| match j {
+            _ if j < from => columns[(i, j)],
+            _ if j < from + unknowns => mapped[(i, j - from)],
+            _ => columns[(i, j - unknowns + weights)],
+        })
+    }
+}
+
+/// w_0 alone, and the extreme rays of the quadratics in i that are not negative at i = 1..m: those that vanish at two
+/// neighbours, and the one that vanishes at both ends. Three points or fewer bear any weights.
+fn quadratics(n: usize) -> Option<Mat<f64>> {
+    if n < 5 {
+        return None;
+    }
+    let m = as_f64(n - 1);
+    let ray = |i: f64, j: f64| if j < m { (i - j) * (i - j - 1.0) } else { (i - 1.0) * (m - i) };
+    let largest = |j: f64| (1..n).map(|i| ray(as_f64(i), j)).fold(0.0, f64::max);
+    Some(Mat::from_fn(n, n, |i, j| match (i, j) {
+        (0, 0) => 1.0,
+        (0, _) | (_, 0) => 0.0,
+        _ => ray(as_f64(i), as_f64(j)) / largest(as_f64(j)),
+    }))
+}
+
+/// One unknown for both weights of the identity, one for each of the others.
+fn families(n: usize, has_identity: bool) -> Mat<f64> {
+    let shared = usize::from(has_identity);
+    Mat::from_fn(2 * n, 2 * n - shared, |i, j| {
+        let unknown = if i < n || i - n < shared { i % n } else { i - shared };
+        f64::from(u8::from(unknown == j))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn law(weights: WeightLaw, n: usize) -> WeightBasis {
+        WeightBasis::new(&Options { weights, thresholds: Thresholds::Uniform(n), ..Options::default() })
+    }
+
+    proptest! {
+        /// Every quadratic that is nowhere negative is a non-negative combination of the rays, and no other is.
+        #[test]
+        fn rays_span_the_quadratics_that_are_not_negative(n in 5..25_usize, c in prop::array::uniform3(-1.0..1.0_f64)) {
+            let law = law(WeightLaw::Quadratic, n);
+            let value = |i: usize| c[0] + as_f64(i) * (c[1] + as_f64(i) * c[2] / as_f64(n)) / as_f64(n);
+            let mut target: Vec<f64> = (0..n).map(value).collect();
+            target[0] = 0.3;
+            let lowest = target.iter().copied().fold(f64::INFINITY, f64::min);
+            let basis = law.basis.as_ref().unwrap();
+            let bounds = vec![(0.0, f64::INFINITY); n];
+            let found = crate::fit::bounded::solve(basis.as_ref(), &target, &bounds, &[]);
+            let close = found.squares < 1e-18;
+            prop_assert!(close || lowest < 1e-9, "{target:?} left {}", found.squares);
+            prop_assert!(!close || lowest > -1e-8);
+            prop_assert!(law.weights(&found.x).iter().all(|w| *w >= 0.0));
+        }
+    }
+
+    #[test]
+    fn split_weights_share_the_identity() {
+        let law = law(WeightLaw::Split, 3);
+        assert_eq!((law.columns(), law.freedom()), (6, 5));
+        let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
+        assert_eq!(law.derivative(3, 0), 1.0);
+    }
+
+    #[test]
+    fn columns_of_unknowns_stand_where_those_of_weights_stood() {
+        let law = law(WeightLaw::Split, 2);
+        let columns = Mat::from_fn(1, 7, |_, j| as_f64(10_usize.pow(u32::try_from(j).unwrap())));
+        // offset, [w0 w1 v0 v1] -> [w0 + v0, w1, v1], two more
+        let mapped = law.in_unknowns(columns.as_ref(), 1);
+        assert_eq!(mapped, faer::mat![[1.0, 1_010.0, 100.0, 10_000.0, 100_000.0, 1_000_000.0]]);
+    }
+}

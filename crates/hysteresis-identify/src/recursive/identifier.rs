@@ -1,0 +1,276 @@
+//! The recursion, sample by sample.
+
+use hysteresis_core::{MAX_MAGNITUDE, Model, Offsets, is_admissible};
+
+use super::bounds::Bounds;
+use super::covariance::{Covariance, dot};
+use super::options::RecursiveOptions;
+use super::regressors::Regressors;
+use super::state::Frozen;
+use crate::error::Error;
+use crate::options::Setting;
+
+/// A sample is worth forgetting for if its leverage is this much above that of one regressor repeated for ever.
+const MIN_NEWS: f64 = 1.25;
+
+/// Weights are published if their identity is more than this share of their sum: the core asks for 1e-12.
+const MIN_RELATIVE_SLOPE: f64 = 1e-11;
+
+/// And more than this, as the core asks for.
+const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
+
+/// The weights of a model that follow the measurements of a running actuator: recursive least squares with forgetting.
+///
+/// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`, through the
+/// dynamics behind the hysteresis if there are any: thresholds stay, weights and output offset are estimated. Of a split
+/// model max(0, z_i) and min(0, z_i) count with weights of their own. At every sample
+///
+/// ```text
+/// s = z' P z,   g = P z / (forgetting + s),   w <- w + g (y - z' w),   P <- (P - g z' P) / forgetting
+/// ```
+///
+/// with P = U D U' kept in factors (Bierman 1977), which rounding cannot make indefinite. At forgetting = 1 the result is
+/// that of least squares over all samples, the given model counting as 1 / `covariance`.
+///
+/// **Covariance.** What is not excited would be forgotten without bound. So at every sample that forgets, one unknown in
+/// turn is measured at its own estimate, which changes no weight, with the noise that keeps its information at
+/// 1 / `covariance_limit` (the cyclic regularisation of Gunnarsson, CDC 1996): no eigenvalue of P exceeds the larger of
+/// `covariance` and `covariance_limit`, over forgetting^m for m unknowns, and in the long run `covariance_limit`
+/// decides alone. At standstill the identifier freezes as a whole: [`Frozen::PoorExcitation`].
+///
+/// **Model.** The published weights are the nearest to the estimate, in the metric of P^-1, of those that are not
+/// negative, the identity weight at least [`MIN_IDENTITY_SHARE`](crate::MIN_IDENTITY_SHARE) of the given one: its inverse exists at every sample.
+/// The estimate itself stays free, so a weight that is zero for a while costs no accuracy later.
+///
+/// [`update`](Self::update) does not allocate, lock, panic, log or read a clock.
+///
+/// ```
+/// use hysteresis_core::Process;
+/// use hysteresis_simulate::paper;
+/// use hysteresis_identify::{RecursiveIdentifier, RecursiveOptions};
+/// let actuator = paper::table_1_recovered();
+/// let mut plant = actuator.forward();
+/// let given = paper::table_1(); // the printed weights are up to 31 % off
+/// let mut identifier = RecursiveIdentifier::new(&given.into(), &RecursiveOptions::default())?;
+/// for k in 0..20_000 {
+///     let u = 600.0 * (1e-3 * f64::from(k)).sin() * (1.0 - 4e-5 * f64::from(k));
+///     identifier.update(u, plant.step(u));
+/// }
+/// for (w, true_w) in identifier.weights().zip(actuator.weights()) {
+///     assert!((w - true_w).abs() < 1e-9);
+/// }
+/// # Ok::<(), hysteresis_identify::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RecursiveIdentifier {
+    pub(super) given: Model,
+    pub(super) options: RecursiveOptions,
+    pub(super) regressors: Regressors,
+    pub(super) input_offset: f64,
+    /// The output offset, if it is held; else zero, and it is the last unknown.
+    pub(super) held_offset: f64,
+    /// The columns of the weights, and 1 for an offset that is fitted: in the order of the bounds, as all of the following
+    /// but for the prior.
+    pub(super) regressor: Box<[f64]>,
+    /// The weights of the given model and its offset, as they are fitted: w_i times the scale.
+    pub(super) prior: Box<[f64]>,
+    pub(super) estimate: Box<[f64]>,
+    pub(super) published: Box<[f64]>,
+    pub(super) candidate: Box<[f64]>,
+    pub(super) bounds: Bounds,
+    pub(super) covariance: Covariance,
+    /// The noise of the measurement that bounds the covariance of one unknown.
+    pub(super) bounding_noise: f64,
+    pub(super) turn: usize,
+    pub(super) last_error: f64,
+    pub(super) frozen: Option<Frozen>,
+    pub(super) rejected: u64,
+}
+
+impl RecursiveIdentifier {
+    /// An identifier of the weights of `model`, which must be invertible, at rest.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible.
+    pub fn new(model: &Model, options: &RecursiveOptions) -> Result<Self, Error> {
+        options.check()?;
+        let offsets = match model {
+            Model::Conventional(model) => model.check_invertible().map(|()| model.offsets()),
+            Model::Modified(model) => model.check_invertible().map(|()| model.offsets()),
+        }?;
+        let (regressors, weights) = Regressors::of_model(model, options.dynamics)?;
+        let (held_offset, fitted) = match options.output_offset {
+            Setting::Fixed(offset) => (offset, None),
+            Setting::Fit => (0.0, Some(offsets.output)),
+        };
+        let mut lower = regressors.lower_bounds(&weights);
+        lower.extend(fitted.map(|_| f64::NEG_INFINITY));
+        let prior: Box<[f64]> = weights.iter().map(|w| w * regressors.scale()).chain(fitted).collect();
+        let m = prior.len();
+        let zeros: Box<[f64]> = vec![0.0; m].into();
+        let mut identifier = Self {
+            given: model.clone(),
+            options: *options,
+            input_offset: offsets.input,
+            held_offset,
+            regressors,
+            regressor: zeros.clone(),
+            bounds: Bounds::new(lower.into()),
+            estimate: zeros.clone(),
+            published: zeros.clone(),
+            candidate: zeros,
+            covariance: Covariance::new(m, options.covariance),
+            bounding_noise: options.covariance_limit / (1.0 - power(options.forgetting, m)),
+            prior,
+            turn: 0,
+            last_error: 0.0,
+            frozen: None,
+            rejected: 0,
+        };
+        identifier.reset();
+        Ok(identifier)
+    }
+
+    /// Takes the input `u` and the output `y` measured at it. Returns the prediction error: y minus what the model of
+    /// before predicts, in the unit of the output; the last one again if the sample is not finite.
+    pub fn update(&mut self, u: f64, y: f64) -> f64 {
+        self.frozen = self.learn(u, y);
+        if self.frozen == Some(Frozen::NotFinite) {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.last_error
+    }
+
+    fn learn(&mut self, u: f64, y: f64) -> Option<Frozen> {
+        if !is_admissible(u) {
+            return Some(Frozen::NotFinite);
+        }
+        let (regressor, bounds) = (&mut self.regressor, &self.bounds);
+        self.regressors.advance(u - self.input_offset, |i, z| regressor[bounds.place(i)] = z);
+        let leverage = self.covariance.look(&self.regressor);
+        let y = y - self.held_offset;
+        let error = y - dot(&self.published, &self.regressor);
+        if !(is_admissible(y) && leverage.is_finite() && error.is_finite()) {
+            return Some(Frozen::NotFinite);
+        }
+        self.last_error = error;
+        let forgotten = 1.0 - self.options.forgetting;
+        if self.regressor.len() > 1 && leverage < MIN_NEWS * forgotten {
+            return Some(Frozen::PoorExcitation);
+        }
+        let innovation = y - dot(&self.estimate, &self.regressor);
+        self.covariance.measure(self.options.forgetting);
+        for (estimate, gain) in self.estimate.iter_mut().zip(self.covariance.gain()) {
+            *estimate += gain * innovation;
+        }
+        if forgotten > 0.0 {
+            self.covariance.forget(self.options.forgetting);
+            self.covariance.measure_one(self.bounds.place(self.turn), self.bounding_noise);
+            self.turn = if self.turn + 1 == self.regressor.len() { 0 } else { self.turn + 1 };
+        }
+        self.publish();
+        None
+    }
+
+    /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of all
+    /// proportion, the last ones stay.
+    fn publish(&mut self) {
+        let others = [&mut *self.regressor, &mut *self.published];
+        let nearest = self.bounds.project(&mut self.covariance, &mut self.estimate, others, &mut self.candidate);
+        if nearest && self.has_inverse(&self.candidate) {
+            self.published.copy_from_slice(&self.candidate);
+        }
+    }
+
+    /// Whether numbers within the bounds make a model, and one that has an inverse.
+    pub(super) fn has_inverse(&self, unknowns: &[f64]) -> bool {
+        let (identity, sum) = self.regressors.identity_and_sum(|i| unknowns[self.bounds.place(i)]);
+        let scale = self.regressors.scale();
+        unknowns.iter().all(|x| x.abs() <= MAX_MAGNITUDE * scale.min(1.0))
+            && identity > MIN_RELATIVE_SLOPE * sum
+            && identity / scale > MIN_SLOPE
+    }
+
+    /// The weight of a column, in output unit per input unit.
+    fn weight(&self, column: usize) -> f64 {
+        self.published[self.bounds.place(column)] / self.regressors.scale()
+    }
+
+    /// The unknown weights, in output unit per input unit: the w_i of the model; of a split model then its v_i, without
+    /// that of an identity that weighs the same above and below zero.
+    #[must_use]
+    pub fn weights(&self) -> impl ExactSizeIterator<Item = f64> {
+        (0..self.regressors.len()).map(|i| self.weight(i))
+    }
+
+    /// The output offset of the model.
+    #[must_use]
+    pub fn output_offset(&self) -> f64 {
+        let n = self.regressors.len();
+        if n < self.unknowns() { self.published[self.bounds.place(n)] } else { self.held_offset }
+    }
+
+    /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists. Allocates.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        let offsets = Offsets { input: self.input_offset, output: self.output_offset() };
+        self.regressors.model(&self.given, |i| self.weight(i), offsets)
+    }
+
+    /// Why the last sample changed no weight, or nothing if it did what it could.
+    #[must_use]
+    pub fn frozen(&self) -> Option<Frozen> {
+        self.frozen
+    }
+
+    /// How many samples were not finite (or beyond 1e100).
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// The model that it started from.
+    #[must_use]
+    pub fn given(&self) -> &Model {
+        &self.given
+    }
+
+    /// What it was told.
+    #[must_use]
+    pub fn options(&self) -> &RecursiveOptions {
+        &self.options
+    }
+
+    /// The number of unknowns m: the weights, and the output offset if it is fitted.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.regressor.len()
+    }
+
+    /// The covariance of the estimate, m rows of m numbers, in units of the variance of the measurement noise: the weights
+    /// in the order of [`weights`](Self::weights), then the output offset if it is fitted. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        let m = self.unknowns();
+        let unit = |i: usize| if i < self.regressors.len() { self.regressors.scale() } else { 1.0 };
+        let place = |i: usize| self.bounds.place(i);
+        let entry = |i: usize, j: usize| self.covariance.entry(place(i), place(j)) / unit(i) / unit(j);
+        (0..m * m).map(|k| entry(k / m, k % m)).collect()
+    }
+
+    /// Back to the given model, the operators at rest.
+    pub fn reset(&mut self) {
+        self.regressors.reset();
+        self.covariance.reset(self.options.covariance);
+        self.bounds.reset();
+        self.regressor.fill(1.0);
+        self.estimate.copy_from_slice(&self.prior);
+        // P being diagonal, the nearest point is at the bounds that are passed.
+        self.bounds.clamp(&self.prior, &mut self.published);
+        (self.turn, self.last_error, self.frozen, self.rejected) = (0, 0.0, None, 0);
+    }
+}
+
+fn power(base: f64, exponent: usize) -> f64 {
+    (0..exponent).fold(1.0, |power, _| power * base)
+}

@@ -1,0 +1,131 @@
+//! An identified model, and what it predicts.
+
+use faer::Mat;
+use hysteresis_core::{Model, Ratios};
+
+use super::quality::Quality;
+use super::spread::Spread;
+use super::standard_errors::StandardErrors;
+use crate::error::RecordError;
+use crate::finding::Finding;
+use crate::fit::folds::CrossValidation;
+use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::numeric::as_f64;
+use crate::options::{Options, WeightLaw};
+use crate::record::{Record, check_finite};
+
+/// An identified model, and how well it fits.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Identification {
+    /// The model, with the output offset of the first record.
+    pub model: Model,
+    /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
+    pub ratios: Ratios,
+    /// By how many samples the output lags the input, fractions included.
+    pub delay: f64,
+    /// The output offset of every record, in the unit of the output.
+    pub output_offsets: Vec<f64>,
+    /// The quality over the fitted samples of all records.
+    pub fit: Quality,
+    /// The quality over the fitted samples of every record.
+    pub record_fits: Vec<Quality>,
+    /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these ratios, offset
+    /// and delay: the largest derivative of the sum of squares that a permitted change of a weight would follow
+    /// downhill, as a share of the product of the norms of its column and of the data. Rounding: 1e-13 or less.
+    pub kkt_residual: f64,
+    /// How far the parameters may be from the truth.
+    pub standard_errors: StandardErrors,
+    /// What the weights might be: as given, or as cross-validation chose.
+    pub weights: WeightLaw,
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    pub smoothness: f64,
+    /// What cross-validation said of every weight law, if it chose; else empty.
+    pub weights_validation: Vec<CrossValidation>,
+    /// What cross-validation said of every number of operators, if it chose; else empty.
+    pub cross_validation: Vec<CrossValidation>,
+    /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
+    pub smoothness_validation: Vec<CrossValidation>,
+    /// How many passes over the records, whole or thinned, the search took.
+    pub evaluations: usize,
+    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`](crate::diagnose).
+    pub warnings: Vec<Finding>,
+    /// Whether the search was stopped: the model is the best until then, its weights the best for its thresholds.
+    pub partial: bool,
+    pub(crate) spread: Spread,
+    /// As asked for, with the number of operators that was chosen.
+    pub(crate) options: Options,
+    /// The rows that ask for smooth weights at the thresholds found, one column for each unknown.
+    pub(crate) penalty: Mat<f64>,
+}
+
+impl Identification {
+    /// The output for an input that starts from the virgin state: the model delayed by [`delay`](Self::delay) as
+    /// during identification, with the output offset of the first record.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(predict(&self.model, self.delay, self.output_offsets[0], input))
+    }
+
+    /// The standard deviation of every sample of [`predict`](Self::predict), in the unit of the output, from the
+    /// covariance of weights, ratios, input offset, delay and output offset, linearised at the fit.
+    ///
+    /// It tells how far the prediction may be from what the true parameters would predict; the noise of a measurement
+    /// comes on top. Like the [`standard_errors`](Self::standard_errors) it takes the errors of successive samples for
+    /// independent and the model for true. What was given, and what lies at a bound (a weight of zero, a ratio at its
+    /// limit), counts as known. So does what the records do not tell at all: where the input goes further than they
+    /// did, the truth may be further away.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(self.spread.of(input))
+    }
+
+    /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that
+    /// the record skips.
+    ///
+    /// `output_offset` is that of the record; without one, the record has its own like every other: the one that suits
+    /// it best. To judge the rest of a record whose beginning was fitted, skip that and give its offset.
+    #[must_use]
+    pub fn validate(&self, record: &Record<'_>, output_offset: Option<f64>) -> Quality {
+        let mut predicted = predict(&self.model, self.delay, 0.0, record.input());
+        let (measured, predicted) = (&record.output()[record.skip()..], &mut predicted[record.skip()..]);
+        let offset = output_offset.unwrap_or_else(|| {
+            let samples = as_f64(measured.len());
+            measured.iter().zip(predicted.iter()).map(|(y, p)| (y - p) / samples).sum()
+        });
+        for p in predicted.iter_mut() {
+            *p += offset;
+        }
+        let quality = Quality::of(measured, predicted, record.output_range());
+        quality.with_loops(&record.input()[record.skip()..], measured, predicted)
+    }
+
+    /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
+    /// threshold zero, or no operator there: the data showed no slope right after reversals.
+    ///
+    /// # Errors
+    /// [`hysteresis_core::Error::NotInvertible`] with the weight at fault.
+    pub fn check_invertible(&self) -> Result<(), hysteresis_core::Error> {
+        match &self.model {
+            Model::Conventional(model) => model.check_invertible(),
+            Model::Modified(model) => model.check_invertible(),
+        }
+    }
+}
+
+/// The output of a model from the virgin state, `delay` samples later.
+pub(crate) fn predict(model: &Model, delay: f64, output_offset: f64, input: &[f64]) -> Vec<f64> {
+    let (bank, weights, offsets) = OperatorBank::of_model(model);
+    let mut regressor = Regressor::new(&bank, input, offsets.input, delay);
+    let next = |k| {
+        regressor.go_to(k, None);
+        output_offset + regressor.output(&weights)
+    };
+    (0..input.len()).map(next).collect()
+}

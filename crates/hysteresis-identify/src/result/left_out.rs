@@ -1,0 +1,260 @@
+//! Leave-one-loop-out: how well the weights that the other loops ask for predict a loop.
+
+use std::ops::Range;
+
+use faer::Mat;
+use hysteresis_core::Offsets;
+
+use crate::error::Error;
+use crate::fit::bounded;
+use crate::fit::factor::{TriangularFactor, triangle_of};
+use crate::fit::projection::{below_offsets, output_offsets, penalised};
+use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
+use crate::record::Record;
+use crate::result::identification::Identification;
+use crate::result::quality::Quality;
+use crate::signal::{bounds, turns};
+
+/// The input turns round where it goes back by this share of its range.
+const SWING: f64 = 0.05;
+
+/// With more loops than this, neighbours are left out together.
+const MOST: usize = 200;
+
+/// One loop, predicted with and without its own share in the weights.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LeftOutLoop {
+    /// Its record.
+    pub record: usize,
+    /// Its samples in that record.
+    pub samples: Range<usize>,
+    /// Half the peak-to-peak of the input in it, in the unit of the input.
+    pub amplitude: f64,
+    /// The errors with the weights that all loops ask for. Percentages are of the range of the whole record.
+    pub fitted: Quality,
+    /// The errors with the weights that all other loops ask for.
+    pub left_out: Quality,
+}
+
+/// The best weights and output offsets; no offset where no sample tells it.
+struct LeftOutSolution {
+    unknowns: Vec<f64>,
+    weights: Vec<f64>,
+    output_offsets: Vec<Option<f64>>,
+}
+
+impl Identification {
+    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset and delay found, and
+    /// predicts the loop that was left out: a model that only remembers its records does worse there.
+    ///
+    /// A loop leads from one maximum of the input to the next. Maxima are those from which the input comes down, and to
+    /// which it went up, by a twentieth of its range at least. What comes before the first maximum of a record belongs
+    /// to its first loop, what comes after the last to its last. Of more than 200 loops, neighbours are left out
+    /// together. A record of one loop has, while that is left out, the output offset that suits it best.
+    ///
+    /// `records` are those that were fitted; others are judged likewise. One pass with a QR, and a small problem for
+    /// every loop.
+    ///
+    /// # Errors
+    /// [`Error::TooFewLoops`] for fewer than two, [`Error::Domain`] if the delay is not below the length of every
+    /// record.
+    pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
+        let shortest = records.iter().map(|record| record.input().len()).min().ok_or(Error::NoRecords)?;
+        if self.delay >= as_f64(shortest) {
+            let expected = "records that are longer than the delay";
+            return Err(Error::Domain { parameter: "delay", index: None, expected, got: self.delay });
+        }
+        let loops = loops(records);
+        if loops.len() < 2 {
+            return Err(Error::TooFewLoops { got: loops.len() });
+        }
+        let (bank, _, offsets) = OperatorBank::of_model(&self.model);
+        let pass = Pass { records, loops: &loops, bank: &bank, offsets, delay: self.delay };
+        let law = WeightBasis::new(&self.options);
+        let problem = LeaveOneOut { offsets: records.len(), law: &law, penalty: &self.penalty };
+        let solutions = problem.solutions(&pass.triangles(&law), |loop_| loops[loop_].0);
+        Ok(pass.judge(&solutions))
+    }
+}
+
+/// Every loop of every record: the record and the samples.
+fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
+    let fitted = || records.iter().map(|record| &record.input()[record.skip()..]);
+    let (low, high) =
+        fitted().map(bounds).fold((f64::INFINITY, f64::NEG_INFINITY), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+    let swing = SWING * (high - low);
+    let maxima = |input: &[f64]| {
+        let turns = turns(input, swing);
+        // Turns alternate: the first is a maximum if what it comes to is higher than where it came from.
+        let first = usize::from(turns.first().is_some_and(|turn| input[*turn] < input[0]));
+        turns.into_iter().skip(first).step_by(2).collect::<Vec<_>>()
+    };
+    let maxima: Vec<Vec<usize>> = fitted().map(maxima).collect();
+    let count: usize = maxima.iter().map(|maxima| maxima.len().saturating_sub(1).max(1)).sum();
+    let together = count.div_ceil(MOST);
+    let mut loops = Vec::with_capacity(count);
+    for (place, (record, maxima)) in records.iter().zip(maxima).enumerate() {
+        let inner = maxima.get(1..maxima.len().saturating_sub(1)).unwrap_or(&[]);
+        let mut begin = record.skip();
+        for cut in inner.iter().skip(together - 1).step_by(together) {
+            loops.push((place, begin..record.skip() + cut));
+            begin = record.skip() + cut;
+        }
+        loops.push((place, begin..record.input().len()));
+    }
+    loops
+}
+
+/// The way through the records, loop by loop.
+struct Pass<'a> {
+    records: &'a [Record<'a>],
+    loops: &'a [(usize, Range<usize>)],
+    bank: &'a OperatorBank,
+    offsets: Offsets,
+    delay: f64,
+}
+
+impl Pass<'_> {
+    /// Goes to the samples of every loop, in order; `take` gets the loop, the sample and the operators there.
+    fn walk(&self, mut take: impl FnMut(usize, usize, &mut Regressor<'_>)) {
+        let mut last = None;
+        let mut regressor = Regressor::new(self.bank, self.records[0].input(), self.offsets.input, self.delay);
+        for (number, (place, samples)) in self.loops.iter().enumerate() {
+            if last != Some(*place) {
+                let input = self.records[*place].input();
+                regressor = Regressor::new(self.bank, input, self.offsets.input, self.delay);
+                last = Some(*place);
+            }
+            for k in samples.clone() {
+                regressor.go_to(k, None);
+                take(number, k, &mut regressor);
+            }
+        }
+    }
+
+    /// R of [output offsets | unknowns | y] of every loop.
+    fn triangles(&self, law: &WeightBasis) -> Vec<Mat<f64>> {
+        let (offsets, n) = (self.records.len(), law.columns());
+        let columns = offsets + n + 1;
+        let mut row = vec![0.0; columns];
+        let mut factor: Option<TriangularFactor> = None;
+        let mut triangles = Vec::with_capacity(self.loops.len());
+        let in_unknowns = |factor: TriangularFactor| law.in_unknowns(factor.finish().as_ref(), offsets);
+        self.walk(|number, k, regressor| {
+            let place = self.loops[number].0;
+            if k == self.loops[number].1.start {
+                triangles.extend(factor.take().map(in_unknowns));
+                row[..offsets].fill(0.0);
+                row[place] = 1.0;
+            }
+            regressor.row(&mut row[offsets..offsets + n]);
+            row[columns - 1] = self.records[place].output()[k];
+            factor.get_or_insert_with(|| TriangularFactor::new(columns)).push(&row);
+        });
+        triangles.extend(factor.map(in_unknowns));
+        triangles
+    }
+
+    /// The errors of every loop, with the weights of all loops, which come first, and those of the others.
+    fn judge(&self, solutions: &[LeftOutSolution]) -> Vec<LeftOutLoop> {
+        let all = &solutions[0];
+        let mut outputs: Vec<[Vec<f64>; 2]> = self.loops.iter().map(|_| [Vec::new(), Vec::new()]).collect();
+        self.walk(|number, _, regressor| {
+            let [fitted, left_out] = &mut outputs[number];
+            fitted.push(regressor.output(&all.weights));
+            left_out.push(regressor.output(&solutions[number + 1].weights));
+        });
+        let judged = outputs.into_iter().enumerate().map(|(number, outputs)| {
+            let (place, samples) = self.loops[number].clone();
+            let record = &self.records[place];
+            let (low, high) = bounds(&record.input()[samples.clone()]);
+            let measured = &record.output()[samples.clone()];
+            let quality = |mut predicted: Vec<f64>, offset: Option<f64>| {
+                let offset = offset.unwrap_or_else(|| {
+                    let share = 1.0 / as_f64(measured.len());
+                    measured.iter().zip(&predicted).map(|(y, p)| (y - p) * share).sum()
+                });
+                for p in &mut predicted {
+                    *p += offset;
+                }
+                Quality::of(measured, &predicted, record.output_range())
+            };
+            let [fitted, left_out] = outputs;
+            LeftOutLoop {
+                record: place,
+                samples,
+                amplitude: 0.5 * (high - low),
+                fitted: quality(fitted, all.output_offsets[place]),
+                left_out: quality(left_out, solutions[number + 1].output_offsets[place]),
+            }
+        });
+        judged.collect()
+    }
+}
+
+/// What is solved for any loops: the number of output offsets, the law, and the rows that ask for smooth weights.
+struct LeaveOneOut<'a> {
+    offsets: usize,
+    law: &'a WeightBasis,
+    penalty: &'a Mat<f64>,
+}
+
+impl LeaveOneOut<'_> {
+    /// The solution of all loops, then those without each of them.
+    ///
+    /// The triangles of several loops, one below the other, are those of all their samples. So with the triangles of all
+    /// loops before and of all loops after each, a loop is left out without taking anything away.
+    fn solutions(&self, triangles: &[Mat<f64>], record: impl Fn(usize) -> usize) -> Vec<LeftOutSolution> {
+        let count = triangles.len();
+        let mut after = vec![Mat::zeros(0, triangles[0].ncols())];
+        for triangle in triangles.iter().rev() {
+            after.push(joined(triangle, &after[after.len() - 1]));
+        }
+        let all = self.solve(&after[count], None, &[]);
+        let mut before = Mat::zeros(0, triangles[0].ncols());
+        let mut found = vec![all];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let others = joined(&before, &after[count - 1 - number]);
+            let place = record(number);
+            let alone = (0..count).all(|other| other == number || record(other) != place);
+            let guess = found[0].unknowns.clone();
+            found.push(self.solve(&others, alone.then_some(place), &guess));
+            before = joined(&before, triangle);
+        }
+        found
+    }
+
+    /// The best weights and offsets, without the offset of a record that has no samples among these.
+    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> LeftOutSolution {
+        let Self { offsets, law, penalty } = *self;
+        let kept: Vec<usize> = (0..factor.ncols()).filter(|j| Some(*j) != without).collect();
+        let factor = match without {
+            None => factor.to_owned(),
+            Some(_) => triangle_of(Mat::from_fn(factor.nrows(), kept.len(), |i, j| factor[(i, kept[j])])),
+        };
+        let told = offsets - usize::from(without.is_some());
+        let (a, b) = below_offsets(&factor, told);
+        let (a, b) = penalised(&a, &b, penalty);
+        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] > 0.0).collect();
+        let unknowns = bounded::solve(a.as_ref(), &b, &vec![(0.0, f64::INFINITY); a.ncols()], &guess).x;
+        let mut values = output_offsets(&factor, told, &unknowns).into_iter();
+        let output_offsets =
+            (0..offsets).map(|place| (Some(place) != without).then(|| values.next()).flatten()).collect();
+        LeftOutSolution { weights: law.weights(&unknowns), unknowns, output_offsets }
+    }
+}
+
+/// The triangle of the rows of both.
+fn joined(above: &Mat<f64>, below: &Mat<f64>) -> Mat<f64> {
+    let (top, columns) = (above.nrows(), below.ncols());
+    let rows = (top + below.nrows()).max(columns);
+    let factor = triangle_of(Mat::from_fn(rows, columns, |i, j| match i.checked_sub(top) {
+        None => above[(i, j)],
+        Some(i) if i < below.nrows() => below[(i, j)],
+        Some(_) => 0.0,
+    }));
+    factor.get(..columns, ..).to_owned()
+}

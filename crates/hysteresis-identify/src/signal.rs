@@ -1,0 +1,182 @@
+//! Statistics of single signals and pairs of them.
+
+use crate::numeric::as_f64;
+
+pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
+/// The root of the mean of the squares, scaled so that no square under- or overflows.
+pub(super) fn rms(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let squares: f64 = values.iter().map(|value| (value / largest) * (value / largest)).sum();
+    largest * (squares / as_f64(values.len())).sqrt()
+}
+
+/// The correlation coefficient of two equally long signals; none if either is constant.
+pub(super) fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
+    let (a, b) = (standardised(a)?, standardised(b)?);
+    let products: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+    Some(products / as_f64(a.len()))
+}
+
+/// The correlation of a signal with itself one sample later; 0 for a constant.
+pub(super) fn neighbours(values: &[f64]) -> f64 {
+    if values.len() < 3 {
+        return 0.0;
+    }
+    correlation(&values[1..], &values[..values.len() - 1]).unwrap_or(0.0)
+}
+
+/// Without its mean and over its standard deviation.
+fn standardised(values: &[f64]) -> Option<Vec<f64>> {
+    let mean = values.iter().sum::<f64>() / as_f64(values.len());
+    let centred: Vec<f64> = values.iter().map(|value| value - mean).collect();
+    let deviation = rms(&centred);
+    // What a constant leaves by rounding is no variation.
+    let size = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    (deviation > 1e-13 * size).then(|| centred.iter().map(|value| value / deviation).collect())
+}
+
+/// The standard deviation of white noise on a smooth signal: of the differences between neighbours, over sqrt 2.
+pub(super) fn noise(values: &[f64]) -> f64 {
+    let differences: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    rms(&differences) * core::f64::consts::FRAC_1_SQRT_2
+}
+
+/// The standard deviation of normal noise that has this median of magnitudes.
+pub(super) fn robust_deviation(values: &[f64]) -> f64 {
+    let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    let middle = magnitudes.len() / 2;
+    1.4826 * *magnitudes.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// How far every sample is from the median of the five around it; at the ends, of the five nearest to the end.
+pub(super) fn distances_from_neighbours(values: &[f64]) -> Vec<f64> {
+    let distance = |k: usize| {
+        let first = k.saturating_sub(2).min(values.len().saturating_sub(5));
+        let around = &values[first..(first + 5).min(values.len())];
+        let mut sorted = [0.0; 5];
+        let sorted = &mut sorted[..around.len()];
+        sorted.copy_from_slice(around);
+        sorted.sort_unstable_by(f64::total_cmp);
+        (values[k] - sorted[around.len() / 2]).abs()
+    };
+    (0..values.len()).map(distance).collect()
+}
+
+/// Half the difference of the samples after and before, `delay` (rounded) samples ago, from sample `skip` on.
+pub(super) fn speed(input: &[f64], skip: usize, delay: f64) -> Vec<f64> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
+    let delay = delay.round() as usize;
+    let last = input.len() - 1;
+    (skip..input.len())
+        .map(|k| {
+            let k = k.saturating_sub(delay);
+            0.5 * (input[(k + 1).min(last)] - input[k.saturating_sub(1)])
+        })
+        .collect()
+}
+
+/// The samples where the signal turns, counting only swings of at least so much; its ends are no turns.
+pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
+    let mut found = Vec::new();
+    let (mut lowest, mut highest) = (0, 0);
+    let mut direction = 0;
+    for (k, value) in values.iter().enumerate() {
+        if *value < values[lowest] {
+            lowest = k;
+        }
+        if *value > values[highest] {
+            highest = k;
+        }
+        if direction >= 0 && values[highest] - value >= swing {
+            if direction > 0 {
+                found.push(highest);
+            }
+            (direction, lowest) = (-1, k);
+        } else if direction <= 0 && value - values[lowest] >= swing {
+            if direction < 0 {
+                found.push(lowest);
+            }
+            (direction, highest) = (1, k);
+        }
+    }
+    found
+}
+
+/// How far `other` moves, over its range, while `values` stays at its highest or lowest value; the most of all stays,
+/// with that value.
+pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64]) -> (f64, f64) {
+    let (low, high) = bounds(values);
+    let (least, most) = bounds(other);
+    let mut longest = (0.0, high);
+    for level in [low, high] {
+        let mut stay: Option<(f64, f64)> = None;
+        for (value, other) in values.iter().zip(other) {
+            stay = (*value == level).then(|| {
+                let (from, to) = stay.unwrap_or((*other, *other));
+                (from.min(*other), to.max(*other))
+            });
+            if let Some((from, to)) = stay
+                && to - from > longest.0
+            {
+                longest = (to - from, level);
+            }
+        }
+    }
+    (longest.0 / (most - least), longest.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn correlations_by_hand() {
+        let up = [1.0, 2.0, 3.0, 4.0];
+        assert!((correlation(&up, &[10.0, 30.0, 50.0, 70.0]).unwrap() - 1.0).abs() < 1e-15);
+        assert!((correlation(&up, &[1e-200, 0.0, -1e-200, -2e-200]).unwrap() + 1.0).abs() < 1e-15);
+        assert!(correlation(&up, &[1.0, -1.0, -1.0, 1.0]).unwrap().abs() < 1e-15);
+        assert_eq!(correlation(&up, &[0.1; 4]), None);
+        assert!((neighbours(&[1.0, -1.0, 1.0, -1.0, 1.0]) + 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn turns_by_hand() {
+        let walk = [0.0, 5.0, 9.0, 8.5, 10.0, 4.0, 4.4, 3.0, 7.0, 0.0];
+        assert_eq!(turns(&walk, 1.0), [4, 7, 8]);
+        assert_eq!(turns(&walk, 0.5), [2, 3, 4, 7, 8]);
+        assert_eq!(turns(&walk, 4.5), [4]);
+        let down: Vec<f64> = walk.iter().map(|x| -x).collect();
+        assert_eq!(turns(&down, 1.0), [4, 7, 8]);
+        assert!(turns(&[1.0, 2.0, 3.0], 0.1).is_empty());
+    }
+
+    #[test]
+    fn a_stay_at_an_end_is_measured_by_what_the_other_does() {
+        let clipped = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 2.0];
+        let other = [0.0, 1.0, 2.0, 3.0, 2.5, 1.0, 4.0];
+        assert_eq!(travel_at_the_ends(&clipped, &other), (0.25, 2.0));
+        let mirrored: Vec<f64> = clipped.iter().map(|x| -x).collect();
+        assert_eq!(travel_at_the_ends(&mirrored, &other), (0.25, -2.0));
+    }
+
+    #[test]
+    fn deviations_by_hand() {
+        assert_eq!(robust_deviation(&[1.0, -1.0, 1.0, -1.0, 100.0]), 1.4826);
+        assert_eq!(distances_from_neighbours(&[0.0, 0.0, 7.0, 0.0, 0.0, 1.0]), [0.0, 0.0, 7.0, 0.0, 0.0, 1.0]);
+        assert_eq!(rms(&[3e-200, 4e-200]), 12.5_f64.sqrt() * 1e-200);
+        assert!((noise(&[1.0, -1.0, 1.0]) - 2.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn speed_lags_with_the_output() {
+        let input = [0.0, 1.0, 4.0, 9.0, 16.0];
+        assert_eq!(speed(&input, 1, 0.0), [2.0, 4.0, 6.0, 3.5]);
+        assert_eq!(speed(&input, 1, 1.3), [0.5, 2.0, 4.0, 6.0]);
+    }
+}

@@ -1,0 +1,134 @@
+//! Learning from one period to the next.
+
+use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::feedback_loop::truth;
+use super::linear::given_dynamics;
+use crate::convert::arguments::{numbers, pair};
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
+
+type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+/// Iterative learning control of a periodic reference: after every period, a better target for the next one.
+///
+/// v <- Q (v + gamma L e), e = reference - measurement over a period, v the correction of the target of the feed-forward;
+/// Q = 1 / (1 + (f / bandwidth)^4) has no phase; L = conj(M) / (|M|^2 + 0.05^2) inverts the response M of the feedback
+/// loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `min_gain`. An error of twice
+/// the best one is not learned from: the target goes back to the best.
+///
+/// Parameters
+/// ----------
+/// target : array of n floats
+///     One period of the target: the reference, or what dynamic feed-forward makes of it.
+/// kp, ki : float
+///     Gains of the feedback, V/um and V/um/sample.
+/// slope : float
+///     Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
+/// dynamics : SecondOrder or FirstOrder
+///     The linear dynamics behind the hysteresis.
+/// bandwidth : float
+///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
+/// delay : float
+///     What the position lags besides, in samples.
+/// dt : float
+///     Sampling interval in seconds.
+/// min_gain : float
+///     gamma never falls below.
+/// target_limits : (float, float), optional
+///     The target never leaves (low, high).
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.plant.SecondOrder(400.0, 0.95)
+/// >>> reference = np.sin(2 * np.pi * np.arange(100) / 100)
+/// >>> learning = mh.control.IterativeLearning(
+/// ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
+/// ... )
+/// >>> for _ in range(4):
+/// ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[199:299]
+/// ...     accepted = learning.update(reference - position)
+/// >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
+/// (True, True, True)
+#[pyclass(module = "mpi_hyst.control")]
+pub(crate) struct IterativeLearning {
+    learning: learning::IterativeLearning,
+    feedback: FeedbackLoop,
+}
+
+#[pymethods]
+impl IterativeLearning {
+    #[new]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, min_gain=None, target_limits=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, min_gain=0.15, target_limits=None)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn new(
+        target: &Bound<'_, PyAny>,
+        kp: &Bound<'_, PyAny>,
+        ki: &Bound<'_, PyAny>,
+        slope: &Bound<'_, PyAny>,
+        dynamics: &Bound<'_, PyAny>,
+        bandwidth: &Bound<'_, PyAny>,
+        delay: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
+        min_gain: Option<&Bound<'_, PyAny>>,
+        target_limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, min_gain);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
+        let default = LearningOptions::new(bandwidth);
+        let options = LearningOptions { min_gain: min_gain.unwrap_or(default.min_gain), target_limits, ..default };
+        let target = vector("target", target)?;
+        let learning = learning::IterativeLearning::new(&feedback, target.as_slice()?, &options).map_err(raise)?;
+        Ok(Self { learning, feedback })
+    }
+
+    /// One period of the target for the feed-forward, read-only.
+    #[getter]
+    fn target<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.learning.target().iter().copied())
+    }
+
+    /// Learns from the measured error of a period that was run with the present target; whether it was learned from.
+    fn update(slf: &Bound<'_, Self>, error: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let error = vector("error", error)?;
+        Ok(exclusive(slf)?.learning.update(error.as_slice()?).map_err(raise)?.accepted)
+    }
+
+    /// The largest measured error of every period so far.
+    #[getter]
+    fn max_error<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.learning.trials().iter().map(|trial| trial.max_error))
+    }
+
+    /// The root mean square of the measured error of every period so far.
+    #[getter]
+    fn rmse<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.learning.trials().iter().map(|trial| trial.rmse))
+    }
+
+    /// By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
+    ///
+    /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
+    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    fn convergence_rate(
+        &self,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        slope: Option<&Bound<'_, PyAny>>,
+        delay: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        numbers!(slope, delay);
+        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+    }
+}

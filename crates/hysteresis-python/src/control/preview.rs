@@ -1,0 +1,94 @@
+//! The preview of a controller.
+
+use hysteresis_control::feedforward::PreviewCoefficients;
+use hysteresis_core as core;
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::convert::arguments::{numbers, whole};
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::raise;
+
+/// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
+///
+/// target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
+/// feedback uses r(k), from the same window, which at the start is full of the first reference.
+///
+/// A window that fills anew, at the start, after a hold and after a rejected reference, is full of one reference: the next
+/// ones make differentiating coefficients ask for a kick, which only limits and slew bound.
+///
+/// Parameters
+/// ----------
+/// coefficients : array of shape (taps,)
+///     c_j, that of the newest reference first.
+/// ahead : int
+///     How many samples the references are early: less than there are taps.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
+/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> for reference in (1.0, 2.0, 3.0):
+/// ...     drive = controller.step(reference, 0.0)
+/// >>> controller.terms.reference, controller.terms.target
+/// (2.0, 2.5)
+#[pyclass(module = "mpi_hyst.control", frozen)]
+pub(crate) struct Preview {
+    pub(crate) preview: core::Preview,
+    /// What it was made of, if it was made by `preview`.
+    made: Option<PreviewCoefficients>,
+}
+
+impl Preview {
+    pub(crate) fn made(made: PreviewCoefficients) -> PyResult<Self> {
+        let preview = core::Preview::new(&made.coefficients, made.ahead).map_err(raise)?;
+        Ok(Self { preview, made: Some(made) })
+    }
+}
+
+#[pymethods]
+impl Preview {
+    #[new]
+    fn new(coefficients: &Bound<'_, PyAny>, ahead: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let coefficients = vector("coefficients", coefficients)?;
+        let preview = core::Preview::new(coefficients.as_slice()?, whole("ahead", ahead)?);
+        Ok(Self { preview: preview.map_err(raise)?, made: None })
+    }
+
+    /// The coefficients c_j, read-only.
+    #[getter]
+    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.preview.coefficients().iter().copied())
+    }
+
+    /// How many samples the references are early.
+    #[getter]
+    fn ahead(&self) -> usize {
+        self.preview.ahead()
+    }
+
+    /// The error of the target for a sine of this frequency in Hz, relative to the target that the inverse dynamics want.
+    ///
+    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
+    /// was pickled.
+    fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
+        numbers!(frequency);
+        let expected = "error: expected a preview that was made by mpi_hyst.preview, got coefficients alone";
+        self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, usize)> {
+        Ok((self.coefficients(py)?, self.ahead()))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Preview of {} taps, ahead {}>", self.preview.coefficients().len(), self.preview.ahead())
+    }
+}

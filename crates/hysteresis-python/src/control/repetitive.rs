@@ -1,0 +1,125 @@
+//! Learning in the running loop, one period later.
+
+use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
+use pyo3::prelude::*;
+
+use super::feedback_loop::truth;
+use super::linear::given_dynamics;
+use crate::convert::arguments::{count, numbers, whole};
+use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
+
+/// Repetitive control: the correction of the target, learned in the running loop, one period later.
+///
+/// v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: Q and L of `IterativeLearning` as
+/// finite impulse responses around the present place of the last period of N samples. The static error is left to a
+/// feedback that integrates.
+///
+/// Parameters
+/// ----------
+/// period : int
+///     Samples in a period of the reference, 8 to 2^22.
+/// kp, ki, slope, dynamics, bandwidth, delay, dt
+///     As for `IterativeLearning`.
+/// gain : float
+///     gamma, above 0 and at most 1: less averages noise over more periods.
+/// settle : int
+///     Periods that pass before the first one that is learned from.
+/// limit : float
+///     The correction never exceeds this magnitude, in the unit of the displacement.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import math
+/// >>> import mpi_hyst as mh
+/// >>> repetitive = mh.control.RepetitiveControl(
+/// ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.plant.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
+/// ... )
+/// >>> y, decay, errors = 0.0, math.exp(-2 * math.pi * 50.0 * 1e-3), []
+/// >>> for k in range(3000):
+/// ...     errors.append(math.sin(2 * math.pi * k / 100) - y)
+/// ...     target = y + errors[-1] + repetitive.step(errors[-1])
+/// ...     y = target + decay * (y - target)
+/// >>> max(errors[:100]) > 0.1, max(errors[-100:]) < 2e-3
+/// (True, True)
+#[pyclass(module = "mpi_hyst.control")]
+pub(crate) struct RepetitiveControl {
+    pub(crate) control: learning::RepetitiveControl,
+    feedback: FeedbackLoop,
+}
+
+#[pymethods]
+impl RepetitiveControl {
+    #[new]
+    #[pyo3(signature = (
+        period, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, gain=None, settle=None, limit=None
+    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, gain=0.3, settle=1, \
+        limit=inf)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn new(
+        period: &Bound<'_, PyAny>,
+        kp: &Bound<'_, PyAny>,
+        ki: &Bound<'_, PyAny>,
+        slope: &Bound<'_, PyAny>,
+        dynamics: &Bound<'_, PyAny>,
+        bandwidth: &Bound<'_, PyAny>,
+        delay: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
+        gain: Option<&Bound<'_, PyAny>>,
+        settle: Option<&Bound<'_, PyAny>>,
+        limit: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain, limit);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        let default = RepetitiveOptions::new(bandwidth);
+        let options = RepetitiveOptions {
+            gain: gain.unwrap_or(default.gain),
+            settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
+            limit: limit.unwrap_or(default.limit),
+            ..default
+        };
+        let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
+        Ok(Self { control: control.map_err(raise)?, feedback })
+    }
+
+    /// Takes the measured error of this sample and returns the correction of this sample's target.
+    fn step(slf: &Bound<'_, Self>, error: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.control.step(error))
+    }
+
+    /// Forgets everything learned.
+    fn reset(&mut self) {
+        self.control.reset();
+    }
+
+    /// Samples in a period.
+    #[getter]
+    fn period(&self) -> usize {
+        self.control.period()
+    }
+
+    /// How many errors were not finite: they teach nothing.
+    #[getter]
+    fn rejected(&self) -> u64 {
+        self.control.rejected()
+    }
+
+    /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
+    ///
+    /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
+    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    fn convergence_rate(
+        &self,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        slope: Option<&Bound<'_, PyAny>>,
+        delay: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        numbers!(slope, delay);
+        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+    }
+}

@@ -1,0 +1,318 @@
+//! `mpi_hyst.trajectories`.
+
+use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::raise;
+use crate::convert::values::{Arguments, hash};
+
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
+type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;
+
+fn sample<'py>(py: Python<'py>, trajectory: &impl Trajectory, dt: f64, seconds: Option<f64>) -> Motions<'py> {
+    let count = trajectory.samples(dt, seconds).map_err(raise)?;
+    let motions: Vec<_> = (0..count).map(|k| trajectory.at(f64::from(k) * dt)).collect();
+    let column = |of: fn(&trajectory::Motion) -> f64| PyArray1::from_iter(py, motions.iter().map(of));
+    Ok((column(|motion| motion.position), column(|motion| motion.velocity), column(|motion| motion.acceleration)))
+}
+
+/// A trajectory, if the object is one.
+pub(crate) fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Trajectory> {
+    if let Ok(sine) = object.cast::<Sine>() {
+        Some(&sine.get().0)
+    } else if let Ok(triangle) = object.cast::<RoundedTriangle>() {
+        Some(&triangle.get().0)
+    } else {
+        object.cast::<PointToPoint>().ok().map(|moves| &moves.get().0 as &dyn Trajectory)
+    }
+}
+
+/// The methods that all trajectories have, and its own.
+macro_rules! trajectory_methods {
+    ($class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $class {
+            /// Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+            /// per second, and per second squared.
+            ///
+            /// For `seconds`; by default for one period, or until the end has come.
+            #[pyo3(signature = (dt, seconds=None))]
+            fn sample<'py>(&self, py: Python<'py>, dt: &Bound<'py, PyAny>, seconds: Option<&Bound<'py, PyAny>>) -> Motions<'py> {
+        numbers!(dt, seconds);
+                sample(py, &self.0, dt, seconds)
+            }
+
+            fn __eq__(&self, other: &Self) -> bool {
+                self.0 == other.0
+            }
+
+            $($own)*
+        }
+    };
+}
+
+/// r(t) = offset + amplitude sin(2 pi f t), with its derivatives.
+///
+/// Parameters
+/// ----------
+/// amplitude, offset : float
+///     In the unit of the position.
+/// frequency : float
+///     Cycles per second, in Hz.
+///
+/// Raises
+/// ------
+/// ValueError
+///     That names the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> position, velocity, acceleration = mh.trajectories.Sine(3.0, 1.0).sample(dt=0.25)
+/// >>> position.round(12), velocity.round(2)
+/// (array([ 0.,  3.,  0., -3.]), array([ 18.85,   0.  , -18.85,  -0.  ]))
+#[pyclass(module = "mpi_hyst.trajectories", frozen)]
+pub(crate) struct Sine(pub(crate) trajectory::Sine);
+
+trajectory_methods!(Sine {
+    #[new]
+    #[pyo3(signature = (amplitude, frequency, *, offset=None),
+        text_signature = "(amplitude, frequency, *, offset=0.0)")]
+    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(amplitude, frequency, offset = 0.0);
+        trajectory::Sine::new(amplitude, frequency, offset).map(Self).map_err(raise)
+    }
+
+    /// Half of the peak-to-peak swing.
+    #[getter]
+    fn amplitude(&self) -> f64 {
+        self.0.amplitude()
+    }
+
+    /// Cycles per second, in Hz.
+    #[getter]
+    fn frequency(&self) -> f64 {
+        self.0.frequency()
+    }
+
+    /// The value around which it swings.
+    #[getter]
+    fn offset(&self) -> f64 {
+        self.0.offset()
+    }
+
+    /// Seconds until it starts again.
+    #[getter]
+    fn period(&self) -> f64 {
+        self.0.duration()
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash([self.amplitude(), self.frequency(), self.offset()].into_iter())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Sine({:?}, {:?}, offset={:?})", self.amplitude(), self.frequency(), self.offset())
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("offset", self.offset())?;
+        Ok(((self.amplitude(), self.frequency()).into_pyobject(py)?, keywords))
+    }
+});
+
+/// A triangle with rounded corners, with its derivatives: straight sides, and a smooth change of velocity at the turns.
+///
+/// It first rises from its offset and reaches offset +- amplitude exactly. Velocity, acceleration and its derivative
+/// are continuous.
+///
+/// Parameters
+/// ----------
+/// amplitude, offset : float
+///     In the unit of the position.
+/// frequency : float
+///     Cycles per second, in Hz.
+/// corner : float
+///     How many seconds a turn takes, at most half a period.
+///
+/// Raises
+/// ------
+/// ValueError
+///     That names the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> scan = mh.trajectories.RoundedTriangle(3.0, 1.0, corner=0.1)
+/// >>> position, velocity, acceleration = scan.sample(dt=0.25)
+/// >>> position, abs(velocity).round(3)
+/// (array([ 0.,  3.,  0., -3.]), array([12.8,  0. , 12.8,  0. ]))
+#[pyclass(module = "mpi_hyst.trajectories", frozen)]
+pub(crate) struct RoundedTriangle(pub(crate) trajectory::RoundedTriangle);
+
+trajectory_methods!(RoundedTriangle {
+    #[new]
+    #[pyo3(signature = (amplitude, frequency, *, corner, offset=None),
+        text_signature = "(amplitude, frequency, *, corner, offset=0.0)")]
+    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, corner: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(amplitude, frequency, corner, offset = 0.0);
+        trajectory::RoundedTriangle::new(amplitude, frequency, corner, offset).map(Self).map_err(raise)
+    }
+
+    /// Half of the peak-to-peak swing.
+    #[getter]
+    fn amplitude(&self) -> f64 {
+        self.0.amplitude()
+    }
+
+    /// Cycles per second, in Hz.
+    #[getter]
+    fn frequency(&self) -> f64 {
+        self.0.frequency()
+    }
+
+    /// How many seconds a turn takes.
+    #[getter]
+    fn corner(&self) -> f64 {
+        self.0.corner()
+    }
+
+    /// The value around which it swings.
+    #[getter]
+    fn offset(&self) -> f64 {
+        self.0.offset()
+    }
+
+    /// Seconds until it starts again.
+    #[getter]
+    fn period(&self) -> f64 {
+        self.0.duration()
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash([self.amplitude(), self.frequency(), self.corner(), self.offset()].into_iter())
+    }
+
+    fn __repr__(&self) -> String {
+        let (corner, offset) = (self.corner(), self.offset());
+        format!("RoundedTriangle({:?}, {:?}, corner={corner:?}, offset={offset:?})", self.amplitude(), self.frequency())
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("corner", self.corner())?;
+        keywords.set_item("offset", self.offset())?;
+        Ok(((self.amplitude(), self.frequency()).into_pyobject(py)?, keywords))
+    }
+});
+
+/// Moves from point to point with rests between, with their derivatives: S-curves, the fastest within the limits.
+///
+/// Each move starts and ends at rest, on its point exactly, has constant jerk on up to seven pieces and never
+/// overshoots. Velocity and acceleration are continuous.
+///
+/// Parameters
+/// ----------
+/// points : array of n floats
+///     Where it starts, and where each move ends.
+/// velocity, acceleration, jerk : float
+///     The most of each, in the unit of the position per second, per second squared, and cubed.
+/// dwell : float
+///     Seconds of rest at each point between the first and the last.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> moves = mh.trajectories.PointToPoint([0.0, 3.0], velocity=100.0, acceleration=1e4, jerk=1e6)
+/// >>> round(moves.duration, 6)  # 3 um at 100 um/s, and twice 10 ms of jerk
+/// 0.05
+/// >>> position, velocity, acceleration = moves.sample(dt=0.01)
+/// >>> position.round(6)
+/// array([0.      , 0.166667, 1.      , 2.      , 2.833333, 3.      ])
+#[pyclass(module = "mpi_hyst.trajectories", frozen)]
+pub(crate) struct PointToPoint(pub(crate) trajectory::PointToPoint);
+
+trajectory_methods!(PointToPoint {
+    #[new]
+    #[pyo3(signature = (points, *, velocity, acceleration, jerk, dwell=None),
+        text_signature = "(points, *, velocity, acceleration, jerk, dwell=0.0)")]
+    fn new(
+        points: &Bound<'_, PyAny>,
+        velocity: &Bound<'_, PyAny>,
+        acceleration: &Bound<'_, PyAny>,
+        jerk: &Bound<'_, PyAny>,
+        dwell: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        numbers!(velocity, acceleration, jerk, dwell = 0.0);
+        let limits = MotionLimits { velocity, acceleration, jerk };
+        let points = vector("points", points)?;
+        trajectory::PointToPoint::new(points.as_slice()?, limits, dwell).map(Self).map_err(raise)
+    }
+
+    /// Where it starts, and where each move ends, read-only.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        read_only(py, self.0.points().iter().copied())
+    }
+
+    /// The most velocity.
+    #[getter]
+    fn velocity(&self) -> f64 {
+        self.0.limits().velocity
+    }
+
+    /// The most acceleration.
+    #[getter]
+    fn acceleration(&self) -> f64 {
+        self.0.limits().acceleration
+    }
+
+    /// The most jerk.
+    #[getter]
+    fn jerk(&self) -> f64 {
+        self.0.limits().jerk
+    }
+
+    /// Seconds of rest at each point between the first and the last.
+    #[getter]
+    fn dwell(&self) -> f64 {
+        self.0.dwell()
+    }
+
+    /// Seconds until it rests at the last point.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration()
+    }
+
+    fn __hash__(&self) -> u64 {
+        let limits = [self.velocity(), self.acceleration(), self.jerk(), self.dwell()];
+        hash(self.0.points().iter().copied().chain(limits))
+    }
+
+    fn __repr__(&self) -> String {
+        let (points, dwell) = (self.0.points(), self.dwell());
+        let (velocity, acceleration, jerk) = (self.velocity(), self.acceleration(), self.jerk());
+        let limits = format!("velocity={velocity:?}, acceleration={acceleration:?}, jerk={jerk:?}");
+        format!("PointToPoint({points:?}, {limits}, dwell={dwell:?})")
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let keywords = PyDict::new(py);
+        let limits = [("velocity", self.velocity()), ("acceleration", self.acceleration()), ("jerk", self.jerk())];
+        for (name, value) in limits.into_iter().chain([("dwell", self.dwell())]) {
+            keywords.set_item(name, value)?;
+        }
+        Ok((PyTuple::new(py, [self.points(py)?])?, keywords))
+    }
+});

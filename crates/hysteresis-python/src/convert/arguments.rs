@@ -1,0 +1,91 @@
+//! Small arguments: numbers, counts, pairs of numbers, and words to choose from.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::errors::{self, unexpected};
+
+/// A number, or an optional one, that came as an argument.
+pub(crate) trait Given {
+    type Number;
+
+    fn number(self, name: &str) -> PyResult<Self::Number>;
+}
+
+impl Given for &Bound<'_, PyAny> {
+    type Number = f64;
+
+    fn number(self, name: &str) -> PyResult<f64> {
+        self.extract().map_err(|error: PyErr| {
+            // Whatever else the object's __float__ raised is its own.
+            if error.is_instance_of::<PyTypeError>(self.py()) { unexpected(name, "a number", self) } else { error }
+        })
+    }
+}
+
+impl Given for Option<&Bound<'_, PyAny>> {
+    type Number = Option<f64>;
+
+    fn number(self, name: &str) -> PyResult<Option<f64>> {
+        self.map(|value| value.number(name)).transpose()
+    }
+}
+
+/// Makes numbers of arguments, each under its own name: `numbers!(kp, slew, dwell = 0.0)`, the last one with a default.
+macro_rules! numbers {
+    ($($name:ident $(= $default:expr)?),+) => {
+        $(
+            let $name = $crate::convert::arguments::Given::number($name, stringify!($name))?;
+            $(let $name = $name.unwrap_or($default);)?
+        )+
+    };
+}
+
+pub(crate) use numbers;
+
+/// A whole number of at least one.
+pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    match value.extract::<usize>() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => {
+            let got = value.repr()?;
+            Err(errors::value(name, format_args!("expected a whole number of at least one, got {got}")))
+        }
+    }
+}
+
+/// A whole number that is not negative.
+pub(crate) fn whole<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    if let Ok(number) = value.extract::<T>() {
+        return Ok(number);
+    }
+    let got = value.repr()?;
+    Err(errors::value(name, format_args!("expected a whole number of at least zero, got {got}")))
+}
+
+/// Limits from any two numbers.
+pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    // The length first: a range may be longer than memory.
+    if limits.len().is_ok_and(|numbers| numbers == 2)
+        && let Ok(numbers) = limits.extract::<Vec<f64>>()
+        && let [low, high] = numbers[..]
+    {
+        return Ok((low, high));
+    }
+    Err(unexpected(name, "two numbers (low, high)", limits))
+}
+
+/// A number of samples.
+pub(crate) fn samples(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    if let Ok(samples) = value.extract::<usize>() {
+        return Ok(samples);
+    }
+    let got = value.repr()?;
+    Err(errors::value(name, format_args!("expected a number of samples, got {got}")))
+}
+
+/// Whether an argument is this word.
+pub(crate) fn is_word(value: &Bound<'_, PyAny>, word: &str) -> bool {
+    value.cast::<PyString>().is_ok_and(|text| *text == word)
+}

@@ -1,0 +1,92 @@
+//! Arrays in and out.
+
+use std::fmt;
+
+use numpy::ndarray::{Dimension, IntoDimension};
+use numpy::npyffi::PY_ARRAY_API;
+use numpy::{PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::errors::{self, Place, in_use, wrong_type};
+
+/// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
+pub(crate) fn vector<'a, 'py>(
+    place: impl Into<Place<'a>>,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    array(place, value, format_args!("a one-dimensional array"))
+}
+
+/// A copy of a one-dimensional array of real numbers: for work that lets the interpreter go, or calls Python.
+pub(crate) fn numbers<'a>(place: impl Into<Place<'a>>, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    Ok(vector(place, value)?.as_slice()?.to_vec())
+}
+
+/// An array of real numbers with as many dimensions as D has: in place if it is C-contiguous float64, else converted
+/// once. `expected` says in words what has these dimensions.
+pub(crate) fn array<'a, 'py, D: Dimension>(
+    place: impl Into<Place<'a>>,
+    value: &Bound<'py, PyAny>,
+    expected: fmt::Arguments<'_>,
+) -> PyResult<PyReadonlyArray<'py, f64, D>> {
+    let place = place.into();
+    if let Ok(array) = value.cast_exact::<PyArray<f64, D>>()
+        && is_slice(array)
+    {
+        return array.try_readonly().map_err(|_| in_use(place));
+    }
+    let py = value.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    if numpy.getattr(intern!(py, "ma"))?.call_method1(intern!(py, "is_masked"), (value,))?.extract()? {
+        return Err(wrong_type(place, "expected an array without masked elements"));
+    }
+    let array = numpy.call_method1(intern!(py, "asarray"), (value,)).map_err(|error| {
+        if error.is_instance_of::<PyMemoryError>(py) {
+            return error;
+        }
+        errors::value(place, format_args!("expected an array, got {}", error.value(py)))
+    })?;
+    let dtype = array.getattr(intern!(py, "dtype"))?;
+    let kind: String = dtype.getattr(intern!(py, "kind"))?.extract()?;
+    if !matches!(kind.as_str(), "b" | "i" | "u" | "f") {
+        return Err(wrong_type(place, format_args!("expected real numbers, got dtype {dtype}")));
+    }
+    let dimensions: usize = array.getattr(intern!(py, "ndim"))?.extract()?;
+    if D::NDIM.is_some_and(|expected| expected != dimensions) {
+        let shape = array.getattr(intern!(py, "shape"))?;
+        return Err(errors::value(place, format_args!("expected {expected}, got shape {shape}")));
+    }
+    let arguments = (array, numpy::dtype::<f64>(py), ["C", "ALIGNED"]);
+    let converted = numpy.call_method1(intern!(py, "require"), arguments)?;
+    converted.cast_into::<PyArray<f64, D>>()?.try_readonly().map_err(|_| in_use(place))
+}
+
+/// Whether the elements lie one after the other where the processor expects numbers.
+pub(crate) fn is_slice<D: Dimension>(array: &Bound<'_, PyArray<f64, D>>) -> bool {
+    array.is_c_contiguous() && array.data().is_aligned()
+}
+
+/// A new array of zeros, or a MemoryError: `PyArray::zeros` panics where there is no memory.
+pub(crate) fn zeros<D: Dimension>(py: Python<'_>, shape: D) -> PyResult<Bound<'_, PyArray<f64, D>>> {
+    let mut shape: Vec<_> = shape.into_dimension().slice().iter().map(|length| length.cast_signed()).collect();
+    let dimensions = i32::try_from(shape.len()).expect("an array has few dimensions");
+    // SAFETY: the shape is read during the call alone, which takes over the reference to the dtype and gives back a new
+    // reference to an array of that dtype and as many dimensions, or null with an exception set.
+    unsafe {
+        let dtype = numpy::dtype::<f64>(py).into_ptr().cast();
+        let array = PY_ARRAY_API.PyArray_Zeros(py, dimensions, shape.as_mut_ptr(), dtype, 0);
+        Ok(Bound::from_owned_ptr_or_err(py, array)?.cast_into_unchecked())
+    }
+}
+
+/// Numbers as a new array that nobody can write to.
+pub(crate) fn read_only(py: Python<'_>, values: impl Iterator<Item = f64>) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let array = PyArray1::from_iter(py, values);
+    let flags = PyDict::new(py);
+    flags.set_item(intern!(py, "write"), false)?;
+    array.call_method(intern!(py, "setflags"), (), Some(&flags))?;
+    Ok(array)
+}

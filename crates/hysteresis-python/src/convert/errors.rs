@@ -1,0 +1,243 @@
+//! Every error as a Python exception, mapped once.
+//!
+//! What an argument is refused for is a ValueError or TypeError whose message begins with the name of the argument, and
+//! whose attribute `parameter` is that name.
+
+use std::fmt::{self, Display};
+
+use hysteresis_control::linear;
+use hysteresis_core::{self as core, ActuatorError, JsonError};
+use hysteresis_identify::{self as identify, RecordError};
+use hysteresis_simulate::{plant, signals};
+use pyo3::create_exception;
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+create_exception!(
+    mpi_hyst,
+    NotInvertibleError,
+    PyValueError,
+    "The model's slope may vanish or turn negative, so an output does not tell its input."
+);
+
+/// Where an argument is wrong: its name, and how a message names the place in it.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'a> {
+    parameter: &'a str,
+    shown: &'a str,
+}
+
+impl<'a> Place<'a> {
+    /// A part of an argument, such as "record 2: u".
+    pub(crate) fn part(parameter: &'a str, shown: &'a str) -> Self {
+        Self { parameter, shown }
+    }
+}
+
+impl Display for Place<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.shown)
+    }
+}
+
+impl<'a> From<&'a str> for Place<'a> {
+    fn from(parameter: &'a str) -> Self {
+        Self { parameter, shown: parameter }
+    }
+}
+
+/// The exception, with the name of the argument as an attribute.
+fn with_parameter(error: PyErr, parameter: &str) -> PyErr {
+    // An exception without the attribute still tells what is wrong.
+    let _ = Python::attach(|py| error.value(py).setattr("parameter", parameter));
+    error
+}
+
+/// A ValueError about an argument: "name: message".
+pub(crate) fn value<'a>(place: impl Into<Place<'a>>, message: impl Display) -> PyErr {
+    let Place { parameter, shown } = place.into();
+    with_parameter(PyValueError::new_err(format!("{shown}: {message}")), parameter)
+}
+
+/// A TypeError about an argument: "name: message".
+pub(crate) fn wrong_type<'a>(place: impl Into<Place<'a>>, message: impl Display) -> PyErr {
+    let Place { parameter, shown } = place.into();
+    with_parameter(PyTypeError::new_err(format!("{shown}: {message}")), parameter)
+}
+
+/// A TypeError about an argument that shows what came.
+pub(crate) fn unexpected<'a>(place: impl Into<Place<'a>>, expected: impl Display, got: &Bound<'_, PyAny>) -> PyErr {
+    match got.repr() {
+        Ok(got) => wrong_type(place, format_args!("expected {expected}, got {got}")),
+        Err(error) => error,
+    }
+}
+
+/// An object or array that a call uses which has not returned: of another thread, or of a function that this call calls.
+pub(crate) fn in_use(what: impl Display) -> PyErr {
+    PyRuntimeError::new_err(format!("{what} is in use by a call that has not returned"))
+}
+
+/// What the crates refuse.
+pub(crate) trait Refusal: Display {
+    /// The name of the Python argument, if it is about one.
+    fn parameter(&self) -> Option<&str>;
+
+    /// Whether a model has no inverse.
+    fn is_not_invertible(&self) -> bool {
+        false
+    }
+}
+
+/// An error of the crates as an exception.
+pub(crate) fn raise(error: impl Refusal) -> PyErr {
+    let message = error.to_string();
+    let exception =
+        if error.is_not_invertible() { NotInvertibleError::new_err(message) } else { PyValueError::new_err(message) };
+    match error.parameter() {
+        Some(parameter) => with_parameter(exception, parameter),
+        None => exception,
+    }
+}
+
+impl Refusal for core::Error {
+    fn parameter(&self) -> Option<&str> {
+        match self {
+            Self::Empty { parameter }
+            | Self::Length { parameter, .. }
+            | Self::Rows { parameter, .. }
+            | Self::Domain { parameter, .. } => Some(parameter),
+            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
+            Self::State { .. } => Some("state"),
+            _ => None,
+        }
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        matches!(self, Self::NotInvertible { .. })
+    }
+}
+
+impl Refusal for ActuatorError {
+    fn parameter(&self) -> Option<&str> {
+        self.error.parameter()
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        self.error.is_not_invertible()
+    }
+}
+
+impl Refusal for linear::Error {
+    fn parameter(&self) -> Option<&str> {
+        Some(self.parameter)
+    }
+}
+
+impl Refusal for signals::Error {
+    fn parameter(&self) -> Option<&str> {
+        Some(self.parameter)
+    }
+}
+
+impl Refusal for plant::Error {
+    fn parameter(&self) -> Option<&str> {
+        match self {
+            Self::Parameter(error) => error.parameter(),
+            Self::Linear(error) => error.parameter(),
+            Self::NoLimits { .. } => Some("limits"),
+            _ => None,
+        }
+    }
+}
+
+impl Refusal for RecordError {
+    fn parameter(&self) -> Option<&str> {
+        match self {
+            Self::Length { argument, .. } | Self::NotFinite { argument, .. } | Self::Constant { argument, .. } => {
+                Some(argument)
+            }
+            Self::Skip { .. } => Some("skip"),
+            _ => None,
+        }
+    }
+}
+
+impl Refusal for identify::Error {
+    fn parameter(&self) -> Option<&str> {
+        match self {
+            Self::NoRecords | Self::TooFewSamples { .. } | Self::TooFewLoops { .. } => Some("records"),
+            Self::Record { error, .. } => error.parameter(),
+            Self::NoOperators => Some("operators"),
+            Self::SplitConventional => Some("weights"),
+            Self::Domain { parameter, .. } => Some(parameter),
+            Self::Core(error) => error.parameter(),
+            _ => None,
+        }
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        matches!(self, Self::Core(error) if error.is_not_invertible())
+    }
+}
+
+/// The signals of a record as Python calls them: u and y.
+fn signal(argument: &'static str) -> &'static str {
+    match argument {
+        "input" => "u",
+        "output" => "y",
+        other => other,
+    }
+}
+
+/// An error about the signals `u` and `y`, by these names.
+pub(crate) fn record(error: RecordError) -> RecordError {
+    match error {
+        RecordError::Length { argument, expected, got } => {
+            RecordError::Length { argument: signal(argument), expected, got }
+        }
+        RecordError::NotFinite { argument, index, got } => {
+            RecordError::NotFinite { argument: signal(argument), index, got }
+        }
+        RecordError::Constant { argument, value } => RecordError::Constant { argument: signal(argument), value },
+        other => other,
+    }
+}
+
+/// An error about records whose signals are called `u` and `y`.
+pub(crate) fn identification(error: identify::Error) -> PyErr {
+    match error {
+        identify::Error::Record { record, error } => {
+            raise(identify::Error::Record { record, error: self::record(error) })
+        }
+        error => raise(error),
+    }
+}
+
+/// An error about one record, with its place if there are several.
+pub(crate) fn one_record(error: RecordError, place: Option<usize>) -> PyErr {
+    match place {
+        Some(place) => identification(error.in_record(place)),
+        None => raise(record(error)),
+    }
+}
+
+/// A model file that is none.
+pub(crate) fn json(path: &str, error: &JsonError) -> PyErr {
+    PyValueError::new_err(format!("{path}: {error}"))
+}
+
+/// A file that cannot be read or written, with its name.
+pub(crate) fn io(path: &str, error: &std::io::Error) -> PyErr {
+    match error.raw_os_error() {
+        // Python picks the subclass (FileNotFoundError and so on) by the number.
+        Some(number) => PyOSError::new_err((number, message(error), path.to_owned())),
+        None => PyOSError::new_err(format!("{path}: {error}")),
+    }
+}
+
+/// The operating system's words without Rust's " (os error 2)".
+fn message(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().to_owned()
+}

@@ -1,0 +1,119 @@
+//! Diagnostics: records and a model in, findings by name out.
+
+use hysteresis_identify as identification;
+use pyo3::prelude::*;
+
+use super::finding::Finding;
+use super::records::{checked, signals, skips};
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
+use crate::convert::errors::{self, raise, record};
+use crate::model::object::model_of;
+
+/// Looks for what records cannot tell and what a model left in them.
+///
+/// =================== ===================================================================== ======
+/// code                value                                                                 limit
+/// =================== ===================================================================== ======
+/// too_few_samples     fitted samples for each unknown; fires below                          10
+/// unreached_threshold operators whose output never changes in the fitted samples            0
+/// no_minor_loops      reversals inside the input range; fires below                         2
+/// collinear_operators standard error of the least determined combination of operators, over 1
+///                     the mean contribution of one
+/// rate_effects        correlation of the residual with the speed of the input               0.3 *
+/// drift               correlation of the residual with time or its logarithm                0.3 *
+/// outliers            largest distance from the median of five neighbours, in robust        7
+///                     standard deviations of the residual
+/// clipped_output      travel of the input while the output stays at an end, over its range  0.02
+/// clipped_input       travel of the output while the input stays at an end, over its range  0.05 +
+/// =================== ===================================================================== ======
+///
+/// \* or 4 standard deviations of what chance gives, if that is more: 4 / sqrt(m), m the number of independent samples;
+/// less than 1e-4 of the output range is not told. + and 8 standard deviations of the noise.
+///
+/// The residual is the measured minus the modelled output without its mean, over the fitted samples.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs and None.
+/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     Fitted to these records.
+/// skip : int or list of int
+///     Leading samples of each record that were not fitted.
+/// delay : float
+///     Samples by which y lags u.
+///
+/// Returns
+/// -------
+/// list of Finding
+///     Empty if nothing was found.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)  # full strokes alone
+/// >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
+/// ...     print(found.code, found.value, found.limit)
+/// no_minor_loops 0.0 2.0
+/// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
+/// >>> y = actuator.forward().run(made.drive)
+/// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
+/// []
+#[pyfunction]
+#[pyo3(signature = (u, y, model, *, skip=None, delay=None), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
+pub(crate) fn diagnose(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    model: &Bound<'_, PyAny>,
+    skip: Option<&Bound<'_, PyAny>>,
+    delay: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Vec<Finding>> {
+    numbers!(delay = 0.0);
+    let model = model_of("model", model)?;
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let records = checked(&signals, skips(skip, signals.len())?)?;
+    let found = py.detach(|| identification::diagnose(&records, &model, delay));
+    Ok(found.map_err(errors::identification)?.into_iter().map(Finding::from).collect())
+}
+
+/// The widest distance between falling and rising outputs of full strokes at the same input.
+///
+/// A full stroke leads from the lowest to the highest twentieth of the input range, or back. The outputs of all rising
+/// strokes are averaged in fifty parts of the range, those of the falling ones likewise, so noise averages out. Compare
+/// what was measured with what a model makes of the same input; a lag widens the loops of both.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and output (um).
+///
+/// Returns
+/// -------
+/// float or None
+///     In the unit of y; None without a full stroke in both directions.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
+/// >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+/// 0.49
+#[pyfunction]
+pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    let (u, y) = (vector("u", u)?, vector("y", y)?);
+    identification::loop_width(u.as_slice()?, y.as_slice()?).map_err(|error| raise(record(error)))
+}

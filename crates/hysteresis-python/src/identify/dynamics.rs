@@ -1,0 +1,269 @@
+//! Identification of dynamics: arguments in, a linear part with its uncertainty out.
+
+use std::ops::ControlFlow;
+
+use hysteresis_identify::{self as identification, CreepTerms, DynamicsOptions, Error, Order, Record};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::finding::Finding;
+use super::options::setting;
+use super::quality::Quality;
+use crate::control::linear::{Creep, dynamics};
+use crate::convert::arguments::{numbers, samples};
+use crate::convert::arrays::{numbers, vector};
+use crate::convert::errors::{self, one_record};
+use crate::model::object::kernel_of;
+
+/// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
+///
+/// Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
+///
+/// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
+///   domain, or a plain delay fits as well: the record does not tell the dynamics. Drive with a chirp or step that
+///   reaches the resonance.
+/// - "damping_undetermined": the same, of the damping, at 25 %.
+/// - "delay_undetermined": the same, of the delay, at a quarter of a sample.
+/// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
+/// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
+///   are too small.
+#[pyclass(module = "mpi_hyst.results", frozen)]
+pub(crate) struct DynamicsIdentification {
+    pub(crate) found: identification::DynamicsIdentification,
+    model: Py<PyAny>,
+}
+
+#[pymethods]
+impl DynamicsIdentification {
+    /// The hysteresis model that was given.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<PyAny> {
+        self.model.clone_ref(py)
+    }
+
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.found.dt
+    }
+
+    /// The SecondOrder or FirstOrder that was fitted, of unit static gain.
+    #[getter]
+    fn dynamics(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        dynamics(py, self.found.dynamics)
+    }
+
+    /// By how many samples the output lags the input besides, fractions included.
+    #[getter]
+    fn delay(&self) -> f64 {
+        self.found.delay
+    }
+
+    /// The Creep, or None if none was asked for.
+    #[getter]
+    fn creep(&self) -> Option<Creep> {
+        self.found.creep.clone().map(Creep)
+    }
+
+    /// What multiplies the model's output: 1 if the model is right.
+    #[getter]
+    fn gain(&self) -> f64 {
+        self.found.gain
+    }
+
+    /// What is added to gain times the model's output, in the unit of the output.
+    #[getter]
+    fn output_offset(&self) -> f64 {
+        self.found.output_offset
+    }
+
+    /// Standard deviation of the frequency in Hz.
+    #[getter]
+    fn frequency_std(&self) -> f64 {
+        self.found.uncertainty.std("frequency")
+    }
+
+    /// Standard deviation of the damping ratio; 0 for a first-order lag.
+    #[getter]
+    fn damping_std(&self) -> f64 {
+        self.found.uncertainty.std("damping")
+    }
+
+    /// Standard deviation of the delay in samples; 0 if it was given.
+    #[getter]
+    fn delay_std(&self) -> f64 {
+        self.found.uncertainty.std("delay")
+    }
+
+    /// Standard deviation of the gain.
+    #[getter]
+    fn gain_std(&self) -> f64 {
+        self.found.uncertainty.std("gain")
+    }
+
+    /// Standard deviations of the amplitudes of creep.
+    #[getter]
+    fn creep_std<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let terms = self.found.creep.as_ref().map_or(0, |creep| creep.amplitudes().len());
+        PyArray1::from_iter(py, (0..terms).map(|k| self.found.uncertainty.std(&format!("creep[{k}]"))))
+    }
+
+    /// The estimates in the order of `covariance`: "frequency", "damping", "delay" (those that were searched), "gain",
+    /// "output_offset", "creep[0]" and so on.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.found.uncertainty.parameters)
+    }
+
+    /// The covariance of `parameters`: s^2 (J'J)^-1, J the Jacobian of the prediction, s^2 the residual variance.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        Ok(PyArray2::from_vec2(py, &self.found.uncertainty.covariance)?)
+    }
+
+    /// Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output.
+    #[getter]
+    fn noise(&self) -> f64 {
+        self.found.uncertainty.noise
+    }
+
+    /// What makes the numbers doubtful; empty if nothing does.
+    #[getter]
+    fn warnings(&self) -> Vec<Finding> {
+        self.found.warnings.iter().cloned().map(Finding::from).collect()
+    }
+
+    /// The errors over the fitted samples.
+    #[getter]
+    fn fit(&self) -> Quality {
+        Quality::from(&self.found.fit)
+    }
+
+    /// How many passes over the record the search took.
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.found.evaluations
+    }
+
+    /// The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value.
+    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let predicted = self.found.predict(vector("u", u)?.as_slice()?);
+        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(invalid)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let dynamics = self.dynamics(py)?;
+        let dynamics = dynamics.bind(py).repr()?;
+        let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
+        let (delay, fit) = (self.found.delay, self.fit().__repr__());
+        Ok(format!("<DynamicsIdentification: {dynamics}, delay {delay:.3} samples, warnings {warnings:?}, fit {fit}>"))
+    }
+}
+
+/// Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.
+///
+/// y(k) = output_offset + gain creep(G(v(k - delay))), v = model.forward().run(u). G is second-order or a first-order
+/// lag, discretised exactly; creep is a sum of lags. v is at rest at its first value before the record, so start a step
+/// record a sample or more before the step. y[k] belongs to the end of the interval over which u[k] is held: an output
+/// that is measured when its input is put out has a delay of 1.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um): a chirp or a step that reaches the resonance.
+/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     From a slow record, by `identify`.
+/// dt : float
+///     Sampling interval in seconds.
+/// order : 2 or 1
+///     Second-order dynamics or a first-order lag. Searched up to half the sampling rate.
+/// delay : "fit" or float
+///     Samples by which y lags besides, fractions included: searched up to a tenth of the record.
+/// creep : int or array, optional
+///     How many terms of creep, their time constants a decade apart up to a third of the record; or time constants in
+///     seconds.
+/// skip : int
+///     Leading samples that set the memory but are not fitted.
+///
+/// Returns
+/// -------
+/// DynamicsIdentification
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> model = mh.paper.table_1_recovered()
+/// >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
+/// >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
+/// >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
+/// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
+/// (800.0, 0.05, [])
+#[pyfunction]
+#[pyo3(signature = (u, y, model, *, dt, order=2, delay=None, creep=None, skip=None),
+    text_signature = "(u, y, model, *, dt, order=2, delay='fit', creep=None, skip=0)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+pub(crate) fn identify_dynamics(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: &Bound<'_, PyAny>,
+    model: &Bound<'_, PyAny>,
+    dt: &Bound<'_, PyAny>,
+    order: i64,
+    delay: Option<&Bound<'_, PyAny>>,
+    creep: Option<&Bound<'_, PyAny>>,
+    skip: Option<&Bound<'_, PyAny>>,
+) -> PyResult<DynamicsIdentification> {
+    numbers!(dt);
+    let kernel = kernel_of("model", model)?;
+    let order = match order {
+        1 => Order::First,
+        2 => Order::Second,
+        _ => return Err(errors::value("order", format_args!("expected 1 or 2, got {order}"))),
+    };
+    let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
+    let options = DynamicsOptions { dt, order, delay: setting("delay", "a number", delay)?, creep: terms(creep)? };
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let (u, y) = (numbers("u", u)?, numbers("y", y)?);
+    let record = Record::new(&u, &y, skip).map_err(|error| one_record(error, None))?;
+    let mut stopped_by = None;
+    let found = py.detach(|| {
+        identification::identify_dynamics(&record, &kernel, &options, &mut || match Python::attach(|py| {
+            py.check_signals()
+        }) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                stopped_by = Some(error);
+                ControlFlow::Break(())
+            }
+        })
+    });
+    match (found, stopped_by) {
+        (_, Some(error)) => Err(error),
+        (Ok(found), None) => Ok(DynamicsIdentification { found, model: model.clone().unbind() }),
+        (Err(error), None) => Err(invalid(error)),
+    }
+}
+
+fn invalid(error: Error) -> PyErr {
+    match error {
+        // There is one record: it needs no number.
+        Error::Record { error, .. } => one_record(error, None),
+        error => errors::identification(error),
+    }
+}
+
+/// Terms of creep: none, a number of them, or their time constants.
+fn terms(creep: Option<&Bound<'_, PyAny>>) -> PyResult<CreepTerms> {
+    let Some(creep) = creep else { return Ok(CreepTerms::None) };
+    match creep.extract::<usize>() {
+        Ok(terms) => Ok(CreepTerms::Count(terms)),
+        Err(_) => Ok(CreepTerms::TimeConstants(numbers("creep", creep)?)),
+    }
+}

@@ -1,0 +1,256 @@
+//! What an identification hands over: the model, its errors, and how far to trust it.
+
+use hysteresis_core::Ratios;
+use hysteresis_identify::{self as identification, RecordError};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::finding::Finding;
+use super::left_out::LeftOutLoop;
+use super::options::law_name;
+use super::quality::Quality;
+use super::records::{checked, signals, skips};
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::{self, raise, record};
+use crate::model::object::object;
+
+/// What `identify` found: the model, its delay, and how well it fits.
+#[pyclass(module = "mpi_hyst.results", frozen)]
+pub(crate) struct Identification {
+    found: identification::Identification,
+    validations: Vec<identification::Quality>,
+}
+
+impl Identification {
+    pub(crate) fn new(found: identification::Identification, validations: Vec<identification::Quality>) -> Self {
+        Self { found, validations }
+    }
+}
+
+#[pymethods]
+impl Identification {
+    /// The model, with the output offset of the first record.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        object(py, self.found.model.clone())
+    }
+
+    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
+    #[getter]
+    fn ratios(&self) -> (f64, f64, f64) {
+        let Ratios { ra, rb, rc } = self.found.ratios;
+        (ra, rb, rc)
+    }
+
+    /// By how many samples the output lags the input, fractions included.
+    #[getter]
+    fn delay(&self) -> f64 {
+        self.found.delay
+    }
+
+    /// The output offset of every record, in the unit of the output.
+    #[getter]
+    fn output_offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.output_offsets.iter().copied())
+    }
+
+    /// The errors over the fitted samples of all records.
+    #[getter]
+    fn fit(&self) -> Quality {
+        Quality::from(&self.found.fit)
+    }
+
+    /// The errors over the fitted samples of each record.
+    #[getter]
+    fn records(&self) -> Vec<Quality> {
+        self.found.record_fits.iter().map(Quality::from).collect()
+    }
+
+    /// The errors over all held-out samples, or None if none were held out.
+    #[getter]
+    fn validation(&self) -> Option<Quality> {
+        let pooled = identification::Quality::pooled(&self.validations);
+        (!self.validations.is_empty()).then(|| Quality::from(&pooled))
+    }
+
+    /// The errors over the held-out samples of each record.
+    #[getter]
+    fn validation_records(&self) -> Vec<Quality> {
+        self.validations.iter().map(Quality::from).collect()
+    }
+
+    /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
+    ///
+    /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+    /// With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
+    #[getter]
+    fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.weights.iter().copied())
+    }
+
+    /// Standard errors of the weights below zero, read-only: those of `weights_std` unless the weights are split.
+    #[getter]
+    fn weights_negative_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let errors = &self.found.standard_errors;
+        let split = !errors.weights_negative.is_empty();
+        read_only(py, if split { &errors.weights_negative } else { &errors.weights }.iter().copied())
+    }
+
+    /// Standard errors of the ratios: 0 where given, NaN where at a bound.
+    #[getter]
+    fn ratios_std(&self) -> (f64, f64, f64) {
+        self.found.standard_errors.ratios.into()
+    }
+
+    /// Standard error of the input offset: 0 if it was given.
+    #[getter]
+    fn input_offset_std(&self) -> f64 {
+        self.found.standard_errors.input_offset
+    }
+
+    /// Standard error of the delay in samples: 0 if it was given, NaN at a bound.
+    #[getter]
+    fn delay_std(&self) -> f64 {
+        self.found.standard_errors.delay
+    }
+
+    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
+    #[getter]
+    fn cross_validation(&self) -> Vec<(usize, f64)> {
+        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
+    }
+
+    /// What the weights might be: as given, or as cross-validation chose.
+    #[getter]
+    fn weights_law(&self) -> &'static str {
+        law_name(self.found.weights)
+    }
+
+    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
+    #[getter]
+    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
+        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
+    }
+
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
+    #[getter]
+    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
+    }
+
+    /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.
+    #[getter]
+    fn kkt_residual(&self) -> f64 {
+        self.found.kkt_residual
+    }
+
+    /// How many passes over the records the search took.
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.found.evaluations
+    }
+
+    /// What these records cannot tell and what the model left in them: the list that `diagnose` gives for them.
+    #[getter]
+    fn warnings(&self) -> Vec<Finding> {
+        self.found.warnings.iter().cloned().map(Finding::from).collect()
+    }
+
+    /// Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds.
+    #[getter]
+    fn partial(&self) -> bool {
+        self.found.partial
+    }
+
+    /// The output for the input `u` from the virgin state, delayed as the records were.
+    ///
+    /// With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
+    /// the covariance of weights, ratios, input offset, delay and output offset, linearised at the fit, with the errors
+    /// of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+    /// that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
+    /// weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
+    /// the inputs that they reach, the truth may be further away.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> import numpy as np
+    /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+    /// >>> noise = np.random.default_rng(1).normal(0.0, 0.015, u.size)  # um
+    /// >>> y = mh.paper.table_1_recovered().forward().run(u) + noise
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, delay=0.0)
+    /// >>> predicted, std = found.predict(u, return_std=True)
+    /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
+    /// (True, True)
+    #[pyo3(signature = (u, *, return_std=false))]
+    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>, return_std: bool) -> PyResult<Bound<'py, PyAny>> {
+        let input = vector("u", u)?;
+        let input = input.as_slice()?;
+        let array = |values: Result<Vec<f64>, RecordError>| {
+            values.map(|values| PyArray1::from_vec(py, values)).map_err(|error| raise(record(error)))
+        };
+        let predicted = array(self.found.predict(input))?;
+        if !return_std {
+            return Ok(predicted.into_any());
+        }
+        Ok((predicted, array(self.found.predict_std(input))?).into_pyobject(py)?.into_any())
+    }
+
+    /// Fits the weights anew without each loop of the records, and predicts the loop that was left out.
+    ///
+    /// A model that only remembers its records does worse there. Thresholds, input offset and delay stay as found. A
+    /// loop leads from one maximum of the input to the next; maxima are those from which the input comes down by a
+    /// twentieth of its range at least. What comes before the first maximum of a record belongs to its first loop, what
+    /// comes after the last to its last. Of more than 200 loops, neighbours are left out together.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, y : arrays of n floats
+    ///     The samples that were fitted. Or, for several records, a list of (u, y) pairs alone.
+    /// skip : int or list of int
+    ///     Leading samples of each record that were not fitted.
+    ///
+    /// Returns
+    /// -------
+    /// list of LeftOutLoop
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came; also for fewer than two loops.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+    /// >>> y = mh.paper.table_1_recovered().forward().run(u)
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, delay=0.0)
+    /// >>> rows = found.leave_one_loop_out(u, y)
+    /// >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
+    /// (10, 0, True)
+    #[pyo3(signature = (u, y=None, *, skip=None), text_signature = "($self, u, y=None, *, skip=0)")]
+    fn leave_one_loop_out(
+        &self,
+        py: Python<'_>,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+        skip: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<LeftOutLoop>> {
+        // A copy: other threads may change the arrays while the interpreter is let go.
+        let signals = signals(u, y)?;
+        let records = checked(&signals, skips(skip, signals.len())?)?;
+        let found = py.detach(|| self.found.leave_one_loop_out(&records));
+        found.map_err(errors::identification)?.iter().map(|row| LeftOutLoop::new(py, row)).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let partial = if self.found.partial { "partial, " } else { "" };
+        format!("<Identification: {partial}delay {:.3} samples, fit {}>", self.found.delay, self.fit().__repr__())
+    }
+}

@@ -1,0 +1,161 @@
+//! Identification: arguments in, a model and its errors out.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::Ratios;
+use hysteresis_identify::{self as identification, Options, Progress, Record, Setting, Stop};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use super::identification::Identification;
+use super::options::{kind, law, placed, setting, smooth};
+use super::records::{HeldOut, signals, skips};
+use crate::convert::errors::{self, one_record, unexpected};
+
+/// Fits a model to measured records.
+///
+/// y(k) = output_offset + sum_i w_i z_i(k - delay), z_i the operators at u - input_offset. Weights are non-negative
+/// least squares, exact at every step of a search over ratios, input offset and delay. Every record starts from the
+/// virgin state and has its own output offset.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um). Or, for several records in one fit, a list of (u, y) pairs as the only
+///     argument.
+/// model : "modified" or "conventional"
+///     Coupled plays, or plays for comparison.
+/// weights : "auto", "free", "quadratic" or "split"
+///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
+///     modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
+///     records as well as the best, within the standard error of the ratio of their mean squares.
+/// operators : int or "auto"
+///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
+///     "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
+///     from weights, offsets, ratios and delay fitted to the others (the searched ones linearised about those of all).
+/// ratios : "fit" or (ra, rb, rc)
+///     Thresholds as fractions of r.
+/// input_offset : "fit" or float
+///     In the unit of u. The conventional model fixes it at the middle of the input range.
+/// delay : "fit" or float
+///     Samples by which y lags u, fractions included.
+/// thresholds : "uniform", "quantiles" or array, optional
+///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+/// smoothness : float or "auto"
+///     Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
+///     differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
+///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
+///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
+/// skip : int or list of int
+///     Leading samples of each record that set the memory but are not fitted.
+/// validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
+///     Records that are held out, each judged with the output offset that suits it. Or a part at the end of every record
+///     that is held out, judged with the record's own offset: a share, or the sample from which on, one for all records
+///     or a list of one for each.
+/// progress : callable, optional
+///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+/// keep_partial : bool
+///     Whether Ctrl-C, or a KeyboardInterrupt that progress raises, ends the search with the best so far as the result,
+///     its `partial` True, instead of a KeyboardInterrupt.
+///
+/// Returns
+/// -------
+/// Identification
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000)
+/// >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, delay=0.0)
+/// >>> [round(ratio, 4) for ratio in found.ratios]
+/// [0.95, 0.3, 0.35]
+#[pyfunction]
+#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None, keep_partial=false),
+    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None, keep_partial=False)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+pub(crate) fn identify(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    model: &str,
+    weights: &str,
+    operators: Option<&Bound<'_, PyAny>>,
+    ratios: Option<&Bound<'_, PyAny>>,
+    input_offset: Option<&Bound<'_, PyAny>>,
+    delay: Option<&Bound<'_, PyAny>>,
+    thresholds: Option<&Bound<'_, PyAny>>,
+    smoothness: Option<&Bound<'_, PyAny>>,
+    skip: Option<&Bound<'_, PyAny>>,
+    validate: Option<&Bound<'_, PyAny>>,
+    progress: Option<Py<PyAny>>,
+    keep_partial: bool,
+) -> PyResult<Identification> {
+    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
+        return Err(unexpected("progress", "a callable", got));
+    }
+    let options = Options {
+        model: kind(model)?,
+        weights: law(weights)?,
+        thresholds: placed(thresholds, operators)?,
+        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
+            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
+            Setting::Fit => Setting::Fit,
+        },
+        input_offset: setting("input_offset", "a number", input_offset)?,
+        delay: setting("delay", "a number", delay)?,
+        smoothness: smooth(smoothness)?,
+    };
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let skips = skips(skip, signals.len())?;
+    let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len())).transpose()?;
+    let mut records = Vec::with_capacity(signals.len());
+    for (i, ((u, y), skip)) in signals.iter().zip(&skips).enumerate() {
+        // Unequal lengths are for the record to name.
+        let cut = match held_out.as_ref().filter(|_| u.len() == y.len()) {
+            Some(held_out) => Some(held_out.begins_after(*skip, i, u.len())?),
+            None => None,
+        };
+        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], *skip);
+        records.push(record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?);
+    }
+    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&signals))?;
+    let mut stopped_by = None;
+    let found = py.detach(|| {
+        identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                let kept = keep_partial && Python::attach(|py| error.is_instance_of::<PyKeyboardInterrupt>(py));
+                stopped_by = Some(error);
+                ControlFlow::Break(if kept { Stop::KeepBest } else { Stop::Discard })
+            }
+        })
+    });
+    match (found, stopped_by) {
+        (Ok(found), _) => {
+            let own_offset = |i: usize| match held_out {
+                Some(HeldOut::Share(_) | HeldOut::From(_)) => Some(found.output_offsets[i]),
+                _ => None,
+            };
+            let validate = |(i, record): (usize, &Record<'_>)| found.validate(record, own_offset(i));
+            let validations = validations.iter().enumerate().map(validate).collect();
+            Ok(Identification::new(found, validations))
+        }
+        (Err(_), Some(error)) => Err(error),
+        (Err(error), None) => Err(errors::identification(error)),
+    }
+}
+
+/// Tells Python how far the search is, and stops it on Ctrl-C or when the caller's function raises.
+fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+    Python::attach(|py| {
+        py.check_signals()?;
+        progress.map_or(Ok(()), |progress| progress.call1(py, (now.fraction, now.best_rmse)).map(drop))
+    })
+}

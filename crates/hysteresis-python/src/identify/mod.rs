@@ -1,0 +1,13 @@
+//! Identification: records in, models and how far to trust them out.
+
+pub(crate) mod diagnose;
+pub(crate) mod dynamics;
+pub(crate) mod finding;
+pub(crate) mod identification;
+#[expect(clippy::module_inception, reason = "the function `identify`")]
+pub(crate) mod identify;
+pub(crate) mod left_out;
+mod options;
+pub(crate) mod quality;
+mod records;
+pub(crate) mod recursive;

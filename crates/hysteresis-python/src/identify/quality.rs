@@ -1,0 +1,86 @@
+//! The errors of a fit.
+
+use hysteresis_identify as identification;
+use pyo3::prelude::*;
+
+/// The errors of a fit, each with its unit or base.
+///
+/// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
+/// of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
+#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
+pub(crate) struct Quality {
+    /// Largest absolute error, in the unit of the output.
+    max_error: f64,
+    /// Root mean square error, in the unit of the output.
+    pub(crate) rmse: f64,
+    /// Mean square error, in the unit of the output squared.
+    mse: f64,
+    /// Peak-to-peak of the measured output over the fitted samples: the base of the percentages.
+    range: f64,
+    /// Half of range.
+    amplitude: f64,
+    /// Largest absolute error in % of range.
+    max_error_percent: f64,
+    /// Root mean square error in % of range.
+    rmse_percent: f64,
+    /// Largest absolute error in % of amplitude.
+    max_error_percent_of_amplitude: f64,
+    /// Root mean square error in % of amplitude.
+    rmse_percent_of_amplitude: f64,
+    /// Normalised root mean square error (NRMSE), rmse / range: sqrt(mean(e**2)) / (max(y) - min(y)).
+    ///
+    /// Some tools divide by the standard deviation of y instead; this does not.
+    nrmse: f64,
+    /// Width of the measured loops, by `loop_width`, in the unit of the output; None without full strokes.
+    loop_width: Option<f64>,
+    /// How much wider the modelled loops are; of several records, for the one where it is most.
+    loop_width_error: Option<f64>,
+    /// How many samples were fitted.
+    samples: usize,
+}
+
+impl From<&identification::Quality> for Quality {
+    fn from(quality: &identification::Quality) -> Self {
+        let identification::Quality {
+            max_error,
+            rmse,
+            mse,
+            range,
+            amplitude,
+            max_error_percent,
+            rmse_percent,
+            max_error_percent_of_amplitude,
+            rmse_percent_of_amplitude,
+            nrmse,
+            loop_width,
+            loop_width_error,
+            samples,
+            ..
+        } = *quality;
+        Self {
+            max_error,
+            rmse,
+            mse,
+            range,
+            amplitude,
+            max_error_percent,
+            rmse_percent,
+            max_error_percent_of_amplitude,
+            rmse_percent_of_amplitude,
+            nrmse,
+            loop_width,
+            loop_width_error,
+            samples,
+        }
+    }
+}
+
+#[pymethods]
+impl Quality {
+    pub(crate) fn __repr__(&self) -> String {
+        format!(
+            "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
+            self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
+        )
+    }
+}

@@ -1,0 +1,155 @@
+//! The records that `identify` is given: to fit, and to hold out for validation.
+
+use hysteresis_identify::{Record, RecordError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyInt, PyList, PyTuple};
+
+use crate::convert::arrays::numbers;
+use crate::convert::errors::{self, Place, one_record, record, wrong_type};
+
+/// What is held out for validation.
+pub(crate) enum HeldOut {
+    /// A share at the end of every record.
+    Share(f64),
+    /// What follows from this sample on, in each record or, if it is one number, in every record.
+    From(Vec<usize>),
+    /// Other records, each with the samples to skip.
+    Records(Vec<(Vec<f64>, Vec<f64>, usize)>),
+}
+
+impl HeldOut {
+    pub(crate) fn from_python(validate: &Bound<'_, PyAny>, records: usize) -> PyResult<Self> {
+        if let Some(from) = samples(validate) {
+            return match from.len() {
+                1 => Ok(Self::From(vec![from[0]; records])),
+                count if count == records => Ok(Self::From(from)),
+                count => {
+                    let expected = format!("one sample, or one for each of the {records} records");
+                    Err(errors::value("validate", format_args!("expected {expected}, got {count}")))
+                }
+            };
+        }
+        if let Ok(share) = validate.extract::<f64>() {
+            return if share > 0.0 && share < 1.0 {
+                Ok(Self::Share(share))
+            } else {
+                Err(errors::value("validate", format_args!("expected a share between 0 and 1, got {share:?}")))
+            };
+        }
+        let one = |validate: &Bound<'_, PyAny>| {
+            let wrong = |_| wrong_type("validate", EXPECTED);
+            let three: PyResult<(Bound<'_, PyAny>, Bound<'_, PyAny>, usize)> = validate.extract();
+            let two = || validate.extract().map(|(u, y)| (u, y, 0)).map_err(wrong);
+            let (u, y, skip) = three.or_else(|_| two())?;
+            let part = |shown, signal| numbers(Place::part("validate", shown), signal);
+            Ok((part("validate: u", &u)?, part("validate: y", &y)?, skip))
+        };
+        if validate.cast::<PyTuple>().is_ok() {
+            return Ok(Self::Records(vec![one(validate)?]));
+        }
+        let records: Vec<Bound<'_, PyAny>> = validate.extract().map_err(|_| wrong_type("validate", EXPECTED))?;
+        Ok(Self::Records(records.iter().map(one).collect::<PyResult<_>>()?))
+    }
+
+    /// Where the held-out part of record number `place`, of so many samples, begins.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss, reason = "a share")]
+    pub(crate) fn begins(&self, place: usize, samples: usize) -> usize {
+        match self {
+            Self::From(from) => from[place],
+            Self::Share(share) => ((1.0 - share) * samples as f64).round() as usize,
+            Self::Records(_) => samples,
+        }
+    }
+
+    /// The same, if it leaves anything to fit after the samples to skip and anything to hold out.
+    pub(crate) fn begins_after(&self, skip: usize, place: usize, samples: usize) -> PyResult<usize> {
+        match (self, self.begins(place, samples)) {
+            (Self::From(_), begin) if begin <= skip || begin >= samples => {
+                let among = if skip > 0 { format!(" after the {skip} skipped ones") } else { String::new() };
+                let expected = format!("a sample from 1 to {} of record {place}{among}", samples - 1);
+                Err(errors::value("validate", format_args!("expected {expected}, got {begin}")))
+            }
+            (_, begin) => Ok(begin),
+        }
+    }
+
+    /// The records to validate with.
+    pub(crate) fn records<'a>(&'a self, fitted: &'a Signals) -> PyResult<Vec<Record<'a>>> {
+        let several = match self {
+            Self::Records(records) => records.len() > 1,
+            Self::Share(_) | Self::From(_) => fitted.len() > 1,
+        };
+        let refused = |place, error: RecordError| {
+            let error = record(error);
+            errors::value("validate", if several { error.in_record(place).to_string() } else { error.to_string() })
+        };
+        match self {
+            Self::Share(_) | Self::From(_) => (fitted.iter().enumerate())
+                .map(|(place, (u, y))| {
+                    Record::new(u, y, self.begins(place, u.len())).map_err(|error| refused(place, error))
+                })
+                .collect(),
+            Self::Records(records) => {
+                let record = |(place, (u, y, skip)): (usize, &'a (Vec<f64>, Vec<f64>, usize))| {
+                    Record::new(u, y, *skip).map_err(|error| refused(place, error))
+                };
+                records.iter().enumerate().map(record).collect()
+            }
+        }
+    }
+}
+
+/// What `validate` may be.
+const EXPECTED: &str = "expected (u, y), (u, y, skip), a list of these, a share, or a sample of each record";
+
+/// One whole number, or a list of them.
+fn samples(validate: &Bound<'_, PyAny>) -> Option<Vec<usize>> {
+    let one = |number: &Bound<'_, PyAny>| match number.cast::<PyBool>() {
+        Ok(_) => None,
+        Err(_) => number.cast::<PyInt>().ok()?.extract::<usize>().ok(),
+    };
+    match validate.cast::<PyList>() {
+        Ok(list) if !list.is_empty() => list.iter().map(|number| one(&number)).collect(),
+        _ => one(validate).map(|number| vec![number]),
+    }
+}
+
+pub(crate) type Signals = Vec<(Vec<f64>, Vec<f64>)>;
+
+/// One record from two arrays, or several from a list of pairs.
+pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
+    if let Some(y) = y {
+        return Ok(vec![(numbers("u", u)?, numbers("y", y)?)]);
+    }
+    let pairs: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = u
+        .extract()
+        .map_err(|_| wrong_type("u", "expected an array with y beside it, or a list of (u, y) pairs alone"))?;
+    let copy = |(i, (u, y)): (usize, &(Bound<'_, PyAny>, Bound<'_, PyAny>))| {
+        let part = |name, signal| numbers(Place::part(name, &format!("record {i}: {name}")), signal);
+        Ok((part("u", u)?, part("y", y)?))
+    };
+    pairs.iter().enumerate().map(copy).collect()
+}
+
+pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
+    let Some(skip) = skip else { return Ok(vec![0; records]) };
+    if let Ok(all) = skip.extract::<usize>() {
+        return Ok(vec![all; records]);
+    }
+    match skip.extract::<Vec<usize>>() {
+        Ok(each) if each.len() == records => Ok(each),
+        _ => {
+            let (expected, got) = (format!("a number of samples, or a list of {records} of them"), skip.repr()?);
+            Err(errors::value("skip", format_args!("expected {expected}, got {got}")))
+        }
+    }
+}
+
+/// The records of these signals, or why one is none.
+pub(crate) fn checked(signals: &Signals, skips: Vec<usize>) -> PyResult<Vec<Record<'_>>> {
+    (signals.iter().zip(skips).enumerate())
+        .map(|(i, ((u, y), skip))| {
+            Record::new(u, y, skip).map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))
+        })
+        .collect()
+}

@@ -1,0 +1,184 @@
+//! Recursive identification: one sample in, one prediction error out.
+
+use hysteresis_identify::{self as identification, RecursiveOptions, Setting};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use pythonize::{depythonize, pythonize};
+
+use super::options::setting;
+use crate::control::linear::{self, given_dynamics};
+use crate::convert::arguments::numbers;
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::exclusive;
+use crate::model::object::{model_of, object};
+
+/// The weights of a model that follow a running actuator: recursive least squares with forgetting.
+///
+/// y(k) = output_offset + sum_i w_i z_i(k), z_i the operators of `model` at u - input_offset: thresholds stay, weights and
+/// output offset are estimated, sample by sample, from the virgin state. With forgetting = 1 the estimate is that of least
+/// squares over all samples (to 1e-13 um/V on the paper's actuator). The weights of `.model` are the nearest to the
+/// estimate that are not negative, the identity weight at least 1e-6 of the given one, so its inverse exists at every
+/// sample; `Inverse.set_model` takes it into a running inverse without a jump of the drive.
+///
+/// Parameters
+/// ----------
+/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     Where to start; invertible.
+/// forgetting : float
+///     What a sample counts after the next one, from 0.5 to 1: the memory is 1 / (1 - forgetting) samples long.
+/// output_offset : "fit" or float
+///     Fit the offset of the sensor as one more unknown, starting from that of the model, or hold it at a value.
+/// covariance : float
+///     Variance of every unknown at the start, in units of the variance of the measurement noise; the unknowns are w_i X
+///     and the output offset, X the largest threshold rounded up to a power of two. By default the samples alone decide;
+///     with 1 the model counts as one sample of full range.
+/// covariance_limit : float
+///     The variance that forgetting may bring back where nothing is excited, in the same units.
+/// dynamics : SecondOrder or FirstOrder, optional
+///     What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
+///     Without any, y follows u at once.
+/// dt : float
+///     Sampling interval in seconds; of no effect without dynamics.
+///
+/// Raises
+/// ------
+/// NotInvertibleError, ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> plant = mh.paper.table_1_recovered().forward()
+/// >>> identifier = mh.RecursiveIdentifier(mh.paper.table_1(), forgetting=0.999)
+/// >>> for u in mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000):
+/// ...     error = identifier.update(u, plant.step(u))
+/// >>> bool(abs(identifier.model.weights - mh.paper.table_1_recovered().weights).max() < 1e-7)
+/// True
+/// >>> abs(error) < 1e-9, identifier.frozen  # the drive has died out
+/// (True, 'poor_excitation')
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdentifier);
+
+#[pymethods]
+impl RecursiveIdentifier {
+    #[new]
+    #[pyo3(signature = (model, *, forgetting=None, output_offset=None, covariance=None, covariance_limit=None,
+        dynamics=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
+        covariance_limit=1e4, dynamics=None, dt=0.0001)")]
+    fn new(
+        model: &Bound<'_, PyAny>,
+        forgetting: Option<&Bound<'_, PyAny>>,
+        output_offset: Option<&Bound<'_, PyAny>>,
+        covariance: Option<&Bound<'_, PyAny>>,
+        covariance_limit: Option<&Bound<'_, PyAny>>,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let default = RecursiveOptions::default();
+        numbers!(
+            forgetting = default.forgetting,
+            covariance = default.covariance,
+            covariance_limit = default.covariance_limit,
+            dt = 1e-4
+        );
+        let output_offset = setting("output_offset", "a number", output_offset)?;
+        let dynamics = dynamics.map(given_dynamics).transpose()?.map(|dynamics| (dynamics, dt));
+        let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
+        identification::RecursiveIdentifier::new(&model_of("model", model)?, &options).map(Self).map_err(raise)
+    }
+
+    /// Takes the input u and the output y measured at it; the prediction error: y minus what `model` predicted before.
+    ///
+    /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
+    /// same.
+    fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.update(u, y))
+    }
+
+    /// The model as of the last sample: the given one with other weights and output offset.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        object(py, self.0.model())
+    }
+
+    /// Why the last sample changed no weight: None if it did, else one word.
+    ///
+    /// "poor_excitation": it says less than forgetting would lose, as at standstill (its leverage z'Pz is below
+    /// 1.25 (1 - forgetting)); nothing is forgotten meanwhile. "not_finite": input or output is NaN, infinite or beyond
+    /// 1e100.
+    #[getter]
+    fn frozen(&self) -> Option<&'static str> {
+        self.0.frozen().map(identification::Frozen::name)
+    }
+
+    /// How many samples were not finite, or beyond 1e100.
+    #[getter]
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+
+    /// What a sample counts after the next one.
+    #[getter]
+    fn forgetting(&self) -> f64 {
+        self.0.options().forgetting
+    }
+
+    /// The covariance of the estimate: a matrix over the weights, then the output offset if it is fitted.
+    ///
+    /// Of a split model the w_i come first, then the v_i, but for an identity that weighs the same on both sides.
+    ///
+    /// In units of the variance of the measurement noise: times that, the diagonal is the variance of each.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let m = self.0.unknowns();
+        PyArray1::from_vec(py, self.0.covariance()).reshape([m, m])
+    }
+
+    /// Back to the given model, the operators at rest.
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.0.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let wrong = |error| errors::value("state", format_args!("expected what .state returned; {error}"));
+        let state = depythonize(state).map_err(wrong)?;
+        exclusive(slf)?.0.set_state(&state).map_err(raise)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Py<PyAny>,), Bound<'py, PyDict>)> {
+        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = *self.0.options();
+        let keywords = PyDict::new(py);
+        keywords.set_item("forgetting", forgetting)?;
+        if let Setting::Fixed(offset) = output_offset {
+            keywords.set_item("output_offset", offset)?;
+        }
+        keywords.set_item("covariance", covariance)?;
+        keywords.set_item("covariance_limit", covariance_limit)?;
+        if let Some((dynamics, dt)) = dynamics {
+            keywords.set_item("dynamics", linear::dynamics(py, dynamics)?)?;
+            keywords.set_item("dt", dt)?;
+        }
+        Ok(((object(py, self.0.given().clone())?,), keywords))
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.state(py)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __repr__(&self) -> String {
+        let frozen = self.frozen().map_or(String::new(), |reason| format!(", frozen: {reason}"));
+        format!("<RecursiveIdentifier of {} unknowns, forgetting {}{frozen}>", self.0.unknowns(), self.forgetting())
+    }
+}

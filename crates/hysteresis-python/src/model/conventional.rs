@@ -1,0 +1,79 @@
+//! The conventional model: immutable, comparable, hashable, picklable, and a file each.
+
+use std::path::PathBuf;
+
+use hysteresis_core::{self as core, Offsets};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::methods::{Argument, ZERO, model_methods};
+use super::object::PrandtlIshlinskii;
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::raise;
+use crate::convert::values::{Arguments, hash, offset_keywords};
+use crate::stream::streams::{Forward, Inverse};
+
+type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+model_methods!(PrandtlIshlinskii {
+    #[new]
+    #[pyo3(signature = (weights, thresholds, *, input_offset=None, output_offset=None),
+        text_signature = "(weights, thresholds, *, input_offset=0.0, output_offset=0.0)")]
+    fn new(
+        weights: &Bound<'_, PyAny>,
+        thresholds: &Bound<'_, PyAny>,
+        input_offset: Option<&Bound<'_, PyAny>>,
+        output_offset: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
+        let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
+        let offsets = Offsets { input: input_offset, output: output_offset };
+        core::PrandtlIshlinskii::new(weights.as_slice()?, thresholds.as_slice()?, offsets)
+            .map(Self::from)
+            .map_err(raise)
+    }
+
+    /// The weights w_i, read-only.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.weights().iter().copied())
+    }
+
+    /// The thresholds r_i, read-only.
+    #[getter]
+    fn thresholds<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.model.operators().iter().map(core::Play::r))
+    }
+
+    /// The inverse as another conventional model, in closed form.
+    ///
+    /// w'_0 = 1 / w_0, w'_i = -w_i / (S_i S_(i-1)), r'_i = sum_(j<=i) w_j (r_i - r_j), S_i = sum_(j<=i) w_j.
+    ///
+    /// Raises ValueError unless r_0 = 0, thresholds never decrease and every S_i > 0.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> model = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])
+    /// >>> model.closed_form_inverse().thresholds
+    /// array([0., 2.])
+    fn closed_form_inverse(&self) -> PyResult<Self> {
+        self.model.closed_form_inverse().map(Self::from).map_err(raise)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<PrandtlIshlinskii of {} operators>", self.operators())
+    }
+
+    fn __hash__(&self) -> u64 {
+        let offsets = self.model.offsets();
+        let thresholds = self.model.operators().iter().map(core::Play::r);
+        hash(self.model.weights().iter().copied().chain(thresholds).chain([offsets.input, offsets.output]))
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
+        let positional = (self.weights(py)?, self.thresholds(py)?).into_pyobject(py)?;
+        Ok((positional, offset_keywords(py, self.model.offsets())?))
+    }
+});

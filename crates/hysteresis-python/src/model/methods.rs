@@ -1,0 +1,115 @@
+//! The methods that both models have.
+
+use std::path::PathBuf;
+
+use hysteresis_core::{self as core, CompiledModel, Model, Offsets};
+use pyo3::prelude::*;
+
+use crate::convert::arguments::pair;
+use crate::convert::arrays::vector;
+use crate::convert::errors::raise;
+use crate::convert::files::write_file;
+use crate::stream::streams::{Forward, Inverse};
+
+pub(super) fn forward(kernel: &CompiledModel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+    let Some(initial) = initial else { return Ok(Forward(core::Forward::new(kernel))) };
+    let initial = vector("initial", initial)?;
+    core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(raise)
+}
+
+/// Where a model's own zero lies unless told.
+pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
+
+pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+pub(super) fn inverse(
+    kernel: &CompiledModel,
+    limits: Argument<'_, '_>,
+    initial: Argument<'_, '_>,
+) -> PyResult<Inverse> {
+    let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+    let stream = match initial {
+        None => core::Inverse::new(kernel, limits),
+        Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),
+    };
+    stream.map(Inverse).map_err(raise)
+}
+
+pub(super) fn save(model: &Model, path: PathBuf) -> PyResult<()> {
+    let mut text = model.to_json();
+    text.push('\n');
+    write_file(path, &text)
+}
+
+/// The methods that both models have, and its own.
+macro_rules! model_methods {
+    ($class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $class {
+            /// The number of operators n.
+            #[getter]
+            fn operators(&self) -> usize {
+                self.model.weights().len()
+            }
+
+            /// Subtracted from the input.
+            #[getter]
+            fn input_offset(&self) -> f64 {
+                self.model.offsets().input
+            }
+
+            /// Added to the output.
+            #[getter]
+            fn output_offset(&self) -> f64 {
+                self.model.offsets().output
+            }
+
+            /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
+            ///
+            /// Of a split operator the smaller weight counts for the least, the greater for the greatest.
+            #[getter]
+            fn slope_range(&self) -> (f64, f64) {
+                self.model.slope_range()
+            }
+
+            /// Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together.
+            #[getter]
+            fn invertible(&self) -> bool {
+                self.model.check_invertible().is_ok()
+            }
+
+            /// Why the model is not invertible, or None.
+            #[getter]
+            fn not_invertible_because(&self) -> Option<String> {
+                self.model.check_invertible().err().map(|error| error.to_string())
+            }
+
+            /// The forward model as a stream, at rest or from the operator outputs `initial`.
+            #[pyo3(signature = (initial=None))]
+            fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
+                $crate::model::methods::forward(&self.kernel, initial)
+            }
+
+            /// The exact inverse as a stream, the drive within `limits` (low, high).
+            ///
+            /// Raises NotInvertibleError if the model may not be invertible.
+            #[pyo3(signature = (limits=None, initial=None))]
+            fn inverse(&self, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
+                $crate::model::methods::inverse(&self.kernel, limits, initial)
+            }
+
+            /// Writes the model to a JSON file; the file appears only when it is complete.
+            fn save(&self, path: PathBuf) -> PyResult<()> {
+                $crate::model::methods::save(&self.model.clone().into(), path)
+            }
+
+            fn __eq__(&self, other: &Self) -> bool {
+                self.model == other.model
+            }
+
+            $($own)*
+        }
+    };
+}
+
+pub(super) use model_methods;

@@ -1,0 +1,8 @@
+//! Operators and models.
+
+pub(crate) mod conventional;
+pub(crate) mod file;
+mod methods;
+pub(crate) mod modified;
+pub(crate) mod object;
+pub(crate) mod operators;

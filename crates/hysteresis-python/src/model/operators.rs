@@ -1,0 +1,130 @@
+//! Single operators.
+
+use hysteresis_core::{self as core, Process, Tracked};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::convert::arguments::numbers;
+use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
+use crate::stream::process::process_methods;
+
+/// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
+///
+/// Parameters
+/// ----------
+/// r : float
+///     Threshold, at least 0, in the unit of the input.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> play = mh.Play(10.0)
+/// >>> play.step(25.0), play.step(20.0), play.step(0.0)
+/// (15.0, 15.0, 10.0)
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct Play(Tracked<core::Play>);
+
+/// The coupled-play (CP) operator, equation (5): z(k) = max(lo, min(hi, z(k-1))).
+///
+/// lo(x) = max(x - r, min(0, x - rc)) and hi(x) = min(x + ra, max(0, x + rb)). Rising, z follows x - rc below zero,
+/// sticks at zero from x = rc to x = r, then follows x - r. Falling, it follows x + rb above zero, sticks at zero from
+/// x = -rb to x = -ra, then follows x + ra.
+///
+/// Parameters
+/// ----------
+/// r, ra, rb, rc : float
+///     Thresholds in the unit of the input, r >= rc >= 0 (rising) and ra >= rb >= 0 (falling).
+///
+/// Examples
+/// --------
+/// The walk of Fig. 5 of the paper:
+///
+/// >>> import mpi_hyst as mh
+/// >>> mh.CoupledPlay(10, 8, 3, 4).run([0, 20, -20, 15, 6, 25, -15, -5])
+/// array([  0.,  10., -12.,   5.,   5.,  15.,  -7.,  -7.])
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
+
+process_methods!(Play {
+    #[new]
+    fn new(r: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(r);
+        Ok(Self(Tracked::new(core::Play::new(r).map_err(raise)?)))
+    }
+
+    /// The threshold.
+    #[getter]
+    fn r(&self) -> f64 {
+        self.0.operator().r()
+    }
+
+    /// The last output z: the whole memory. Set it to continue from there.
+    #[getter]
+    fn state(&self) -> f64 {
+        self.0.state()
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(state);
+        exclusive(slf)?.0.set_state(state).map_err(raise)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Play(r={})", self.r())
+    }
+});
+
+process_methods!(CoupledPlay {
+    #[new]
+    fn new(
+        r: &Bound<'_, PyAny>,
+        ra: &Bound<'_, PyAny>,
+        rb: &Bound<'_, PyAny>,
+        rc: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        numbers!(r, ra, rb, rc);
+        Ok(Self(Tracked::new(core::CoupledPlay::new(r, ra, rb, rc).map_err(raise)?)))
+    }
+
+    /// Rising above zero: z = x - r.
+    #[getter]
+    fn r(&self) -> f64 {
+        self.0.operator().r()
+    }
+
+    /// Falling below zero: z = x + ra.
+    #[getter]
+    fn ra(&self) -> f64 {
+        self.0.operator().ra()
+    }
+
+    /// Falling above zero: z = x + rb.
+    #[getter]
+    fn rb(&self) -> f64 {
+        self.0.operator().rb()
+    }
+
+    /// Rising below zero: z = x - rc.
+    #[getter]
+    fn rc(&self) -> f64 {
+        self.0.operator().rc()
+    }
+
+    /// The last output z: the whole memory. Set it to continue from there.
+    #[getter]
+    fn state(&self) -> f64 {
+        self.0.state()
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(state);
+        exclusive(slf)?.0.set_state(state).map_err(raise)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("CoupledPlay(r={}, ra={}, rb={}, rc={})", self.r(), self.ra(), self.rb(), self.rc())
+    }
+});

@@ -1,0 +1,200 @@
+//! Closed loops: a controller, a plant, a reference, and how well the plant followed.
+
+use hysteresis_simulate::metrics::{self, LoopRecord};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::convert::arguments::{numbers, pair};
+use crate::convert::arrays::{numbers, read_only};
+use crate::convert::errors::raise;
+
+type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+/// The errors of a run, or of a part of it.
+///
+/// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
+/// matters, and free of measurement noise.
+#[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
+pub(crate) struct Metrics {
+    /// How many samples they are of.
+    samples: usize,
+    /// Largest magnitude of the measured error, um.
+    max_error: f64,
+    /// Root mean square of the measured error, um.
+    rmse: f64,
+    /// Largest magnitude of the position error, um.
+    max_position_error: f64,
+    /// Root mean square of the position error, um.
+    position_rmse: f64,
+    /// Peak-to-peak of the reference, um: the base of `hysteresis_percent`.
+    range: f64,
+    /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
+    /// calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
+    hysteresis_percent: Option<f64>,
+    /// Lowest drive, V.
+    drive_low: f64,
+    /// Highest drive, V.
+    drive_high: f64,
+    /// At how many samples the drive was at a limit of the plant.
+    saturated_count: usize,
+}
+
+impl From<metrics::Metrics> for Metrics {
+    fn from(metrics: metrics::Metrics) -> Self {
+        let metrics::Metrics {
+            samples,
+            max_error,
+            rmse,
+            max_position_error,
+            position_rmse,
+            range,
+            hysteresis_percent,
+            drive_low,
+            drive_high,
+            saturated_count,
+        } = metrics;
+        Self {
+            samples,
+            max_error,
+            rmse,
+            max_position_error,
+            position_rmse,
+            range,
+            hysteresis_percent,
+            drive_low,
+            drive_high,
+            saturated_count,
+        }
+    }
+}
+
+#[pymethods]
+impl Metrics {
+    fn __repr__(&self) -> String {
+        format!(
+            "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
+             saturated>",
+            self.max_error, self.rmse, self.max_position_error, self.position_rmse, self.samples, self.saturated_count
+        )
+    }
+}
+
+/// The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
+///
+/// At the moment of sample k the position is position[k]; the controller reads measured[k], knows reference[k], and puts
+/// out drive[k], which is held until the next sample.
+///
+/// Parameters
+/// ----------
+/// reference, measured, position, drive : arrays of n floats
+///     um, um, um and V.
+/// limits : (low, high), optional
+///     Of the drive: what counts as saturated.
+/// period : float, optional
+///     Of the reference, in samples: `settled` leaves out the first.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument and the sample: four arrays of the same length, at least one sample, all finite.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> run = mh.plant.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
+/// ...              limits=(-9.0, 9.0), period=2)
+/// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated_count
+/// (0.5, 0.25, 2)
+/// >>> run.metrics.hysteresis_percent, run.settled.max_error
+/// (12.5, 0.25)
+#[pyclass(module = "mpi_hyst.plant", frozen)]
+pub(crate) struct Run(pub(crate) metrics::Run);
+
+#[pymethods]
+impl Run {
+    #[new]
+    #[pyo3(signature = (reference, measured, position, drive, *, limits=None, period=None))]
+    fn new(
+        reference: &Bound<'_, PyAny>,
+        measured: &Bound<'_, PyAny>,
+        position: &Bound<'_, PyAny>,
+        drive: &Bound<'_, PyAny>,
+        limits: Option<&Bound<'_, PyAny>>,
+        period: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        numbers!(period);
+        let record = LoopRecord {
+            reference: numbers("reference", reference)?,
+            measured: numbers("measured", measured)?,
+            position: numbers("position", position)?,
+            drive: numbers("drive", drive)?,
+        };
+        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        metrics::Run::new(record, limits, period).map(Self).map_err(raise)
+    }
+
+    /// Where the position should be, um.
+    #[getter]
+    fn reference<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.0.record().reference.iter().copied())
+    }
+
+    /// What the controller read, um.
+    #[getter]
+    fn measured<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.0.record().measured.iter().copied())
+    }
+
+    /// Where the position was, um.
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.0.record().position.iter().copied())
+    }
+
+    /// What was put out, V: quantised, within the limits, held where the controller gave no number.
+    #[getter]
+    fn drive<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.0.record().drive.iter().copied())
+    }
+
+    /// The limits of the drive (low, high), or None.
+    #[getter]
+    fn limits(&self) -> Option<(f64, f64)> {
+        self.0.limits()
+    }
+
+    /// The period of the reference in samples, or None.
+    #[getter]
+    fn period(&self) -> Option<f64> {
+        self.0.period()
+    }
+
+    /// The errors of the whole run.
+    #[getter]
+    fn metrics(&self) -> Metrics {
+        self.0.metrics().into()
+    }
+
+    /// The errors after the first period, or None if no period was given.
+    #[getter]
+    fn settled(&self) -> Option<Metrics> {
+        self.0.settled().map(Metrics::from)
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.record().reference.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Run: {}>", self.metrics().__repr__().trim_matches(['<', '>']))
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let arrays = [self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?];
+        let keywords = PyDict::new(py);
+        keywords.set_item("limits", self.limits())?;
+        keywords.set_item("period", self.period())?;
+        Ok((PyTuple::new(py, arrays)?, keywords))
+    }
+}

@@ -1,0 +1,224 @@
+//! A controller, a plant and a reference.
+
+use hysteresis_core::{CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii};
+use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::tracking::Tracking;
+use pyo3::intern;
+use pyo3::prelude::*;
+
+use super::plant::Plant;
+use super::run::Run;
+use crate::control::controller::HybridController;
+use crate::control::observer::Observer;
+use crate::control::repetitive::RepetitiveControl;
+use crate::convert::arguments::{count, numbers};
+use crate::convert::arrays::numbers;
+use crate::convert::errors::{self, Place, raise, unexpected};
+use crate::convert::objects::{exclusive, shared};
+use crate::identify::recursive::RecursiveIdentifier;
+
+/// Lets a plant follow a reference under a controller, from the state in which both are.
+///
+/// At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
+/// for one sampling interval. With a `HybridController` the loop runs in compiled code, and may have more around it. With
+/// any other object its `step(reference, measurement)` is called. A reference that is not finite is refused before
+/// anything moves. An exception ends the run and leaves controller and plant where they are. A controller in Python cannot
+/// use the plant itself meanwhile.
+///
+/// Parameters
+/// ----------
+/// controller : HybridController or object
+///     With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
+///     stands at reference[0] for as many samples.
+/// plant : Plant
+///     What is driven.
+/// reference : array of n floats
+///     Where the position should be, um, at the plant's sampling interval.
+/// target : array of n floats, optional
+///     Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
+/// observer : Observer, optional
+///     The feedback sees its estimate instead of the measurement.
+/// repetitive : RepetitiveControl, optional
+///     Corrects the target in the loop. With a preview, give `target` too.
+/// identifier : RecursiveIdentifier, optional
+///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
+///     For an exact inverse as feed-forward.
+/// model_update_interval : int
+///     Samples between two swaps.
+/// period : float, optional
+///     Of the reference, in samples: `settled` of the run leaves out the first.
+/// progress : callable, optional
+///     Called with the fraction done, now and then.
+///
+/// Returns
+/// -------
+/// Run
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> kp, ki = mh.paper.gains("A1")
+/// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+/// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
+/// True
+/// >>> controller = mh.control.HybridController(
+/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// ... )
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> run.settled.max_position_error < 0.01
+/// True
+#[pyfunction]
+#[pyo3(signature = (
+    controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
+    period=None, progress=None
+), text_signature = "(controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, \
+    model_update_interval=1000, period=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub(crate) fn simulate(
+    controller: &Bound<'_, PyAny>,
+    plant: &Bound<'_, Plant>,
+    reference: &Bound<'_, PyAny>,
+    target: Option<&Bound<'_, PyAny>>,
+    observer: Option<PyRefMut<'_, Observer>>,
+    repetitive: Option<PyRefMut<'_, RepetitiveControl>>,
+    identifier: Option<PyRefMut<'_, RecursiveIdentifier>>,
+    model_update_interval: Option<&Bound<'_, PyAny>>,
+    period: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    numbers!(period);
+    let model_update_interval =
+        model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
+    // Copies: a controller or a progress function may change the arrays.
+    let reference = numbers("reference", reference)?;
+    let task = TrackingTask::new(&reference, period).map_err(raise)?;
+    let target = target.map(|target| checked_target(target, reference.len())).transpose()?;
+    let watch = watch(plant.py(), reference.len(), progress);
+    let around = Around { target, observer, repetitive, identifier, model_update_interval };
+    match controller.cast::<HybridController>() {
+        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.0, &task, plant, watch),
+        Err(_) if around.is_empty() => run_object(controller, &task, plant, watch),
+        Err(_) => {
+            let expected = "a HybridController beside target, observer, repetitive or identifier";
+            Err(unexpected("controller", expected, controller))
+        }
+    }
+}
+
+/// What may surround a hybrid controller.
+struct Around<'py> {
+    target: Option<Vec<f64>>,
+    observer: Option<PyRefMut<'py, Observer>>,
+    repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
+    identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
+    model_update_interval: usize,
+}
+
+impl Around<'_> {
+    fn is_empty(&self) -> bool {
+        self.target.is_none() && self.observer.is_none() && self.repetitive.is_none() && self.identifier.is_none()
+    }
+
+    fn run(
+        mut self,
+        controller: &mut Controller,
+        task: &TrackingTask<'_>,
+        plant: &Bound<'_, Plant>,
+        watch: impl FnMut(usize) -> PyResult<()>,
+    ) -> PyResult<Run> {
+        let (expected, got) = (shared(plant)?.0.dt(), controller.options().dt);
+        // Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
+        if (got / expected - 1.0).abs() > 1e-9 {
+            let expected = format!("the sampling interval of the plant, {expected:?} s");
+            return Err(errors::value("controller", format_args!("expected {expected}, got {got:?} s")));
+        }
+        if self.repetitive.is_some() && self.target.is_none() && controller.preview().is_some() {
+            return Err(errors::value("target", "expected one where repetitive corrects a preview, got None"));
+        }
+        if let Some(identifier) = &self.identifier {
+            // What it would be refused for in the run is found out before.
+            let mut task = controller.clone();
+            task.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
+        }
+        let tracking = Tracking {
+            controller,
+            targets: self.target.as_deref(),
+            observer: self.observer.as_mut().map(|observer| &mut observer.0),
+            repetitive: self.repetitive.as_mut().map(|repetitive| &mut repetitive.control),
+        };
+        let (identifier, model_update_interval, mut updates) = (&mut self.identifier, self.model_update_interval, 0);
+        let adapt = |controller: &mut Controller, drive: f64, measured: f64| {
+            let Some(identifier) = identifier.as_mut() else { return Ok(()) };
+            identifier.0.update(drive, measured);
+            updates += 1;
+            if updates % model_update_interval == 0 {
+                controller.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
+            }
+            Ok(())
+        };
+        tracking.run_with(task, &mut exclusive(plant)?.0, adapt, watch).map(Run)
+    }
+}
+
+fn kernel(model: &Model) -> CompiledModel {
+    match model {
+        Model::Conventional(model) => CompiledModel::new(&ModifiedPrandtlIshlinskii::from(model)),
+        Model::Modified(model) => CompiledModel::new(model),
+    }
+}
+
+/// The loop with a controller of any kind.
+fn run_object(
+    controller: &Bound<'_, PyAny>,
+    task: &TrackingTask<'_>,
+    plant: &Bound<'_, Plant>,
+    watch: impl FnMut(usize) -> PyResult<()>,
+) -> PyResult<Run> {
+    let Ok(step) = controller.getattr(intern!(controller.py(), "step")) else {
+        return Err(unexpected("controller", "an object with step(reference, measurement) -> drive", controller));
+    };
+    let drive = |k: usize, measured: f64| {
+        let drive = step.call1((task.reference()[k], measured))?;
+        let place = Place::part("controller", "controller.step");
+        drive.extract::<f64>().map_err(|_| unexpected(place, format_args!("a number at sample {k}"), &drive))
+    };
+    task.run(&mut exclusive(plant)?.0, drive, watch).map(Run)
+}
+
+/// As many finite numbers as there are samples.
+fn checked_target(target: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64>> {
+    let target = numbers("target", target)?;
+    if target.len() != samples {
+        let got = target.len();
+        return Err(errors::value("target", format_args!("expected {samples} samples as in the reference, got {got}")));
+    }
+    match target.iter().position(|y| !hysteresis_core::is_admissible(*y)) {
+        Some(k) => {
+            let (place, expected) = (format!("target[{k}]"), "a finite number (at most 1e100 in magnitude)");
+            let place = Place::part("target", &place);
+            Err(errors::value(place, format_args!("expected {expected}, got {:?}", target[k])))
+        }
+        None => Ok(target),
+    }
+}
+
+/// Looks at signals and tells the fraction done.
+#[expect(clippy::cast_precision_loss, reason = "a fraction for the eye")]
+fn watch<'py>(
+    py: Python<'py>,
+    samples: usize,
+    progress: Option<&'py Bound<'py, PyAny>>,
+) -> impl FnMut(usize) -> PyResult<()> + 'py {
+    move |k| {
+        py.check_signals()?;
+        progress.map_or(Ok(()), |progress| progress.call1((k as f64 / samples as f64,)).map(drop))
+    }
+}

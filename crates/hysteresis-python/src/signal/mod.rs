@@ -1,0 +1,4 @@
+//! Test signals and drives to identify from.
+
+pub(crate) mod excitation;
+pub(crate) mod signals;

@@ -1,0 +1,9 @@
+//! Streams of models and of arrays of models, sample by sample.
+
+pub(crate) mod actuators;
+pub(crate) mod blocks;
+pub(crate) mod process;
+mod rows;
+pub(crate) mod single_argument;
+pub(crate) mod stream_arrays;
+pub(crate) mod streams;

@@ -1,0 +1,223 @@
+//! Streams of arrays: many streams side by side.
+
+use std::fmt;
+
+use hysteresis_core::{self as core, StreamArray};
+use numpy::ndarray::{Array2, Dimension};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use pythonize::pythonize;
+
+use super::blocks::apply;
+use super::rows::{Peek, Rows, Step};
+use super::streams::from_python;
+use crate::convert::arguments::count;
+use crate::convert::arrays::array;
+use crate::convert::errors::{self, Place, raise};
+use crate::convert::objects::{exclusive, shared};
+
+/// The outputs of many models, sample by sample: made by `array.forward()`.
+///
+/// Bit for bit what M streams of the single models give. A sample that is not finite holds its own actuator only.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> soft, stiff = (mh.PrandtlIshlinskii([w, 0.5], [0.0, 2.0]) for w in (2.0, 1.0))
+/// >>> forward = mh.ActuatorArray([soft, stiff]).forward()
+/// >>> forward.step([4.0, 4.0])
+/// array([9., 5.])
+/// >>> forward.run([[3.0, 3.0], [-4.0, float("nan")]], threads=2)
+/// array([[ 7.,  4.],
+///        [-9.,  4.]])
+/// >>> forward.rejected
+/// array([0, 1], dtype=uint64)
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct ForwardArray(pub(crate) StreamArray<core::Forward>);
+
+/// The exact inverses of many models, sample by sample: made by `array.inverse(limits)`.
+///
+/// Bit for bit what M streams of the single models give. A target out of reach puts the drive of its actuator at the
+/// limit and sets its `saturated`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+/// >>> inverse = mirror.inverse(limits=[(-10.0, 10.0), (-10.0, 10.0), (0.0, 4.0)])
+/// >>> inverse.step([5.0, -5.0, 99.0])
+/// array([ 4., -4.,  4.])
+/// >>> inverse.saturated
+/// array([False, False,  True])
+/// >>> saved = inverse.state
+/// >>> inverse.step([3.0, -3.0, 3.0])
+/// array([ 2., -2.,  2.])
+/// >>> inverse.state = saved
+/// >>> inverse.step([3.0, -3.0, 3.0])
+/// array([ 2., -2.,  2.])
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct InverseArray(pub(crate) StreamArray<core::Inverse>);
+
+/// One sample for each of M actuators.
+fn one_each<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    columns(input, actuators, format_args!("an array of shape ({actuators},)"))
+}
+
+/// Rows of one sample for each of M actuators.
+fn rows<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonlyArray2<'py, f64>> {
+    columns(input, actuators, format_args!("an array of shape (samples, {actuators})"))
+}
+
+/// Samples of as many dimensions as D has, the last of which counts M actuators.
+fn columns<'py, D: Dimension>(
+    input: &Bound<'py, PyAny>,
+    actuators: usize,
+    expected: fmt::Arguments<'_>,
+) -> PyResult<PyReadonlyArray<'py, f64, D>> {
+    let samples = array::<D>("input", input, expected)?;
+    if samples.shape().last() == Some(&actuators) {
+        Ok(samples)
+    } else {
+        let shape = samples.getattr(intern!(input.py(), "shape"))?;
+        Err(errors::value("input", format_args!("expected {expected}, got shape {shape}")))
+    }
+}
+
+/// The states of M actuators, each as its own stream would take it.
+fn states<'py>(states: &Bound<'py, PyAny>, actuators: usize) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let wrong = |got: String| errors::value("state", format_args!("expected a list of {actuators} states, got {got}"));
+    let Ok(states) = states.cast::<PyList>() else { return Err(wrong(states.get_type().name()?.to_string())) };
+    if states.len() == actuators { Ok(states.iter().collect()) } else { Err(wrong(states.len().to_string())) }
+}
+
+/// An error about the state of one actuator, which is then named.
+fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
+    let message = error.value(py).to_string();
+    let message = message.strip_prefix("state: ").unwrap_or(&message);
+    errors::value(Place::part("state", &format!("actuator {actuator}: state")), message)
+}
+
+/// How many threads may share out the actuators.
+struct Threads(usize);
+
+impl FromPyObject<'_, '_> for Threads {
+    type Error = PyErr;
+
+    fn extract(threads: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        count("threads", &threads).map(Self)
+    }
+}
+
+/// The methods that both streams of arrays have, and its own.
+macro_rules! stream_array_methods {
+    ($class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $class {
+            /// Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
+            ///
+            /// A C-contiguous float64 array is read in place; with `out` no array is allocated then.
+            #[pyo3(signature = (input, out=None))]
+            fn step<'py>(
+                slf: &Bound<'py, Self>,
+                input: &Bound<'py, PyAny>,
+                out: Option<&Bound<'py, PyAny>>,
+            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+                let samples = one_each(input, shared(slf)?.0.len())?;
+                apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.0)))
+            }
+
+            /// What `step` would give, without taking the samples.
+            #[pyo3(signature = (input, out=None))]
+            fn peek<'py>(
+                slf: &Bound<'py, Self>,
+                input: &Bound<'py, PyAny>,
+                out: Option<&Bound<'py, PyAny>>,
+            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+                let samples = one_each(input, shared(slf)?.0.len())?;
+                apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.0)))
+            }
+
+            /// Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
+            /// new array.
+            ///
+            /// With `threads` > 1 that many threads share out the actuators: the same bits, sooner, where many samples
+            /// are known beforehand.
+            #[pyo3(signature = (input, out=None, threads=Threads(1)), text_signature = "($self, input, out=None, threads=1)")]
+            fn run<'py>(
+                slf: &Bound<'py, Self>,
+                input: &Bound<'py, PyAny>,
+                out: Option<&Bound<'py, PyAny>>,
+                threads: Threads,
+            ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+                let samples = rows(input, shared(slf)?.0.len())?;
+                apply(samples, out, |block| {
+                    block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.0, threads.0))
+                })
+            }
+
+            /// Every actuator back to rest.
+            fn reset(&mut self) {
+                self.0.reset();
+            }
+
+            /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
+            /// bit for bit.
+            #[getter]
+            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+                let states = self.0.streams().iter().map(|stream| Ok(pythonize(py, &stream.state())?));
+                PyList::new(py, states.collect::<PyResult<Vec<_>>>()?)
+            }
+
+            #[setter]
+            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                let mut restored = shared(slf)?.0.clone();
+                let states = states(state, restored.len())?;
+                for (m, (stream, state)) in restored.streams_mut().iter_mut().zip(states).enumerate() {
+                    from_python(&state)
+                        .and_then(|state| stream.set_state(&state).map_err(raise))
+                        .map_err(|error| in_state(state.py(), m, error))?;
+                }
+                exclusive(slf)?.0 = restored;
+                Ok(())
+            }
+
+            /// How many samples of each actuator were not finite, or beyond 1e100.
+            #[getter]
+            fn rejected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+                PyArray1::from_iter(py, self.0.streams().iter().map(|stream| stream.rejected()))
+            }
+
+            fn __len__(&self) -> usize {
+                self.0.len()
+            }
+
+            fn __repr__(&self) -> String {
+                format!("<{} of {} actuators>", stringify!($class), self.0.len())
+            }
+
+            $($own)*
+        }
+    };
+}
+
+stream_array_methods!(ForwardArray {});
+
+stream_array_methods!(InverseArray {
+    /// Whether the last target of each actuator was out of reach and its drive is at a limit.
+    #[getter]
+    fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, self.0.streams().iter().map(core::Inverse::saturated))
+    }
+
+    /// The limits of the drives as an array of shape (M, 2), or None.
+    #[getter]
+    fn limits<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+        let limits: Option<Vec<(f64, f64)>> = self.0.streams().iter().map(core::Inverse::limits).collect();
+        let rows: Vec<[f64; 2]> = limits?.into_iter().map(<[f64; 2]>::from).collect();
+        Some(Array2::from(rows).into_pyarray(py))
+    }
+});

@@ -1,0 +1,158 @@
+//! Streams of models: forward and exact inverse.
+
+use hysteresis_core::{self as core, Method, Process, StreamState};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyBool;
+use pythonize::{depythonize, pythonize};
+
+use super::process::process_methods;
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::exclusive;
+use crate::model::object::kernel_of;
+
+/// The output of a model, sample by sample: made by `model.forward()`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> forward = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]).forward()
+/// >>> forward.step(4.0), forward.step(3.0)
+/// (5.0, 4.0)
+/// >>> forward.memory  # the reversal at 4 still matters
+/// array([4.])
+/// >>> saved = forward.state
+/// >>> forward.step(-9.0)
+/// -12.5
+/// >>> forward.state = saved
+/// >>> forward.step(-9.0)
+/// -12.5
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct Forward(pub(crate) core::Forward);
+
+/// The exact inverse of a model, sample by sample: made by `model.inverse(limits)`.
+///
+/// A target out of reach puts the drive at the limit and sets `saturated`; the drive leaves the limit without a jump
+/// when the target comes back.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> inverse = actuator.inverse(limits=(-500.0, 500.0))
+/// >>> drive = inverse.run([0.0, 1.0, 2.0, 1.5])
+/// >>> bool(abs(actuator.forward().run(drive) - [0.0, 1.0, 2.0, 1.5]).max() < 1e-14)
+/// True
+/// >>> inverse.step(99.0), inverse.saturated
+/// (500.0, True)
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct Inverse(pub(crate) core::Inverse);
+
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::TurningPoints => "turning_points",
+        Method::Bank => "bank",
+    }
+}
+
+pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
+    let wrong = |what: &str| errors::value("state", format_args!("expected what .state returned; {what}"));
+    let plain = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
+    // The conversion takes anything for a truth value.
+    if !state.get_item("saturated")?.is_instance_of::<PyBool>() {
+        return Err(wrong("saturated is neither True nor False"));
+    }
+    Ok(plain)
+}
+
+/// The methods of a stream of a model: those of a process, those that both streams have, and its own.
+macro_rules! stream_methods {
+    ($class:ident { $($own:tt)* }) => {
+        process_methods!($class {
+            /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
+            /// bit.
+            #[getter]
+            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                Ok(pythonize(py, &self.0.state())?)
+            }
+
+            #[setter]
+            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                let state = from_python(state)?;
+                exclusive(slf)?.0.set_state(&state).map_err(raise)
+            }
+
+            /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
+            #[getter]
+            fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+                PyArray1::from_vec(py, self.0.turning_points())
+            }
+
+            /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
+            #[getter]
+            fn method(&self) -> &'static str {
+                method_name(self.0.method())
+            }
+
+            $($own)*
+        });
+    };
+}
+
+stream_methods!(Forward {
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset: input and
+    /// memory stay, the output is that of the new model.
+    ///
+    /// Raises ValueError that names what differs; the stream is as before then.
+    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let kernel = kernel_of("model", model)?;
+        exclusive(slf)?.0.set_model(&kernel).map_err(raise)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Forward by {}>", self.method())
+    }
+});
+
+stream_methods!(Inverse {
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset, without a
+    /// jump of the drive: the drive and the memory stay, the next target is met by the new model.
+    ///
+    /// The output of the new model at the present drive, as a target, gives the present drive.
+    ///
+    /// Raises ValueError that names what differs, NotInvertibleError if the new model may not be invertible; the stream
+    /// is as before then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> inverse = mh.PrandtlIshlinskii([1.0, 1.0], [0.0, 2.0]).inverse()
+    /// >>> inverse.step(6.0)
+    /// 4.0
+    /// >>> inverse.set_model(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]))
+    /// >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
+    /// (4.0, 3.0)
+    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let kernel = kernel_of("model", model)?;
+        exclusive(slf)?.0.set_model(&kernel).map_err(raise)
+    }
+
+    /// Whether the last target was out of reach and the drive is at a limit.
+    #[getter]
+    fn saturated(&self) -> bool {
+        self.0.saturated()
+    }
+
+    /// The limits of the drive (low, high), or None.
+    #[getter]
+    fn limits(&self) -> Option<(f64, f64)> {
+        self.0.limits()
+    }
+
+    fn __repr__(&self) -> String {
+        match self.limits() {
+            Some((low, high)) => format!("<Inverse by {}, limits ({low}, {high})>", self.method()),
+            None => format!("<Inverse by {}>", self.method()),
+        }
+    }
+});

@@ -1,0 +1,70 @@
+"""The command with its rooms, and how errors and interrupts end it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any, NoReturn
+
+import click
+
+from mpi_hyst._cli.demo.command import demo
+from mpi_hyst._cli.errors import CommandError, one_line, short_line
+from mpi_hyst._cli.excite.command import excite
+from mpi_hyst._cli.identify.command import identify
+from mpi_hyst._cli.interrupts import NOTHING_WRITTEN, STATUS, interrupts_restored
+from mpi_hyst._cli.precompensate.command import precompensate
+from mpi_hyst._cli.reproduce.command import reproduce
+from mpi_hyst._cli.simulate.command import track
+from mpi_hyst.io import ReadError
+
+_WRONG = 2
+
+
+class _Commands(click.Group):
+    """A group whose every error is one line on standard error and exit status 2."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        *_: Any,
+        **extra: Any,
+    ) -> NoReturn:
+        extra["standalone_mode"] = False
+        with interrupts_restored():
+            try:
+                status = super().main(args, prog_name, **extra)
+            except click.Abort:
+                _end(NOTHING_WRITTEN, STATUS)
+            except click.ClickException as error:
+                _end(short_line(error.format_message()), _WRONG)
+            except (CommandError, ReadError, OSError) as error:
+                _end(one_line(error), _WRONG)
+            except MemoryError:
+                _end("out of memory", _WRONG)
+        sys.exit(status if isinstance(status, int) else 0)
+
+
+def _end(message: str, status: int) -> NoReturn:
+    with suppress(OSError):
+        click.echo(f"mpi-hyst: error: {message}", err=True)
+    sys.exit(status)
+
+
+@click.group(
+    cls=_Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="mpi_hyst", prog_name="mpi-hyst")
+@click.pass_context
+def commands(context: click.Context) -> None:
+    """Piezo hysteresis: identify a model from records, compensate with its exact inverse."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+for command in (identify, precompensate, excite, demo, reproduce, track):
+    commands.add_command(command)

@@ -1,0 +1,1 @@
+"""`mpi-hyst demo`: the whole chain without any data."""

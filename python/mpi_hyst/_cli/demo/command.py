@@ -1,0 +1,19 @@
+"""The options of `mpi-hyst demo`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from mpi_hyst._cli.options import directory as directory_option
+from mpi_hyst._cli.terminal import say
+
+
+@click.command()
+@directory_option("mpi-hyst-demo", "the report, the models and the records")
+def demo(directory: Path) -> None:
+    """Show the whole chain on the actuator of the paper; needs no data."""
+    from mpi_hyst._cli.demo.run import run
+
+    say(run(directory))

@@ -1,0 +1,1 @@
+"""`mpi-hyst excite`: the drive to identify from, or to demagnetise with."""

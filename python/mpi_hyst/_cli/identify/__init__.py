@@ -1,0 +1,1 @@
+"""`mpi-hyst identify`: records in, a model and a report out."""

@@ -1,0 +1,113 @@
+"""Reads the records of `mpi-hyst identify`: those to fit and those held out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from mpi_hyst import io
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.identify.request import Request
+from mpi_hyst._report.identify.records import Record, Records
+from mpi_hyst._text import digits
+from mpi_hyst._types import Samples
+
+_Value = TypeVar("_Value", str, int)
+_AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
+
+
+def read(request: Request) -> Records:
+    """Read all records, each with the part to skip."""
+    records = _read("--skip", request.data, request.skip, request.rows, request)
+    held_out = _read("--validate-skip", request.validate, request.validate_skip, (), request)
+    _check_sample_times([*records, *held_out])
+    if not request.validate_from:
+        return Records(records, held_out, ends=False)
+    ends = _ends(records, request)
+    fitted = [record.until(end) for record, end in zip(records, ends, strict=True)]
+    held_out = [replace(record, skip=end) for record, end in zip(records, ends, strict=True)]
+    return Records(fitted, held_out, ends=True)
+
+
+def _read(
+    option: str, paths: Sequence[Path], skip: Sequence[str], rows: Sequence[int], request: Request
+) -> list[Record]:
+    skips = _per_file(option, skip, "0", paths)
+    counts = _per_file("--rows", rows, 0, paths)
+    names = [request.input_column, request.output_column]
+    records = []
+    for path, amount, count in zip(paths, skips, counts, strict=True):
+        columns = io.read(path, names, time=request.time, rows=count or None)
+        records.append(
+            Record(
+                name=path.name,
+                input=columns.values[request.input_column],
+                output=columns.values[request.output_column],
+                seconds=columns.seconds,
+                sample_time=columns.sample_time,
+                skip=_samples(option, amount, columns.path, columns.seconds, columns.samples),
+            )
+        )
+    return records
+
+
+def _ends(records: Sequence[Record], request: Request) -> list[int]:
+    """Return the samples from which on the records are held out."""
+    option = "--validate-from"
+    ends = []
+    amounts = _per_file(option, request.validate_from, "", request.data)
+    for record, path, amount in zip(records, request.data, amounts, strict=True):
+        end = _samples(option, amount, path, record.seconds, record.input.size)
+        if end <= record.skip:
+            raise CommandError(f"{path}: {option} {amount} leaves nothing to fit")
+        ends.append(end)
+    return ends
+
+
+def _per_file(
+    option: str, values: Sequence[_Value], default: _Value, data: Sequence[Path]
+) -> list[_Value]:
+    """Spread the values of an option over the files: one for all, or one for each."""
+    if len(values) not in (0, 1, len(data)):
+        raise CommandError(
+            f"{option}: given {len(values)} times for {len(data)} files; once for all, or once each"
+        )
+    if len(values) == len(data):
+        return list(values)
+    return [values[0] if values else default] * len(data)
+
+
+def _samples(option: str, amount: str, path: Path, seconds: Samples | None, samples: int) -> int:
+    """Turn rows, as in 1000, or seconds, as in 5s, into samples: fewer than the file has."""
+    match = _AMOUNT.fullmatch(amount.strip())
+    if match is None or (not match["seconds"] and not match["count"].isdigit()):
+        raise CommandError(
+            f"{option}: expected rows as in 1000 or seconds as in 5s, got {amount!r}"
+        )
+    if not match["seconds"]:
+        count = int(match["count"])
+    elif seconds is None:
+        raise CommandError(f"{path}: {option} {amount} needs a time column, name it with --time")
+    else:
+        count = int(np.searchsorted(seconds - seconds[0], float(match["count"])))
+    if count >= samples:
+        raise CommandError(f"{path}: {option} {amount} leaves nothing of {samples} samples")
+    return count
+
+
+def _check_sample_times(records: Sequence[Record]) -> None:
+    """Refuse records of different rates: their delay in samples would not be one number."""
+    first = records[0]
+    for record in records[1:]:
+        if first.sample_time is None or record.sample_time is None:
+            continue
+        if abs(record.sample_time - first.sample_time) > 1e-3 * first.sample_time:
+            times = f"{digits(first.sample_time)} s and {digits(record.sample_time)} s"
+            raise CommandError(
+                f"{record.name}: not sampled at the rate of {first.name} ({times} a sample)"
+            )

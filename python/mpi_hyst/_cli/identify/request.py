@@ -1,0 +1,73 @@
+"""What `mpi-hyst identify` was asked, by the names of its options."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.outputs import check_outputs
+from mpi_hyst._quantity import Quantity
+from mpi_hyst._report.identify.records import Records, Task
+
+Kind = Literal["modified", "conventional"]
+Weights = Literal["auto", "free", "quadratic", "split"]
+Smoothness = float | Literal["auto"]
+Operators = int | Literal["auto"]
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options; what was not given is None, empty or what the library takes by default."""
+
+    data: tuple[Path, ...]
+    input_column: str
+    output_column: str
+    model_path: Path | None = None
+    report_path: Path | None = None
+    skip: tuple[str, ...] = ()
+    rows: tuple[int, ...] = ()
+    time: str | None = None
+    validate: tuple[Path, ...] = ()
+    validate_skip: tuple[str, ...] = ()
+    validate_from: tuple[str, ...] = ()
+    model: Kind = "modified"
+    operators: Operators = 20
+    weights: Weights = "auto"
+    smoothness: Smoothness = 0.0
+    thresholds: Literal["uniform", "quantiles"] = "uniform"
+    ratios: tuple[float, float, float] | None = None
+    input_offset: float | None = None
+    delay: float | None = None
+    keep_partial: bool = False
+
+    @property
+    def input(self) -> Quantity:
+        """The drive."""
+        return Quantity(self.input_column)
+
+    @property
+    def output(self) -> Quantity:
+        """The displacement."""
+        return Quantity(self.output_column)
+
+    def task(self, records: Records) -> Task:
+        """Say what was asked of the identification of these records."""
+        options = {"ratios": self.ratios, "input offset": self.input_offset, "delay": self.delay}
+        given = [name for name, value in options.items() if value is not None]
+        return Task(records, self.input, self.output, given)
+
+    def check(self) -> None:
+        """Refuse what contradicts itself, and outputs that cannot be written."""
+        check_outputs([self.model_path, self.report_path], [*self.data, *self.validate])
+        if self.input_column == self.output_column:
+            raise CommandError(f"--input and --output: both are column {self.input_column!r}")
+        if self.model == "conventional" and self.ratios is not None:
+            raise CommandError("--ratios: the conventional model has none")
+        if self.model == "conventional" and self.weights == "split":
+            raise CommandError("--weights: the conventional model has no split")
+        if self.validate and self.validate_from:
+            raise CommandError("--validate and --validate-from: one or the other, not both")
+        if self.validate_skip and not self.validate:
+            raise CommandError("--validate-skip: there is no --validate file to skip in")

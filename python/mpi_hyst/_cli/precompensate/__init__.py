@@ -1,0 +1,1 @@
+"""`mpi-hyst precompensate`: a model and a trajectory in, the drive out."""

@@ -1,0 +1,20 @@
+"""The options of `mpi-hyst reproduce`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from mpi_hyst._cli.options import directory as directory_option
+from mpi_hyst._cli.terminal import say
+
+
+@click.command()
+@directory_option("mpi-hyst-reproduce", "the report and results.json")
+@click.option("--quick", is_flag=True, help="3 seeds of noise instead of 10.")
+def reproduce(directory: Path, quick: bool) -> None:
+    """Recompute every table and figure of the paper, and go beyond it; needs no data."""
+    from mpi_hyst._cli.reproduce.run import run
+
+    say(run(directory, quick=quick))

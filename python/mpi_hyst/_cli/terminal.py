@@ -1,0 +1,22 @@
+"""What a command says when it is done, and what it needs to be installed."""
+
+from __future__ import annotations
+
+import click
+
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._text import printable_lines
+
+
+def say(text: str) -> None:
+    """Write to standard output; names of files and columns cannot move the cursor."""
+    click.echo(printable_lines(text))
+
+
+def require_report_packages(what: str) -> None:
+    """Refuse `what` before any work if the packages that reports need are not installed."""
+    try:
+        import jinja2  # noqa: F401
+        import matplotlib  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise CommandError(f"{what} needs {error.name}: pip install 'mpi_hyst[all]'") from error

@@ -1,0 +1,123 @@
+"""The look of every figure, and how a figure gets into a page.
+
+Figures are made through matplotlib's objects: no window, no global state. The colours are those
+of Okabe and Ito, which the colour-blind tell apart.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import warnings
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from mpi_hyst._text import printable
+from mpi_hyst._types import Samples
+
+MEASURED = "#9aa5b1"
+INK = "#1c2733"
+SOFT = "#5b6875"
+BLUE = "#0072b2"
+ORANGE = "#d55e00"
+GREEN = "#009e73"
+GRID = "#e6eaee"
+
+_WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
+_LINE_POINTS = 2400
+_LONGEST = 60  # characters of a name: longer ones would leave no room for the axes
+_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+_COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
+
+
+def new_figure(height: float) -> Figure:
+    """Return an empty figure as wide as the page."""
+    return Figure(figsize=(_WIDTH, height), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.06))
+
+
+def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
+    """Give a panel the look of the report."""
+    axes.set_title(plain(title), loc="left", fontsize=10.5, color=INK, fontweight="bold")
+    axes.set_xlabel(plain(x_label), fontsize=10, color=INK)
+    axes.set_ylabel(plain(y_label), fontsize=10, color=INK)
+    axes.tick_params(labelsize=9, colors=SOFT, length=3)
+    axes.grid(visible=True, color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(SOFT)
+    return axes
+
+
+def plain(text: str) -> str:
+    """Make a name of a file or column safe to draw: no formula, no control character, not long."""
+    shown = printable(text)
+    if len(shown) > _LONGEST:
+        shown = f"{shown[: _LONGEST - 1]}…"
+    return shown.replace("$", r"\$")
+
+
+def legend(axes: Axes, **keywords: Any) -> None:
+    """Add a legend without a frame."""
+    axes.legend(**{"fontsize": 9, "frameon": False, "labelcolor": INK, **keywords})
+
+
+def top_legend(figure: Figure, *panels: Axes) -> None:
+    """Put one legend for all panels above them, to the right."""
+    handles, labels = [], []
+    for axes in panels:
+        found = axes.get_legend_handles_labels()
+        handles += found[0]
+        labels += found[1]
+    shown = figure.legend(
+        handles,
+        labels,
+        loc="outside upper right",
+        ncols=len(labels),
+        frameon=False,
+        fontsize=9.5,
+        labelcolor=INK,
+    )
+    for line in shown.get_lines():
+        size = 14.0 if line.get_marker() == "." else line.get_markersize()
+        line.set(linewidth=2.6, markersize=size, alpha=1.0)
+
+
+def data_uri(figure: Figure) -> str:
+    """Return the figure as an SVG image that carries everything it needs, the same every time."""
+    text = io.StringIO()
+    # The salt makes the names inside the image repeatable; rc_context puts the setting back.
+    with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}), warnings.catch_warnings():
+        # A name may be in a script that the font does not have; boxes are drawn then.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(text, format="svg", dpi=120, metadata=_NO_METADATA)
+    # A hundredth of a point is enough for a line, and a third of the file.
+    short = _COORDINATES.sub(r"\1 \2 \3", text.getvalue())
+    return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")
+
+
+def thinned(samples: int, points: int) -> slice:
+    """Return the slice that leaves about so many of the samples."""
+    return slice(None, None, max(1, -(-samples // points)))
+
+
+def envelope(values: Samples, points: int = _LINE_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the indices that keep the extremes of every stretch, so that no spike is lost."""
+    stretch = max(1, -(-2 * values.size // points))
+    if stretch <= 2:
+        return np.arange(values.size)
+    starts = range(0, values.size, stretch)
+    kept = {
+        start + int(at) for start in starts for at in _extremes(values[start : start + stretch])
+    }
+    return np.array(sorted(kept))
+
+
+def _extremes(values: Samples) -> tuple[np.intp, np.intp]:
+    return values.argmin(), values.argmax()

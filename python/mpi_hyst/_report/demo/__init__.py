@@ -1,0 +1,1 @@
+"""The demo, for the terminal and as a page."""

@@ -1,0 +1,1 @@
+"""A designed drive, for the terminal and as a page."""

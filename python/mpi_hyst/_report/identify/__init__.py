@@ -1,0 +1,1 @@
+"""The result of an identification, for the terminal and as a page."""

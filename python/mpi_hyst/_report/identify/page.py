@@ -1,0 +1,136 @@
+"""The report of an identification on the user's own records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mpi_hyst as mh
+from mpi_hyst._report import canvas, plots
+from mpi_hyst._report.identify import findings
+from mpi_hyst._report.identify.choices import choices
+from mpi_hyst._report.identify.records import Judged, Task, judge
+from mpi_hyst._report.identify.sections import (
+    Result,
+    base,
+    errors,
+    loops,
+    model,
+    residuals,
+    short_name,
+    shown_names,
+)
+from mpi_hyst._report.identify.summary import title
+from mpi_hyst._report.identify.validation_sections import chosen, uncertainty
+from mpi_hyst._report.identify.validation_sections import left_out as left_out_section
+from mpi_hyst._report.page import Card, Report, render
+from mpi_hyst._text import digits, in_unit
+
+_SHOWN = 3  # records with figures of their own; the table has all
+
+
+def report(
+    task: Task,
+    found: mh.results.Identification,
+    compared: mh.results.Identification | None,
+    left_out: Sequence[mh.results.LeftOutLoop],
+) -> str:
+    """Return the HTML text: the model found, and beside it the other kind for comparison."""
+    records, result = task.records, Result(task, found, compared)
+    fitted, held_out = _traces(result)
+    sections = [
+        loops(fitted, len(records.fitted)),
+        errors(result),
+        findings.section(found.warnings, records.names),
+        residuals(fitted, held_out),
+    ]
+    if left_out:
+        sections.append(left_out_section(left_out, task))
+    sections.append(uncertainty(found, fitted, task))
+    if made := choices(found):
+        sections.append(chosen(made, task))
+    sections.append(model(result))
+    return render(
+        Report(
+            title=f"Hysteresis of {shown_names(records, _SHOWN)}"
+            f"{' (partial)' if found.partial else ''}",
+            subtitle=f"{title(found, len(records.fitted))}, "
+            f"{task.input.label} to {task.output.label}",
+            cards=_cards(result),
+            sections=sections,
+            footer=f"mpi_hyst. Errors are measured minus modelled output. {base(records)}",
+        )
+    )
+
+
+def _traces(result: Result) -> tuple[list[plots.Trace], list[plots.Trace]]:
+    fitted, held_out = judge(result.task.records, result.found)
+    beside: tuple[Sequence[Judged], Sequence[Judged]] = ([], [])
+    if result.compared is not None:
+        beside = judge(result.task.records, result.compared)
+    return (
+        [_trace(place, one, beside[0], result) for place, one in enumerate(fitted[:_SHOWN])],
+        [_trace(place, one, beside[1], result) for place, one in enumerate(held_out[:_SHOWN])],
+    )
+
+
+def _trace(place: int, judged: Judged, compared: Sequence[Judged], result: Result) -> plots.Trace:
+    record = judged.record
+    # The model that was asked for is drawn last, on top, in the accent colour.
+    curves = [
+        plots.Curve(short_name(fit), colour, record.output - one.residuals(fit))
+        for fit, colour, one in (
+            (result.compared, canvas.ORANGE, compared[place] if compared else judged),
+            (result.found, canvas.BLUE, judged),
+        )
+        if fit is not None
+    ]
+    return plots.Trace(
+        record.name,
+        record.input,
+        record.output,
+        record.seconds,
+        record.skip,
+        curves,
+        result.task.input,
+        result.task.output,
+    )
+
+
+def _cards(result: Result) -> list[Card]:
+    found, compared, task = result.found, result.compared, result.task
+    unit = task.output.shown_unit
+    cards = [
+        Card(
+            in_unit(found.fit.rmse, unit, 3),
+            "rms error",
+            f"{found.fit.rmse_percent:.3f} % of range",
+        ),
+        Card(
+            in_unit(found.fit.max_error, unit, 3),
+            "largest error",
+            f"{found.fit.max_error_percent:.3f} % of range",
+        ),
+    ]
+    if found.validation is not None:
+        cards.append(
+            Card(
+                in_unit(found.validation.rmse, unit, 3),
+                "rms error, held out",
+                f"{found.validation.rmse_percent:.3f} % of range",
+            )
+        )
+    if compared is not None:
+        cards.append(
+            Card(
+                in_unit(compared.fit.rmse, unit, 3),
+                f"rms error, {short_name(compared)}",
+                "fitted to the same samples, for comparison",
+            )
+        )
+    step = result.task.records.fitted[0].sample_time
+    delay = f"{found.delay:.2f} samples"
+    if step is not None:
+        cards.append(Card(f"{digits(1e3 * step * found.delay, 3)} ms", "lag of the output", delay))
+    else:
+        cards.append(Card(delay, "lag of the output"))
+    return cards

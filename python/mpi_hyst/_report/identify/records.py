@@ -1,0 +1,92 @@
+"""The records of an identification, those fitted and those held out, with the errors on them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import mpi_hyst as mh
+from mpi_hyst._quantity import Quantity
+from mpi_hyst._types import Samples
+
+
+@dataclass(frozen=True)
+class Record:
+    """One measured record, its first `skip` samples neither fitted nor judged."""
+
+    name: str
+    input: Samples
+    output: Samples
+    seconds: Samples | None
+    sample_time: float | None
+    skip: int
+
+    def until(self, sample: int) -> Record:
+        """Return what comes before a sample."""
+        seconds = None if self.seconds is None else self.seconds[:sample]
+        return replace(
+            self, input=self.input[:sample], output=self.output[:sample], seconds=seconds
+        )
+
+
+@dataclass(frozen=True)
+class Records:
+    """Those to fit, and those held out: others, or the ends of the same ones."""
+
+    fitted: Sequence[Record]
+    held_out: Sequence[Record]
+    ends: bool
+
+    @property
+    def names(self) -> list[str]:
+        """The names of those to fit."""
+        return [record.name for record in self.fitted]
+
+    @property
+    def validate(
+        self,
+    ) -> Sequence[tuple[Samples, Samples, int]] | None:
+        """Held-out records as the library takes them."""
+        if not self.held_out or self.ends:
+            return None
+        return [(record.input, record.output, record.skip) for record in self.held_out]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A record with the errors of a model on it, and the output offset that it was judged with."""
+
+    record: Record
+    quality: mh.results.Quality
+    offset: float
+
+    def residuals(self, found: mh.results.Identification) -> Samples:
+        """Measured minus modelled output."""
+        own = self.offset - float(found.output_offsets[0])
+        return self.record.output - (found.predict(self.record.input) + own)
+
+
+def judge(records: Records, found: mh.results.Identification) -> tuple[list[Judged], list[Judged]]:
+    """Return the fitted records and the held-out ones, each with the errors of a model."""
+    offsets = [float(offset) for offset in found.output_offsets]
+    fitted = list(map(Judged, records.fitted, found.records, offsets))
+    if not records.ends:
+        offsets = [_own_offset(record, found) for record in records.held_out]
+    return fitted, list(map(Judged, records.held_out, found.validation_records, offsets))
+
+
+def _own_offset(record: Record, found: mh.results.Identification) -> float:
+    """Return the output offset that suits a record best, as the library judges it."""
+    left = (record.output - found.predict(record.input))[record.skip :]
+    return float(found.output_offsets[0] + left.mean())
+
+
+@dataclass(frozen=True)
+class Task:
+    """What was asked of an identification: records, quantities, parameters that were given."""
+
+    records: Records
+    input: Quantity
+    output: Quantity
+    given: Collection[str] = ()
+    """Names of parameters that were not fitted."""

@@ -1,0 +1,134 @@
+"""What `mpi-hyst identify` says in the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import mpi_hyst as mh
+from mpi_hyst._report.identify import findings
+from mpi_hyst._report.identify.choices import choices
+from mpi_hyst._report.identify.records import Judged, Task, judge
+from mpi_hyst._text import digits, in_unit, text_pairs, text_table
+
+
+def summary(
+    task: Task, found: mh.results.Identification, left_out: Sequence[mh.results.LeftOutLoop]
+) -> str:
+    """Return the parameters, the errors and the warnings."""
+    unit = task.output.unit
+    header = [
+        "record",
+        "samples",
+        *(f"{name} {unit}".rstrip() for name in ("max", "rms")),
+        "max %",
+        "rms %",
+        *(f"{name} {unit}".rstrip() for name in ("range", "offset")),
+    ]
+    fitted, held_out = judge(task.records, found)
+    rows = _rows("", fitted, found.fit)
+    if held_out and found.validation is not None:
+        rows += _rows("held out: ", held_out, found.validation)
+    base = "  % of range: peak-to-peak of the measured output over these samples"
+    if max(len(fitted), len(held_out)) > 1:
+        base += "; all: of the widest record"
+    parts = [
+        title(found, len(fitted)),
+        text_pairs(parameters(task, found)),
+        text_table(header, rows) + "\n" + base,
+    ]
+    for choice in choices(found):
+        table = text_table([choice.header, f"rms {unit}".rstrip()], choice.rows)
+        parts.append(f"{choice.said}\n\n{table}")
+    if left_out:
+        fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
+        parts.append(
+            f"{len(left_out)} loops, each left out in turn: predicted to {left_rms} rms, "
+            f"fitted to {fitted_rms}"
+        )
+    parts.append(findings.text(found.warnings, task.records.names))
+    return "\n\n".join(parts)
+
+
+def title(found: mh.results.Identification, records: int) -> str:
+    """Say what was fitted to what, and whether the search was cut short."""
+    count = "1 record" if records == 1 else f"{records} records"
+    text = f"{model_name(found)} fitted to {found.fit.samples} samples of {count}"
+    return f"PARTIAL, the search was interrupted: {text}" if found.partial else text
+
+
+def model_name(found: mh.results.Identification) -> str:
+    """Name the kind of model and its size."""
+    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+        return f"modified Prandtl-Ishlinskii model, {found.model.operators} coupled plays,"
+    return f"conventional Prandtl-Ishlinskii model, {found.model.operators} plays,"
+
+
+def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Name the parameters of the model beside its weights, with units and standard errors."""
+
+    def given(name: str) -> str:
+        return "  (given)" if name in task.given else ""
+
+    pairs: list[tuple[str, str]] = []
+    chosen = "  (by cross-validation)"
+    law = found.weights_law + (chosen if found.weights_validation else "")
+    pairs.append(("weights", law))
+    if found.smoothness or found.smoothness_validation:
+        smoothness = f"{found.smoothness:g}" + (chosen if found.smoothness_validation else "")
+        pairs.append(("smoothness", smoothness))
+    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+        ratios = "  ".join(
+            with_error(ratio, std)
+            for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
+        )
+        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
+    offset = with_error(found.model.input_offset, found.input_offset_std)
+    offset = f"{offset} {task.input.unit}".rstrip()
+    pairs.append(("input offset", offset + given("input offset")))
+    delay = f"{with_error(found.delay, found.delay_std, 3)} samples"
+    if (step := task.records.fitted[0].sample_time) is not None:
+        delay += f" = {digits(1e3 * step * found.delay)} ms"
+    pairs.append(("delay of the output", delay + given("delay")))
+    if found.model.not_invertible_because is not None:
+        pairs.append(("not invertible", found.model.not_invertible_because))
+    return pairs
+
+
+def with_error(value: float, std: float, decimals: int | None = None) -> str:
+    """Format an estimate with its standard error, which is 0 if given and NaN at a bound."""
+    text = digits(value) if decimals is None else f"{value:.{decimals}f}"
+    if math.isnan(std):
+        return f"{text} (at its bound)"
+    return f"{text} ± {digits(std, 2)}" if std > 0.0 else text
+
+
+def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
+    """Return the rms error of all loops, fitted and left out."""
+    samples = sum(row.fitted.samples for row in left_out)
+    pairs = [(row.fitted, row.left_out) for row in left_out]
+    fitted, left = (
+        math.sqrt(sum(one.mse * one.samples for one in column) / samples)
+        for column in zip(*pairs, strict=True)
+    )
+    return fitted, left
+
+
+def _rows(prefix: str, judged: Sequence[Judged], total: mh.results.Quality) -> list[list[str]]:
+    rows = [
+        [prefix + one.record.name, *_quality(one.quality), digits(one.offset)] for one in judged
+    ]
+    if len(rows) > 1:
+        rows.append([f"{prefix}all", *_quality(total), ""])
+    return rows
+
+
+def _quality(quality: mh.results.Quality) -> list[str]:
+    return [
+        str(quality.samples),
+        digits(quality.max_error),
+        digits(quality.rmse),
+        f"{quality.max_error_percent:.3f}",
+        f"{quality.rmse_percent:.3f}",
+        digits(quality.range),
+    ]

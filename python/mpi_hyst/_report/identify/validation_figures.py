@@ -1,0 +1,72 @@
+"""Figures that say how far to trust a model: loops left out, deviation of a prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+import mpi_hyst as mh
+from mpi_hyst._quantity import Quantity
+from mpi_hyst._report import canvas, plots
+from mpi_hyst._types import Samples
+
+_BAND = 1.96  # standard deviations: 95 % of a normal distribution
+
+
+def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity) -> Figure:
+    """Draw the rms error of every loop in the order of the records, fitted and left out."""
+    figure = canvas.new_figure(3.2)
+    axes = figure.subplots()
+    number = np.arange(1, len(loops) + 1)
+    fitted = [row.fitted.rmse for row in loops]
+    left = [row.left_out.rmse for row in loops]
+    axes.vlines(number, fitted, left, color=canvas.MEASURED, linewidth=1.0)
+    axes.plot(number, fitted, "o", color=canvas.BLUE, markersize=4.5, label="fitted")
+    axes.plot(number, left, "D", color=canvas.ORANGE, markersize=4.0, label="left out")
+    axes.set_ylim(bottom=0.0)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    unit = output_quantity.shown_unit
+    canvas.dress(
+        axes, "rms error of every loop", "loop", f"rms error{f' ({unit})' if unit else ''}"
+    )
+    canvas.top_legend(figure, axes)
+    return figure
+
+
+def deviation(trace: plots.Trace, std: Samples) -> Figure:
+    """Draw the band of the prediction over time, and its standard deviation over the input."""
+    figure = canvas.new_figure(3.4)
+    course, plane = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+    fitted = slice(trace.skip, None)
+    time, judged = trace.time[fitted], std[fitted]
+    kept = np.union1d(canvas.envelope(judged), [0, judged.size - 1])
+    course.fill_between(
+        time[kept],
+        -_BAND * judged[kept],
+        _BAND * judged[kept],
+        color=canvas.BLUE,
+        alpha=0.3,
+        linewidth=0,
+    )
+    course.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
+    course.set_xlim(time[0], time[-1])
+    every = canvas.thinned(judged.size, plots.LOOP_POINTS)
+    plane.plot(
+        trace.input[fitted][every],
+        judged[every],
+        ".",
+        color=canvas.BLUE,
+        markersize=2.4,
+        markeredgewidth=0,
+        rasterized=True,
+    )
+    plane.set_ylim(bottom=0.0)
+    of_unit = f" ({trace.output_quantity.shown_unit})" if trace.output_quantity.unit else ""
+    canvas.dress(course, "band of the prediction over time", trace.time_label, f"Δ{of_unit}")
+    canvas.dress(
+        plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"
+    )
+    return figure

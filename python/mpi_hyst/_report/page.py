@@ -1,0 +1,102 @@
+"""Reports: sections of text, figures and tables, in one HTML file that needs no network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import TypeAlias
+
+from mpi_hyst._text import printable_lines
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture as a data URI, with words for those who cannot see it, and what is to be seen."""
+
+    image: str
+    alternative: str
+    caption: str
+    kind: str = "figure"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells as text; the first column names the rows; `best` rows stand out."""
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+    best: Sequence[int] = ()
+    kind: str = "table"
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Names and what they are."""
+
+    caption: str
+    rows: Sequence[tuple[str, str]]
+    kind: str = "pairs"
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Text as typed into a terminal."""
+
+    text: str
+    kind: str = "lines"
+
+
+Block: TypeAlias = Figure | Table | Pairs | Lines
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, a few sentences, and what they speak of."""
+
+    name: str
+    title: str
+    text: Sequence[str] = ()
+    blocks: Sequence[Block] = ()
+
+
+@dataclass(frozen=True)
+class Card:
+    """One number that sums up, with what it is and its base."""
+
+    value: str
+    what: str
+    base: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """All of a report."""
+
+    title: str
+    subtitle: str
+    cards: Sequence[Card]
+    sections: Sequence[Section]
+    footer: str = field(default="")
+
+
+def render(report: Report) -> str:
+    """Return the HTML text."""
+    import jinja2
+
+    source = files("mpi_hyst._report").joinpath("page.html.j2").read_text("utf-8")
+    environment = jinja2.Environment(
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=_finalize,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.from_string(source).render(report=report)
+
+
+def _finalize(value: object) -> object:
+    """Names of files and columns may hold characters that no page may hold."""
+    return printable_lines(value) if isinstance(value, str) else value

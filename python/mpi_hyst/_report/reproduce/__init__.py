@@ -1,0 +1,1 @@
+"""The reproduction of the paper, for the terminal and as a page."""

@@ -1,0 +1,172 @@
+"""The tables of the reproduction: the same rows for the terminal and for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mpi_hyst._paper.benchmark import median
+from mpi_hyst._paper.models import WALK_INPUT, Models
+from mpi_hyst._paper.published import WALK_OUTPUT, Comparison, single
+from mpi_hyst._paper.reproduction import Reproduction
+from mpi_hyst._paper.saturation import Saturation
+from mpi_hyst._paper.schemes import MOTIONS, Outcome
+from mpi_hyst._text import digits
+
+Rows = tuple[list[str], list[list[str]]]
+
+PAPERS_LAW = ("the paper's law: Table II + P-I", "-")
+FULL = "exact inverse, inverse dynamics + same P-I"
+
+
+def compared(comparisons: Sequence[Comparison]) -> Rows:
+    """Put the paper, ours and the deviation side by side."""
+    header = ["what", "paper", "ours", "unit", "deviation"]
+    rows = [
+        [
+            f"{', '.join(filter(None, (one.figure, one.plant)))}: {one.what}",
+            one.published_text,
+            digits(one.ours, 3),
+            one.unit,
+            one.deviation_text,
+        ]
+        for one in comparisons
+    ]
+    return header, rows
+
+
+def beyond(outcomes: Sequence[Outcome]) -> Rows:
+    """Give the largest and rms true error of every scheme at every motion, in nm."""
+    header = ["scheme", "believes", *(motion.name for motion in MOTIONS)]
+    rows = []
+    for outcome in outcomes:
+        cells = [
+            f"{_nanometres(floor.max)} ({_nanometres(floor.rms)})"
+            for floor in (outcome.errors[motion.name] for motion in MOTIONS)
+        ]
+        rows.append([outcome.name, outcome.believes, *cells])
+    return header, rows
+
+
+def _nanometres(micrometres: float) -> str:
+    value = 1e3 * micrometres
+    return f"{value:.0f}" if value >= 99.95 else f"{value:.1f}"
+
+
+def saturated(cases: Sequence[Saturation]) -> Rows:
+    """Say when a law reaches a limit, how long it stays, and what it leaves afterwards."""
+    header = ["law", "first at limit", "at limit", "max nm", "rms nm"]
+    rows = [
+        [
+            f"{case.name}, {case.law}",
+            f"sample {case.first}",
+            f"{case.samples} of {len(case.shown)}",
+            _nanometres(case.max_error),
+            _nanometres(case.rms_error),
+        ]
+        for case in cases
+    ]
+    return header, rows
+
+
+def summary(made: Reproduction) -> Rows:
+    """Put published, reproduced and beaten side by side, one row for each motion of the paper."""
+    header = ["motion", "paper", "A1", "P3", "paper's law on A1", "right model", "both wrong"]
+    header += ["repetitive"]
+    chosen = [
+        made.outcome(*PAPERS_LAW),
+        made.outcome(FULL, "right"),
+        made.outcome(FULL, "both wrong"),
+        made.outcome("repetitive control, 3 s", "both wrong"),
+    ]
+    rows = []
+    for figure in [f"Fig. {number}" for number in range(13, 18)]:
+        pair = [trial for trial in made.trials if trial.figure == figure]
+        numbers = " to ".join(f"{1e3 * one:.0f}" for one in dict.fromkeys(pair[0].published))
+        name = pair[0].motion.name
+        rows.append(
+            [
+                name,
+                numbers,
+                *(f"{1e3 * median(trial.maxima):.0f}" for trial in pair),
+                *(_nanometres(outcome.errors[name].max) for outcome in chosen),
+            ]
+        )
+    return header, rows
+
+
+def table_1(models: Models) -> Rows:
+    """Give Table I as printed, as Table II implies it, and as identified here."""
+    header = ["i", "r V", "printed w", "recovered w", "difference", "identified w"]
+    printed, recovered = models.printed[0], models.computed[0]
+    identified = models.fits[0].model
+    return header, [
+        [
+            str(index),
+            f"{printed.r[index]:g}",
+            f"{printed.weights[index]:.4f}",
+            f"{recovered.weights[index]:.4e}",
+            f"{recovered.weights[index] - printed.weights[index]:+.1e}",
+            f"{identified.weights[index]:.4e}",
+        ]
+        for index in range(printed.operators)
+    ]
+
+
+def table_2(models: Models) -> Rows:
+    """Give Table II as printed and as computed."""
+    header = ["i", "printed w'", "computed w'", "printed r'", "computed r'", "largest difference"]
+    printed, computed = models.printed[1], models.computed[1]
+    columns = ("weights", "r", "ra", "rb", "rc")
+    rows = []
+    for index in range(printed.operators):
+        off = (abs(getattr(printed, c)[index] - getattr(computed, c)[index]) for c in columns)
+        rows.append(
+            [
+                str(index),
+                f"{printed.weights[index]:.4f}",
+                f"{computed.weights[index]:.6f}",
+                f"{printed.r[index]:.4f}",
+                f"{computed.r[index]:.6f}",
+                f"{max(off):.1e}",
+            ]
+        )
+    return header, rows
+
+
+def identified(models: Models) -> Rows:
+    """Give the errors of the models of Fig. 8 to 10, with their bases."""
+    header = ["figure", "model", "paper max %", "max %", "paper MSE", "MSE um²", "true max %"]
+    rows = []
+    for fit, largest, mse in zip(models.fits, *_printed_numbers(models.comparisons), strict=True):
+        rows.append(
+            [
+                fit.figure,
+                fit.name,
+                largest,
+                f"{fit.max_percent:.2f}",
+                mse,
+                f"{fit.mse:.2e}",
+                f"{fit.true_max_percent:.2f}",
+            ]
+        )
+    return header, rows
+
+
+def _printed_numbers(comparisons: Sequence[Comparison]) -> tuple[list[str], list[str]]:
+    of_fits = [one for one in comparisons if one.figure in ("Fig. 8", "Fig. 9, 10")]
+    largest = [one.published_text for one in of_fits if one.unit.startswith("%")]
+    return largest, [one.published_text for one in of_fits if one.unit == "um^2"]
+
+
+def walk(models: Models) -> Rows:
+    """Give the corners of the walk."""
+    triples = list(zip(WALK_INPUT, WALK_OUTPUT, models.walk, strict=True))
+    header = ["x V", *(f"{x:g}" for x, _, _ in triples)]
+    return header, [
+        ["paper z V", *(f"{z:g}" for _, z, _ in triples)],
+        ["ours z V", *(f"{z:g}" for _, _, z in triples)],
+        [
+            "deviation",
+            *(Comparison("", "", "", single(z), o).deviation_text for _, z, o in triples),
+        ],
+    ]

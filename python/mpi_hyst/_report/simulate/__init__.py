@@ -1,0 +1,1 @@
+"""A simulated run, for the terminal and as a page."""

@@ -1,0 +1,58 @@
+"""Numbers and tables as text for the terminal."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+# Control characters, bidirectional and invisible marks, and the halves of a pair that stand for
+# bytes of a name that are not UTF-8.
+_UNPRINTABLE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufffe\uffff]"
+)
+
+
+def printable(text: str) -> str:
+    """Replace what a terminal would obey and a page cannot hold by its escape sequence."""
+    return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def printable_lines(text: str) -> str:
+    """Do the same line by line."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
+def digits(value: float, count: int = 4) -> str:
+    """Format with `count` significant digits, without an exponent where that stays readable."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    exponent = math.floor(math.log10(abs(value)))
+    if -5 <= exponent < 7:
+        return f"{value:.{max(0, count - 1 - exponent)}f}"
+    return f"{value:.{count - 1}e}"
+
+
+def in_unit(value: float, unit: str, count: int = 4) -> str:
+    """Format a number with its unit, if it has one."""
+    return f"{digits(value, count)} {unit}".rstrip()
+
+
+def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Align a table in columns, the first to the left, the others to the right."""
+    lines = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
+    return "\n".join(
+        "  "
+        + "  ".join(
+            cell.ljust(width) if column == 0 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
+
+
+def text_pairs(pairs: Sequence[tuple[str, str]]) -> str:
+    """Align names and what they are, one pair a line."""
+    width = max(len(name) for name, _ in pairs)
+    return "\n".join(f"  {name.ljust(width)}  {value}" for name, value in pairs)

@@ -1,0 +1,37 @@
+"""Control: the hybrid controller, its tuning, feed-forward through inverse dynamics, learning.
+
+`HybridController` adds feedback to the inverse of a model; `tune` finds its gains. `preview` and
+`invert_dynamics` lead the reference through the inverse of linear dynamics, online and offline;
+`precompensate` returns the drive of a whole trajectory. `IterativeLearning` and
+`RepetitiveControl` learn from repetition. `Observer` estimates the position from a noisy sensor.
+"""
+
+from mpi_hyst._core import (
+    ControllerTerms,
+    HybridController,
+    IterativeLearning,
+    Margins,
+    Observer,
+    Preview,
+    RepetitiveControl,
+    Tuning,
+    invert_dynamics,
+    precompensate,
+    preview,
+    tune,
+)
+
+__all__ = [
+    "ControllerTerms",
+    "HybridController",
+    "IterativeLearning",
+    "Margins",
+    "Observer",
+    "Preview",
+    "RepetitiveControl",
+    "Tuning",
+    "invert_dynamics",
+    "precompensate",
+    "preview",
+    "tune",
+]

@@ -1,0 +1,23 @@
+"""What identification and diagnosis return: models with their errors, findings, loop widths.
+
+`identify` makes an `Identification`, `identify_dynamics` a `DynamicsIdentification`, `diagnose`
+a list of `Finding`.
+"""
+
+from mpi_hyst._core import (
+    DynamicsIdentification,
+    Finding,
+    Identification,
+    LeftOutLoop,
+    Quality,
+    loop_width,
+)
+
+__all__ = [
+    "DynamicsIdentification",
+    "Finding",
+    "Identification",
+    "LeftOutLoop",
+    "Quality",
+    "loop_width",
+]
