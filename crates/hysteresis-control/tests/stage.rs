@@ -134,8 +134,7 @@ fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
 #[test]
 fn drives_keep_limits_and_slew() {
     let parts = StageParts { slew: Some(2e3), limits: Some((0.0, 80.0)), ..lightly_damped().parts().clone() };
-    let found =
-        Stage::new(parts).unwrap().precompensate(&raster(0.3), DT, &PrecompensateOptions::default()).unwrap();
+    let found = Stage::new(parts).unwrap().precompensate(&raster(0.3), DT, &PrecompensateOptions::default()).unwrap();
     assert!(found.slewing_count > 0 && found.saturated_count > 0);
     let mut last = 0.0_f64;
     for drive in found.drive {

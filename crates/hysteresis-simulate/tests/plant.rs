@@ -215,7 +215,7 @@ fn track(benchmark: Benchmark, seed: u64, reference: &[f64], inverse: &ModifiedP
     let (mut feed_forward, mut sum) = (inverse.forward(), 0.0);
     simulate(&mut benchmark.plant(seed), reference, |k, measured| {
         let error = reference[k] - measured;
-        sum += error;
+        sum += 1e-4 * error;
         feed_forward.step(reference[k]) + gains.kp * error + gains.ki * sum
     })
     .unwrap()

@@ -9,7 +9,7 @@ use crate::plant::{Plant, PlantOptions};
 /// A plant that reproduces the published errors: hysteresis with the recovered weights of Table I, limits +-560 V,
 /// 10 kHz, white noise, and dynamics that differ.
 ///
-/// With the positional law u(k) = H^-1\[r(k)\] + kp e(k) + ki sum e, e = r - measured, H^-1 the bank of Table II,
+/// With the positional law u(k) = H^-1\[r(k)\] + kp e(k) + ki dt sum e, e = r - measured, H^-1 the bank of Table II,
 /// [`gains`](Self::gains), and a reference of 3.3 um over three periods, the maxima of |e| come out as published: 0.07
 /// um for the triangle of 1 Hz, 0.098, 0.159, 0.224 and 0.293 um for sines of 5, 10, 15 and 20 Hz within 10 %. With the
 /// closed-form inverse of the conventional model of the *same weights* and thresholds as H^-1 it is 0.10 um for the
@@ -21,7 +21,7 @@ use crate::plant::{Plant, PlantOptions};
 /// use hysteresis_simulate::paper::Benchmark;
 /// let mut plant = Benchmark::P3.plant(7);
 /// let gains = Benchmark::P3.gains();
-/// assert_eq!((gains.kp, gains.ki, plant.limits()), (5.0, 0.657, Some((-560.0, 560.0))));
+/// assert_eq!((gains.kp, gains.ki, plant.limits()), (5.0, 6570.0, Some((-560.0, 560.0))));
 /// assert!(plant.step(100.0).abs() < 0.2); // um
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub enum Benchmark {
 pub struct BenchmarkGains {
     /// Proportional gain, V/um.
     pub kp: f64,
-    /// Integral gain, V/um per sample of 100 us.
+    /// Integral gain, V/um/s.
     pub ki: f64,
 }
 
@@ -58,8 +58,8 @@ impl Benchmark {
     #[must_use]
     pub fn gains(self) -> BenchmarkGains {
         match self {
-            Self::A1 => BenchmarkGains { kp: 60.0, ki: 0.60 },
-            Self::P3 => BenchmarkGains { kp: 5.0, ki: 0.657 },
+            Self::A1 => BenchmarkGains { kp: 60.0, ki: 6000.0 },
+            Self::P3 => BenchmarkGains { kp: 5.0, ki: 6570.0 },
         }
     }
 
