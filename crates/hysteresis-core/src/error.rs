@@ -204,6 +204,9 @@ impl Error {
             Self::CannotFollow => Some("drives"),
             Self::StopWithoutRate => Some("rate"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
             Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }
