@@ -200,9 +200,6 @@ impl Error {
             | Self::Rows { parameter, .. }
             | Self::Domain { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
-            Self::OtherLimits { .. } => Some("limits"),
-            Self::CannotFollow => Some("drives"),
-            Self::StopWithoutRate => Some("rate"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
             Self::OtherLimits { .. } => Some("feedforward"),
             Self::CannotFollow => Some("drives"),
