@@ -201,6 +201,9 @@ impl Error {
             | Self::Domain { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
             Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }

@@ -106,7 +106,7 @@ mod _core {
     #[pymodule_export]
     use crate::identify::quality::Quality;
     #[pymodule_export]
-    use crate::model::file::load;
+    use crate::stage::file::load;
 
     #[pymodule_init]
     fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {

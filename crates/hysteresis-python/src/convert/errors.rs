@@ -4,9 +4,10 @@
 //! whose attribute `parameter` is that name.
 
 use std::fmt::{self, Display};
+use std::path::Path;
 
 use hysteresis_control::{linear, sampling, stage};
-use hysteresis_core::{self as core, ActuatorError, JsonError};
+use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
 use hysteresis_simulate::plant;
 use pyo3::create_exception;
@@ -238,9 +239,9 @@ pub(crate) fn one_record(error: RecordError, place: Option<usize>) -> PyErr {
     }
 }
 
-/// A model file that is none.
-pub(crate) fn json(path: &str, error: &JsonError) -> PyErr {
-    PyValueError::new_err(format!("{path}: {error}"))
+/// A file that is not what it should be.
+pub(crate) fn file(path: &Path, error: &impl Display) -> PyErr {
+    PyValueError::new_err(format!("{}: {error}", path.display()))
 }
 
 /// A file that cannot be read or written, with its name.
