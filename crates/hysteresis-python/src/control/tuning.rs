@@ -168,5 +168,6 @@ fn of_plant(
             "expected a model beside dt, dynamics, amplifier_bandwidth or dead_time, got a Plant, which has its own";
         return Err(wrong_type("model", message));
     }
-    Ok((plant.linear_part().clone(), plant.slope_range(), plant.dt()))
+    let stage = plant.stage();
+    Ok((stage.linear_part().map_err(raise)?, stage.slope_range(), plant.dt()))
 }

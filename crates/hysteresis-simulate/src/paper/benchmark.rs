@@ -1,7 +1,7 @@
 //! The plants on which one pair of gains gives all the maxima that the paper publishes.
 
 use hysteresis_control::linear::{FirstOrder, SecondOrder};
-use hysteresis_core::CompiledModel;
+use hysteresis_control::stage::{Stage, StageParts};
 
 use super::tables;
 use crate::plant::{Plant, PlantOptions};
@@ -63,27 +63,26 @@ impl Benchmark {
         }
     }
 
-    /// Everything but the hysteresis.
+    /// The stage: everything but the converters.
     #[must_use]
-    pub fn options(self, seed: u64) -> PlantOptions {
+    pub fn stage(self) -> Stage {
         let (amplifier, dynamics, noise) = match self {
             Self::A1 => (None, SecondOrder::new(400.0, 0.95), 0.0160),
             Self::P3 => (Some(FirstOrder::new(279.0)), SecondOrder::new(2000.0, 0.03), 0.0164),
         };
-        PlantOptions {
+        valid(Stage::new(StageParts {
             amplifier: amplifier.map(valid),
-            dynamics: Some(valid(dynamics).into()),
-            noise,
-            seed,
+            dynamics: valid(dynamics).into(),
+            noise: Some(noise),
             limits: Some((-560.0, 560.0)),
-            ..PlantOptions::default()
-        }
+            ..StageParts::new(tables::table_1_recovered())
+        }))
     }
 
-    /// The plant at rest, the seed that of its noise.
+    /// The plant at rest at 10 kHz, the seed that of its noise.
     #[must_use]
     pub fn plant(self, seed: u64) -> Plant {
-        valid(Plant::new(&CompiledModel::new(&tables::table_1_recovered()), &self.options(seed)))
+        valid(Plant::new(&self.stage(), &PlantOptions { seed, ..PlantOptions::new(1e-4) }))
     }
 }
 
