@@ -8,7 +8,7 @@ use super::options::Order;
 use super::response::{LinearParameter, ResponseFit, ResponseProblem};
 use super::search::SearchDomain;
 use super::uncertainty::Uncertainty;
-use crate::diagnostics::colour::Colour;
+use crate::colour::Colour;
 use crate::finding::{Finding, FindingCode};
 use crate::numeric::as_f64;
 

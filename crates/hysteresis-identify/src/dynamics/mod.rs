@@ -8,5 +8,5 @@ mod search;
 mod uncertainty;
 
 pub use identification::{DynamicsIdentification, identify_dynamics};
-pub use options::{CreepTerms, DynamicsOptions, Order};
+pub use options::DynamicsOptions;
 pub use uncertainty::Uncertainty;
