@@ -8,6 +8,9 @@ use crate::numeric::as_f64;
 /// The span of log-type creep in seconds, unless the records are shorter or sampled more slowly.
 const SPAN: (f64, f64) = (0.01, 100.0);
 
+/// Log-type creep goes on beyond the longest record, to so many times its length: slower terms are all but a drift.
+const BEYOND: f64 = 10.0;
+
 /// The shortest time constant, in samples: what is faster belongs to the dynamics.
 const FASTEST_SAMPLES: f64 = 30.0;
 
@@ -36,7 +39,7 @@ pub enum CreepModel {
     None,
     /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
     /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
-    /// 10 ms to 100 s, but not beyond the longest record, and not below three samples.
+    /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
     Logarithmic {
         /// How many terms; two per decade unless given.
         terms: Option<usize>,
@@ -76,10 +79,10 @@ impl CreepModel {
         match self {
             Self::None => Ok(CreepBasis::default()),
             Self::Logarithmic { terms } => {
-                let (start, end) = (SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(seconds));
+                let (start, end) = (SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
                 if start.is_nan() || end < 2.0 * start {
                     return Err(domain(
-                        "records longer than twice the shortest time constant of log-type creep",
+                        "records longer than a fifth of the shortest time constant of log-type creep",
                         seconds,
                     ));
                 }
@@ -144,10 +147,10 @@ mod tests {
         assert!(long.time_constants[0] > 0.01 && long.time_constants[7] < 200.0);
         assert!(long.directions[0].iter().all(|c| (c - 0.5).abs() < 1e-12)); // gamma per half a decade
         let short = basis(1.0, 1e-4);
-        assert_eq!(short.time_constants.len(), 4);
+        assert_eq!(short.time_constants.len(), 6); // 10 ms to 10 s
         assert!(basis(1000.0, 0.1).time_constants[0] > 0.3);
         assert!(error(&CreepModel::Logarithmic { terms: Some(0) }).starts_with("creep: expected 1 to 200 terms"));
-        let tiny = CreepModel::Logarithmic { terms: None }.basis(0.015, 1e-4).unwrap_err();
+        let tiny = CreepModel::Logarithmic { terms: None }.basis(0.0015, 1e-4).unwrap_err();
         assert!(tiny.to_string().starts_with("creep: expected records longer"), "{tiny}");
     }
 

@@ -53,9 +53,6 @@ pub enum FindingCode {
     /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
     /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
     DampingUndetermined,
-    /// The record does not tell the dead time: its standard error exceeds a quarter of a sample, or it is the longest
-    /// searched. Value: the standard error in samples, widened for correlated residuals; limit 0.25.
-    DeadTimeUndetermined,
     /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval. Value:
     /// the dead time in samples; limit -0.5.
     NegativeDeadTime,
@@ -90,13 +87,26 @@ impl FindingCode {
             Self::TooFewSamples => "too_few_samples",
             Self::ResonanceNotExcited => "resonance_not_excited",
             Self::DampingUndetermined => "damping_undetermined",
-            Self::DeadTimeUndetermined => "dead_time_undetermined",
             Self::NegativeDeadTime => "negative_dead_time",
             Self::DeadTimeConfounded => "dead_time_confounded",
             Self::CreepUndetermined => "creep_undetermined",
             Self::GainNotOne => "gain_not_one",
             Self::ResidualColoured => "residual_coloured",
         }
+    }
+
+    /// Whether it is about creep, dynamics and dead time.
+    pub(crate) fn is_of_linear_part(self) -> bool {
+        matches!(
+            self,
+            Self::ResonanceNotExcited
+                | Self::DampingUndetermined
+                | Self::NegativeDeadTime
+                | Self::DeadTimeConfounded
+                | Self::CreepUndetermined
+                | Self::GainNotOne
+                | Self::ResidualColoured
+        )
     }
 
     /// What to do about it.
@@ -114,7 +124,6 @@ impl FindingCode {
             Self::TooFewSamples => "record longer, or fit fewer operators",
             Self::ResonanceNotExcited => "drive with a chirp or a step that reaches the resonance",
             Self::DampingUndetermined => "drive with a chirp or a step that lets the resonance ring out",
-            Self::DeadTimeUndetermined => "drive with a chirp or a step, or give the dead time",
             Self::NegativeDeadTime => {
                 "row k seems to hold the position read at the end of the interval: shift the position column down by one row"
             }

@@ -8,15 +8,17 @@ use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinsk
 use crate::diagnostics::findings;
 use crate::error::Error;
 use crate::fit::chain::Chain;
-use crate::fit::choice::{Choice, choose, levels};
-use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::choice::{choose, levels};
+use crate::fit::joint::JointFit;
 use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
+use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::root::Root;
 use crate::fit::search::search;
-use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::joint_findings;
+use crate::joint_search::{Found, LinearEvidence, search_joint};
 use crate::options::{ModelKind, Options};
 use crate::record::Record;
 use crate::result::covariance::Covariance;
@@ -79,18 +81,6 @@ pub fn identify(
     identification(records, found, monitor.evaluations())
 }
 
-/// The fit, and how it was found.
-struct Found {
-    fit: JointFit,
-    /// What was chosen, and what cross-validation said.
-    choice: Choice,
-    basis: WeightBasis,
-    /// The standard error of a dead time that was searched beside dynamics, in samples.
-    dead_time_error: Option<f64>,
-    correlation_time: f64,
-    partial: bool,
-}
-
 /// Hysteresis and a dead time.
 fn search_hysteresis(
     records: &[Record<'_>],
@@ -110,53 +100,13 @@ fn search_hysteresis(
     };
     drop(levels);
     let fit = JointFit { space, fit, linearised };
-    Ok(Found { fit, choice, basis, dead_time_error: None, correlation_time: 1.0, partial })
-}
-
-/// Everything together, from the hysteresis alone.
-fn search_joint(
-    records: &[Record<'_>],
-    options: &Options,
-    plain: Found,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    let Found { fit: plain, mut choice, basis, partial, .. } = plain;
-    let Options { dynamics, creep, dead_time, .. } = options.clone();
-    choice.options = Options { dynamics, creep, dead_time, ..choice.options };
-    let problem = JointProblem { records, options: &choice.options, basis: &basis, smoothness: choice.smoothness };
-    let (fit, dead_time_error, partial) = if partial {
-        (problem.at_hysteresis(&plain.fit.point)?, None, true)
-    } else {
-        monitor.begin(Span { from: 0.4, to: 0.9 });
-        match (problem.search(&plain.fit, &plain.space, monitor), monitor.keeps_best()) {
-            (Err(Error::Interrupted), true) => match monitor.kept() {
-                Some(best) => (problem.at(&Space::new(records, &choice.options)?, &best)?, None, true),
-                None => (problem.at_hysteresis(&plain.fit.point)?, None, true),
-            },
-            (found, _) => {
-                let found = found?;
-                monitor.begin(Span { from: 0.9, to: 1.0 });
-                let fallback = found.fit.point;
-                match (problem.settle_dead_time(found, monitor), monitor.keeps_best()) {
-                    (Err(Error::Interrupted), true) => {
-                        (problem.at(&Space::new(records, &choice.options)?, &fallback)?, None, true)
-                    }
-                    (settled, _) => {
-                        let (fit, error) = settled?;
-                        (fit, error, false)
-                    }
-                }
-            }
-        }
-    };
-    let correlation_time = problem.correlation_time(&fit);
-    Ok(Found { fit, choice, basis, dead_time_error, correlation_time, partial })
+    Ok(Found { fit, choice, basis, linear: LinearEvidence::default(), partial })
 }
 
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
-    let Found { fit: JointFit { space, fit, linearised }, choice, basis, dead_time_error, correlation_time, partial } =
-        found;
-    let rows = records.iter().map(|record| record.fitted_samples().saturating_sub(space.unread_samples())).sum();
+    let Found { fit: found, choice, basis, linear, partial } = found;
+    let rows = found.rows(records);
+    let JointFit { space, fit, linearised } = found;
     let root = Root::of(&fit, &linearised, &space, rows);
     let intervals = space.intervals();
     let first_dt = records.iter().find_map(|record| record.dt());
@@ -170,7 +120,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
     let mut warnings = findings(records, &chain);
     if choice.options.is_joint() {
-        warnings.extend(joint_findings(&space, &fit, &standard_errors, dead_time_error, correlation_time));
+        warnings.extend(joint_findings(&space, &fit, &standard_errors, &linear));
     }
     let quality = |(place, record): (usize, &Record<'_>)| {
         quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))

@@ -1,8 +1,11 @@
 //! What makes the linear part of a joint fit doubtful.
 
 use crate::finding::{Finding, FindingCode};
+use crate::fit::dead_time::MIN_NEGATIVE_SAMPLES;
+use crate::fit::point::Parameter;
 use crate::fit::projection::ProjectedFit;
-use crate::fit::space::{Parameter, Space};
+use crate::fit::space::Space;
+use crate::joint_search::LinearEvidence;
 use crate::result::standard_errors::StandardErrors;
 
 /// Relative standard errors beyond which a parameter counts as undetermined; of the dead time, in samples.
@@ -12,18 +15,17 @@ const MAX_CREEP_ERROR: f64 = 0.5;
 const MAX_DEAD_TIME_ERROR: f64 = 0.25;
 
 /// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
-const NEGATIVE_SAMPLES: f64 = -0.5;
+const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
 
-/// What the records do not tell of dynamics, dead time and creep. `dead_time_error` is the standard error of a dead time
-/// searched beside dynamics, in samples; correlated residuals widen the others by the root of `correlation_time`.
+/// What the records do not tell of dynamics, dead time and creep. Correlated residuals widen standard errors by the root of
+/// their correlation time.
 pub(crate) fn joint_findings(
     space: &Space,
     fit: &ProjectedFit,
     errors: &StandardErrors,
-    dead_time_error: Option<f64>,
-    correlation_time: f64,
+    evidence: &LinearEvidence,
 ) -> Vec<Finding> {
-    let widen = correlation_time.sqrt();
+    let widen = evidence.colour.correlation_time.sqrt();
     let doubtful = |code, what: &str, parameter, value: f64, error: f64, limit: f64| {
         let relative = widen * error / value;
         let message = match space.axis(parameter) {
@@ -55,27 +57,39 @@ pub(crate) fn joint_findings(
             errors.damping,
             MAX_DAMPING_ERROR,
         ),
-        confounded(space, fit, errors, dead_time_error),
+        confounded(space, fit, errors, evidence.dead_time_error),
         negative(space, fit),
+        evidence.without_dynamics.map(no_dynamics),
     ];
     for (number, error) in errors.creep.iter().enumerate() {
         let amplitude = fit.point.get(Parameter::Creep(number));
         let code = FindingCode::CreepUndetermined;
         found.push(doubtful(code, "creep", Parameter::Creep(number), amplitude, *error, MAX_CREEP_ERROR));
     }
+    found.push(evidence.colour.finding());
     found.into_iter().flatten().collect()
 }
 
 fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error: Option<f64>) -> Option<Finding> {
     let (error, lag) = (error?, space.linear_part(&fit.point).lag());
+    let alone = if error.is_nan() { "not at all".to_owned() } else { format!("to {error:.2} samples") };
     let message = format!(
-        "dead time is confounded with the lag of the dynamics: the records tell their sum, {:.4} ms to {:.4} ms, and the dead \
-         time alone to {error:.2} samples",
+        "dead time is confounded with the lag of the dynamics: the records tell their sum, {:.4} ms to {:.4} ms, and the \
+         dead time alone {alone}",
         1e3 * lag,
         1e3 * errors.lag
     );
     let code = FindingCode::DeadTimeConfounded;
     (!(error <= MAX_DEAD_TIME_ERROR)).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+}
+
+/// The evidence for dynamics, and what noise alone may pretend.
+fn no_dynamics((evidence, needed): (f64, f64)) -> Finding {
+    let message = format!(
+        "a dead time alone fits as well, and the result has no dynamics: they lower the sum of squares by {evidence:.1} noise \
+         variances, and noise alone may pretend {needed:.1}"
+    );
+    Finding::new(FindingCode::ResonanceNotExcited, evidence, needed, message)
 }
 
 fn negative(space: &Space, fit: &ProjectedFit) -> Option<Finding> {

@@ -19,6 +19,7 @@ mod finding;
 mod fit;
 mod identify;
 mod joint_findings;
+mod joint_search;
 mod numeric;
 mod options;
 mod record;
@@ -28,7 +29,7 @@ mod signal;
 
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
-pub use dynamics::{DynamicsIdentification, DynamicsOptions, Uncertainty, identify_dynamics};
+pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
 pub use error::{Error, RecordError};
 pub use finding::{Finding, FindingCode};
 pub use fit::{CrossValidation, Progress, SearchStage, Stop};

@@ -65,7 +65,12 @@ pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
         worst(records, |place, record| drift(record, &survey.residuals[place])),
         worst(records, |place, record| outliers(record, &survey.residuals[place])),
         worst(records, |_, record| Some(clipped_output(record))),
-        worst(records, |place, record| Some(clipped_input(record, &survey.residuals[place]))),
+        worst(records, |place, record| {
+            let residual = &survey.residuals[place];
+            let output = &record.output()[record.skip()..];
+            let explains_motion = !chain.linear.is_dead_time_alone();
+            Some(clipped_input(record, if explains_motion { residual } else { output }, residual))
+        }),
     ];
     checks.into_iter().flatten().collect()
 }
@@ -165,7 +170,8 @@ fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
 fn clipped_output(record: &Record<'_>) -> Finding {
     const LIMIT: f64 = 0.02;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (value, level) = signal::travel_at_the_ends(output, input);
+    let (low, high) = signal::bounds(input);
+    let (value, level) = signal::travel_at_the_ends(output, input, high - low);
     let message = format!(
         "the output stays at {level:.6} while the input moves by {:.1} % of its range: a sensor or converter at its end",
         100.0 * value
@@ -173,12 +179,13 @@ fn clipped_output(record: &Record<'_>) -> Finding {
     Finding::new(FindingCode::ClippedOutput, value, LIMIT, message)
 }
 
-fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Finding {
+/// `unexplained` is what moves while the input stays at its end: the output, or with dynamics and creep the residual.
+fn clipped_input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Finding {
     const HELD: f64 = 0.05;
     const NOISE: f64 = 8.0;
-    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (value, level) = signal::travel_at_the_ends(input, output);
-    let limit = HELD + NOISE * signal::noise(residual) / record.output_range();
+    let (input, range) = (&record.input()[record.skip()..], record.output_range());
+    let (value, level) = signal::travel_at_the_ends(input, unexplained, range);
+    let limit = HELD + NOISE * signal::noise(residual) / range;
     let message = format!(
         "the recorded input stays at {level:.6} while the output moves by {:.1} % of its range: a monitor at its end",
         100.0 * value

@@ -3,9 +3,10 @@
 use crate::error::Error;
 use crate::fit::folds::{CrossValidation, SMOOTHNESS, Stretches};
 use crate::fit::monitor::SearchMonitor;
+use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
 use crate::fit::search::search;
-use crate::fit::space::{Point, Space};
+use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::options::{Options, Setting, Thresholds, WeightLaw};
 use crate::record::Record;

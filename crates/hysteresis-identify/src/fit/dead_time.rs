@@ -3,18 +3,19 @@
 use super::gradients::{Gradients, Quantity};
 use super::joint::{JointFit, JointProblem};
 use super::monitor::SearchMonitor;
+use super::point::Parameter;
 use super::response::response;
 use super::root::Root;
-use super::space::Parameter;
 use crate::colour::Colour;
 use crate::error::Error;
 use crate::numeric::as_f64;
+use crate::record::Record;
 
 /// A dead time must lower the sum of squares by this many variances of the noise: three standard errors.
 const MIN_EVIDENCE: f64 = 9.0;
 
 /// A negative dead time that is shorter, in samples, is none: a record that is off by a row has -1.
-const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
+pub(crate) const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
 
 /// Below this, in samples, a dead time is rounding.
 const ROUNDING: f64 = 1e-6;
@@ -31,9 +32,9 @@ impl JointProblem<'_> {
         if !searched {
             return Ok((found, None));
         }
-        let rows = self.rows(&found);
+        let rows = found.rows(self.records);
         let root = Root::of(&found.fit, &found.linearised, &found.space, rows);
-        let spread = self.correlation_time(&found).sqrt();
+        let spread = self.colour(&found).correlation_time.sqrt();
         let dt = found.space.intervals().smallest();
         let gradients = Gradients { fit: &found.fit, basis: self.basis, space: &found.space };
         let error = root.error_of(&gradients.of(Quantity::DeadTime));
@@ -45,24 +46,17 @@ impl JointProblem<'_> {
         Ok((if told { found } else { none }, Some(error * spread / dt)))
     }
 
-    fn rows(&self, found: &JointFit) -> usize {
-        let unread = found.space.unread_samples();
-        self.records.iter().map(|record| record.fitted_samples().saturating_sub(unread)).sum()
-    }
-
-    /// By how much correlated residuals widen the variance of a slow mean: over all records, each counting by its length.
-    pub(crate) fn correlation_time(&self, found: &JointFit) -> f64 {
-        let samples: usize = self.records.iter().map(|record| record.fitted_samples()).sum();
+    /// How the residuals of all records follow from each other.
+    pub(crate) fn colour(&self, found: &JointFit) -> Colour {
         let operators = found.space.operators(&found.fit.point);
         let linear = found.space.linear_part(&found.fit.point);
-        let share = |(place, record): (usize, &crate::record::Record<'_>)| {
+        let of_record = |(place, record): (usize, &Record<'_>)| {
             let dt = found.space.intervals().of_record(place);
             let predicted = response(&operators, &found.fit.weights, &linear, record.input(), dt);
             let measured = record.output().iter().zip(&predicted).skip(record.skip());
             let residual: Vec<f64> = measured.map(|(y, p)| y - p - found.fit.output_offsets[place]).collect();
-            let colour = Colour::new(&residual, record.output_range());
-            colour.correlation_time * as_f64(record.fitted_samples()) / as_f64(samples)
+            (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))
         };
-        self.records.iter().enumerate().map(share).sum()
+        Colour::pooled(&self.records.iter().enumerate().map(of_record).collect::<Vec<_>>())
     }
 }

@@ -2,8 +2,9 @@
 
 use core::f64::consts::TAU;
 
+use super::point::Parameter;
 use super::projection::ProjectedFit;
-use super::space::{Parameter, Space};
+use super::space::Space;
 use super::weight_basis::WeightBasis;
 use crate::options::Order;
 

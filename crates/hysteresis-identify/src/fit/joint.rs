@@ -2,9 +2,10 @@
 
 use super::choice::levels;
 use super::monitor::{SearchMonitor, Span};
+use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
 use super::search::{attempt, by_objective, search};
-use super::space::{Parameter, Point, Space};
+use super::space::Space;
 use super::starts::starts;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
@@ -21,7 +22,21 @@ pub(crate) struct JointFit {
     pub(crate) linearised: Linearised,
 }
 
+impl JointFit {
+    /// How many rows were fitted.
+    pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
+        let unread = self.space.unread_samples();
+        records.iter().map(|record| record.fitted_samples().saturating_sub(unread).max(1)).sum()
+    }
+
+    /// The dead time in samples of the fastest record.
+    pub(crate) fn dead_time_samples(&self) -> f64 {
+        self.fit.point.get(Parameter::DeadTime) / self.space.intervals().smallest()
+    }
+}
+
 /// Records and what is known before the linear part is searched.
+#[derive(Clone, Copy)]
 pub(crate) struct JointProblem<'a> {
     pub(crate) records: &'a [Record<'a>],
     /// With everything chosen that is left to cross-validation.
@@ -73,12 +88,6 @@ impl JointProblem<'_> {
         let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
-    }
-
-    /// The fit at a point that a search of the hysteresis alone was stopped at.
-    pub(crate) fn at_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, self.options)?;
-        self.at(&space, &space.from_hysteresis(point))
     }
 
     /// The fit at a point, without a search.

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use crate::error::Error;
+use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
-use crate::fit::space::Point;
 use crate::numeric::as_f64;
 
 /// What the search is doing.

@@ -5,8 +5,9 @@ use faer::Mat;
 use crate::fit::bounded;
 use crate::fit::course::Course;
 use crate::fit::factor::{TriangularFactor, back_substitute};
+use crate::fit::point::Point;
 use crate::fit::smoothness::{penalty, with_penalty};
-use crate::fit::space::{Point, Space};
+use crate::fit::space::Space;
 use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
@@ -291,7 +292,8 @@ fn positive(unknowns: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::regressor::OperatorBank;
+    use crate::fit::point::Parameter;
+    use crate::fit::regressor::{OperatorBank, Regressor};
     use crate::options::{Options, Thresholds};
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
@@ -314,16 +316,16 @@ mod tests {
         let record = |i: usize, skip| Record::new(&signals[i].0, &signals[i].1, skip).unwrap();
         let records = [record(0, 100), record(1, 0)];
         let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
-        let space = Space::new(&records, &options);
-        let law = WeightBasis::new(&options);
-        let projection = Projection::new(&records, &space, &law, 0.0, 1);
-        let point = space.starts()[1].with(Parameter::Delay, 1.3);
+        let space = Space::new(&records, &options).unwrap();
+        let basis = WeightBasis::new(&options);
+        let projection = Projection::new(&records, &space, &basis, 0.0, 1);
+        let point = space.starts()[1].with(Parameter::DeadTime, 1.3);
         let squares = |fit: &ProjectedFit, point: &Point| {
-            let bank = space.bank(point);
-            let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::Delay));
+            let bank = &space.operators(point).bank;
+            let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::DeadTime));
             let mut squares = 0.0;
             for (record, output_offset) in records.iter().zip(&fit.output_offsets) {
-                let mut regressor = Regressor::new(&bank, record.input(), offset, delay);
+                let mut regressor = Regressor::new(bank, record.input(), offset, delay);
                 for (k, y) in record.output().iter().enumerate() {
                     regressor.go_to(k, None);
                     if k >= record.skip() {
@@ -342,7 +344,7 @@ mod tests {
             let mut bounds = vec![(0.0, 0.0); space.axes().len()];
             let small = 1e-4 * space.axes()[axis].scale;
             bounds[axis] = (small, small);
-            let step = linearised.step(&bounds, &law);
+            let step = linearised.step(&bounds, &basis);
             let there = projection.fit(&space.moved(&point, &step.along), None);
             let (change, expected) = (there.squares - fit.squares, step.objective - fit.squares);
             assert!((change - expected).abs() < 0.05 * expected.abs(), "axis {axis}: {change} {expected}");

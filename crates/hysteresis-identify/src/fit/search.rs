@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use crate::error::Error;
 use crate::fit::monitor::{SearchMonitor, SearchStage, Span};
+use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{Linearised, ProjectedFit, Projection};
-use crate::fit::space::{Parameter, Point};
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 

@@ -3,15 +3,15 @@
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
-use super::course::turns;
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
+use super::placement::Placement;
+use super::point::{Axis, Parameter, Point};
 use super::regressor::OperatorBank;
 use super::tangent::{OperatorsAt, Slope, Tangent};
-use crate::creep_model::{CreepBasis, MAX_AMPLITUDES};
+use crate::creep_model::CreepBasis;
 use crate::error::Error;
-use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options, Order, Setting, Thresholds};
+use crate::options::{ModelKind, Options, Order, Setting};
 use crate::record::Record;
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
@@ -36,78 +36,12 @@ const MAX_AMPLITUDE: f64 = 1.0;
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
 
-/// Reversals nearer to each other than this share of the range count once.
-const MERGED: f64 = 0.01;
-
-/// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Parameter {
-    Ra,
-    RbShare,
-    Rc,
-    InputOffset,
-    DeadTime,
-    LogFrequency,
-    LogDamping,
-    /// An amplitude of creep, by its number.
-    Creep(usize),
-}
-
-impl Parameter {
-    fn place(self) -> usize {
-        match self {
-            Self::Ra => 0,
-            Self::RbShare => 1,
-            Self::Rc => 2,
-            Self::InputOffset => 3,
-            Self::DeadTime => 4,
-            Self::LogFrequency => 5,
-            Self::LogDamping => 6,
-            Self::Creep(number) => 7 + number,
-        }
-    }
-}
-
-/// A value for every [`Parameter`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point([f64; 7 + MAX_AMPLITUDES]);
-
-impl Point {
-    pub(crate) fn with(mut self, parameter: Parameter, value: f64) -> Self {
-        self.0[parameter.place()] = value;
-        self
-    }
-
-    pub(crate) fn get(&self, parameter: Parameter) -> f64 {
-        self.0[parameter.place()]
-    }
-
-    pub(crate) fn with_ratios(self, ratios: Ratios) -> Self {
-        let share = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
-        self.with(Parameter::Ra, ratios.ra).with(Parameter::RbShare, share).with(Parameter::Rc, ratios.rc)
-    }
-}
-
-/// A parameter that is searched, with its bounds and the size of a bold step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Axis {
-    pub(crate) parameter: Parameter,
-    pub(crate) lower: f64,
-    pub(crate) upper: f64,
-    pub(crate) scale: f64,
-}
-
 /// The search space of one identification.
 #[derive(Clone)]
 pub(crate) struct Space {
-    model: ModelKind,
-    thresholds: Thresholds,
+    placement: Placement,
     /// Kept beside the point, so that ratios that were given reach the model bit for bit.
     fixed_ratios: Option<Ratios>,
-    input_low: f64,
-    input_high: f64,
-    /// The inputs at the reversals of every record, if the thresholds are made of them.
-    reversals: Vec<Vec<f64>>,
     intervals: Intervals,
     dynamics: Option<Order>,
     creep: CreepBasis,
@@ -123,11 +57,8 @@ impl Space {
     pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let intervals = Intervals::of(records, options)?;
         let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for record in records {
-            low = low.min(record.input_bounds().0);
-            high = high.max(record.input_bounds().1);
-        }
+        let placement = Placement::new(records, options);
+        let (low, high) = placement.bounds();
         let range = high - low;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
@@ -135,7 +66,7 @@ impl Space {
             (ModelKind::Modified, Setting::Fit) => None,
         };
         let mut axes = Vec::new();
-        let mut origin = Point([0.0; 7 + MAX_AMPLITUDES]).with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
+        let mut origin = Point::zero().with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
         if fixed_ratios.is_none() {
             let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
             axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
@@ -165,18 +96,9 @@ impl Space {
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
-        let thresholds = options.thresholds.clone();
-        let reversals = match thresholds {
-            Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * range)).collect(),
-            _ => Vec::new(),
-        };
         Ok(Self {
-            model: options.model,
-            thresholds,
+            placement,
             fixed_ratios,
-            input_low: low,
-            input_high: high,
-            reversals,
             intervals,
             dynamics: options.dynamics,
             creep,
@@ -249,40 +171,7 @@ impl Space {
 
     /// The thresholds r_i at a point.
     pub(crate) fn thresholds(&self, point: &Point) -> Vec<f64> {
-        let offset = point.get(Parameter::InputOffset);
-        let reach = match self.model {
-            ModelKind::Modified => (self.input_high - offset).abs().max((self.input_low - offset).abs()),
-            ModelKind::Conventional => 0.5 * (self.input_high - self.input_low),
-        };
-        match &self.thresholds {
-            // Cross-validation puts a number in place of this before a space is made.
-            Thresholds::Auto | Thresholds::AutoQuantiles => Vec::new(),
-            Thresholds::Given(thresholds) => thresholds.clone(),
-            Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
-            Thresholds::Quantiles(n) => {
-                let knots = self.amplitudes(offset, reach);
-                (0..*n).map(|i| interpolated(&knots, as_f64(i) / as_f64(*n))).collect()
-            }
-        }
-    }
-
-    /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
-    fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
-        let mut amplitudes: Vec<f64> = match self.model {
-            ModelKind::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
-            ModelKind::Conventional => {
-                self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
-            }
-        };
-        amplitudes.sort_by(f64::total_cmp);
-        let mut knots = vec![0.0];
-        for amplitude in amplitudes {
-            if amplitude - knots[knots.len() - 1] > MERGED * reach && amplitude < (1.0 - MERGED) * reach {
-                knots.push(amplitude);
-            }
-        }
-        knots.push(reach);
-        knots
+        self.placement.thresholds(point.get(Parameter::InputOffset))
     }
 
     pub(crate) fn ratios(&self, point: &Point) -> Ratios {
@@ -372,8 +261,8 @@ impl Space {
             starts = ratios.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
         }
         if self.searches(Parameter::InputOffset) {
-            let range = self.input_high - self.input_low;
-            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| self.input_low + share * range);
+            let (low, high) = self.placement.bounds();
+            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| low + share * (high - low));
             let at = |start: &Point| places.map(|place| start.with(Parameter::InputOffset, place));
             starts = starts.iter().flat_map(at).collect();
         }
@@ -412,16 +301,4 @@ fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasi
     let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: MAX_AMPLITUDE, scale: 0.1 };
     axes.extend((0..creep.directions.len()).map(amplitude));
     axes
-}
-
-fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
-    turns(record.input(), dead_band).into_iter().map(|k| record.input()[k]).collect()
-}
-
-/// The value a share of the way through evenly spaced knots, straight between them.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among the knots")]
-fn interpolated(knots: &[f64], share: f64) -> f64 {
-    let place = share * as_f64(knots.len() - 1);
-    let below = (place as usize).min(knots.len() - 2);
-    knots[below] + (place - as_f64(below)) * (knots[below + 1] - knots[below])
 }
