@@ -21,7 +21,7 @@ GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.
 RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
+.PHONY: help demo test test-rust test-python test-random lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python soak picture format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -32,15 +32,30 @@ help: ## list the targets
 demo: $(PACKAGE) ## the whole chain on the paper's actuator; leaves mpi-hyst-demo/report.html
 	$(BIN)/mpi-hyst demo
 
+# The same examples at the desk and in CI; `make test-random` draws others.
+FIXED_SEED := 20170401
+
 test: test-rust test-python ## every test
 
+test-rust: export PROPTEST_RNG_SEED := $(FIXED_SEED)
 test-rust: ## the Rust tests, the documentation's examples, the proofs that the core needs no std and never panics
 	cargo test --quiet --workspace --exclude hysteresis-python --all-features
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 
 test-python: $(PACKAGE) ## the Python tests against the compiled package
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses=2
+
+ifndef SEED
+SEED := $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
+endif
+CASES ?= 2000
+
+test-random: $(PACKAGE) ## the laws on many more examples: SEED=n repeats a run, CASES=n sets how many the Rust tests draw
+	@echo "make test-random SEED=$(SEED) CASES=$(CASES)"
+	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
+		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features
+	$(BIN)/python -m pytest --numprocesses=2 --hypothesis-profile=random --hypothesis-seed=$(SEED)
 
 lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, stubtest
 

@@ -86,14 +86,14 @@ def test_metrics_are_those_of_the_arrays() -> None:
         assert metrics.max_error == abs(error).max()
         assert metrics.max_position_error == abs(missing).max()
         # numpy sums in another order
-        assert metrics.rms_error == pytest.approx(math.sqrt((error**2).mean()), rel=1e-12)
+        assert metrics.rmse == pytest.approx(math.sqrt((error**2).mean()), rel=1e-12)
         rms = math.sqrt((missing**2).mean())
-        assert metrics.rms_position_error == pytest.approx(rms, rel=1e-12)
+        assert metrics.position_rmse == pytest.approx(rms, rel=1e-12)
         assert metrics.range == np.ptp(ref)
         percent = 100.0 * abs(error).max() / np.ptp(ref)
         assert metrics.hysteresis_percent == pytest.approx(percent, rel=1e-15)
         assert (metrics.drive_low, metrics.drive_high) == (drive.min(), drive.max())
-        assert metrics.saturated == 0
+        assert metrics.saturated_count == 0
     assert track("P3", sine(15.0), mh.paper.table_2()).metrics.max_error == run.metrics.max_error
 
 
@@ -101,7 +101,7 @@ def test_saturated_samples_are_those_at_a_limit() -> None:
     plant = mh.paper.plant("A1")
     run = mh.plant.simulate(Drives([0.0, 560.0, 561.0, -1e9, math.nan, 559.0]), plant, np.zeros(6))
     assert run.drive.tolist() == [0.0, 560.0, 560.0, -560.0, -560.0, 559.0]
-    assert (run.metrics.saturated, run.metrics.hysteresis_percent) == (4, None)
+    assert (run.metrics.saturated_count, run.metrics.hysteresis_percent) == (4, None)
     assert (plant.rejected, plant.clamped, run.settled) == (1, 2, None)
 
 

@@ -18,7 +18,7 @@ MEASURED = Path(__file__).parents[2] / "shared" / "data" / "piezo_stack"
 ACTUATOR = mh.paper.table_1_recovered()
 NOISE = 0.015  # um, of the paper's gauges
 MADE = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
-DRIVE, SKIP = MADE.drive, MADE.lead_in
+DRIVE, SKIP = MADE.drive, MADE.initialization_samples
 
 
 def measured(u: Array, seed: int, sigma: float = NOISE) -> Array:
@@ -26,7 +26,7 @@ def measured(u: Array, seed: int, sigma: float = NOISE) -> Array:
 
 
 def names(found: list[mh.results.Finding]) -> list[str]:
-    return [finding.name for finding in found]
+    return [finding.code for finding in found]
 
 
 def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.results.Finding]:
@@ -51,7 +51,7 @@ def test_a_clean_record_and_its_fit_have_none(
     made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0, shape=shape)
     y = measured(made.drive, seed, sigma)
     y = np.concatenate([np.full(lag, y[0]), y[: y.size - lag]])
-    assert names(fitted(made.drive, y, made.lead_in, operators=operators)) == []
+    assert names(fitted(made.drive, y, made.initialization_samples, operators=operators)) == []
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -96,9 +96,9 @@ def test_what_is_wrong_with_an_output_is_named(
 ) -> None:
     found = fitted(DRIVE, spoil(measured(DRIVE, seed)))
     assert name in names(found)
-    finding = next(finding for finding in found if finding.name == name)
+    finding = next(finding for finding in found if finding.code == name)
     assert finding.value > finding.limit > 0 and finding.record is None
-    assert finding.message and f"{finding.name}: value {finding.value:.3f}" in repr(finding)
+    assert finding.message and f"{finding.code}: value {finding.value:.3f}" in repr(finding)
 
 
 def test_a_lag_that_no_delay_takes_up_is_named() -> None:
@@ -122,7 +122,7 @@ def test_too_many_operators_are_named() -> None:
 
 def test_thresholds_beyond_the_input_are_named() -> None:
     found = fitted(DRIVE, measured(DRIVE, 6), thresholds=np.arange(0.0, 700.0, 25.0), delay=0.0)
-    finding = next(finding for finding in found if finding.name == "unreached_threshold")
+    finding = next(finding for finding in found if finding.code == "unreached_threshold")
     # the input offset is fitted: within a few volts of zero
     assert finding.value in (6.0, 7.0) and finding.limit == 0.0
 
@@ -140,7 +140,7 @@ def test_a_clipped_monitor_is_named() -> None:
 def test_the_record_at_fault_is_numbered() -> None:
     good, bad = measured(DRIVE, 9), spiked(measured(DRIVE, 10)) + 7.0
     found = mh.diagnose([(DRIVE, good), (DRIVE, bad)], None, ACTUATOR, skip=SKIP)
-    assert [(finding.name, finding.record) for finding in found] == [("outliers", 1)]
+    assert [(finding.code, finding.record) for finding in found] == [("outliers", 1)]
     assert "sample 3000 " in found[0].message and "record 1, " in repr(found[0])
     assert mh.diagnose([(DRIVE, good)], None, ACTUATOR, skip=[SKIP]) == []
 
@@ -156,14 +156,14 @@ def test_a_measured_stack() -> None:
     found = mh.identify(records, skip=skips, operators=16)
     told = mh.diagnose(records, None, found.model, skip=skips, delay=found.delay)
     # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range
-    assert [(finding.name, finding.record) for finding in told] == [("drift", 0)]
+    assert [(finding.code, finding.record) for finding in told] == [("drift", 0)]
     # its README: on full loops alone the lag is invisible
     told = fitted(*records[0], skips[0], operators=16)
     assert {"no_minor_loops", "drift"} <= set(names(told))
     # and not so where minor loops are: without the delay the residual follows the speed
     found = mh.identify(records, skip=skips, operators=16, delay=0.0)
     told = mh.diagnose(records, None, found.model, skip=skips)
-    assert ("rate_effects", 1) in [(finding.name, finding.record) for finding in told]
+    assert ("rate_effects", 1) in [(finding.code, finding.record) for finding in told]
 
 
 # ---- loop width

@@ -26,6 +26,10 @@ INPUTS = np.random.default_rng(3).uniform(-3.0, 3.0, 100)
 positive = st.floats(1.0, 4000.0)
 
 
+def codes(found: mh.results.DynamicsIdentification) -> list[str]:
+    return [finding.code for finding in found.warnings]
+
+
 # ---- the linear blocks against their twin
 
 
@@ -184,7 +188,7 @@ def test_without_noise_second_order_comes_back(
     assert second(found).damping == pytest.approx(damping, rel=1e-8)
     assert found.delay == pytest.approx(delay, abs=1e-8)
     assert found.gain == pytest.approx(1.0, rel=1e-9) and abs(found.output_offset) < 1e-9
-    assert found.warnings == () and found.creep is None
+    assert codes(found) == [] and found.creep is None
     assert found.fit.rmse < 1e-11 * np.ptp(y)
 
 
@@ -198,7 +202,7 @@ def test_without_noise_a_lag_comes_back(record: str, frequency: float) -> None:
     assert isinstance(found.dynamics, mh.plant.FirstOrder)
     assert found.dynamics.frequency == pytest.approx(frequency, rel=1e-9)
     assert found.delay == pytest.approx(0.7, abs=1e-8)
-    assert found.damping_std == 0.0 and found.warnings == ()
+    assert found.damping_std == 0.0 and codes(found) == []
 
 
 @pytest.mark.parametrize(("frequency", "damping", "delay"), CASES)
@@ -214,7 +218,7 @@ def test_with_16_nm_of_noise_a_chirp_of_a_second_tells_enough(
     assert found.delay == pytest.approx(delay, abs=0.05)
     # rms of 10000 samples is known to 0.7 %
     assert found.noise == pytest.approx(NOISE, rel=0.03)
-    assert found.warnings == ()
+    assert codes(found) == []
 
 
 @pytest.mark.parametrize(
@@ -280,9 +284,9 @@ def test_creep_is_fitted_with_the_dynamics() -> None:
     np.testing.assert_allclose(found.creep.amplitudes, creep.amplitudes, rtol=0.05)
     assert second(found).frequency == pytest.approx(900.0, rel=0.005)
     assert second(found).damping == pytest.approx(0.05, rel=0.03)
-    assert found.warnings == ()
+    assert codes(found) == []
     without = mh.identify_dynamics(u, y, MODEL, dt=DT)
-    assert "residual_coloured" in without.warnings
+    assert "residual_coloured" in codes(without)
     assert without.fit.rmse > 1.5 * found.fit.rmse
     counted = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=2)
     assert counted.creep is not None
@@ -321,15 +325,15 @@ def test_a_record_that_does_not_reach_the_resonance_says_so(
     u = mh.signals.triangle(450.0, 1.0, seconds=1.0, rate=1 / DT)
     y = plant(u, mh.plant.SecondOrder(frequency, damping), 0.0, seed=seed)
     found = mh.identify_dynamics(u, y, MODEL, dt=DT)
-    assert "resonance_not_excited" in found.warnings
-    assert "damping_undetermined" in found.warnings
+    assert "resonance_not_excited" in codes(found)
+    assert "damping_undetermined" in codes(found)
 
 
 def test_another_gain_says_so() -> None:
     u = chirp(3000)
     y = 1.1 * plant(u, mh.plant.SecondOrder(800.0, 0.1), 0.0)
     found = mh.identify_dynamics(u, y, MODEL, dt=DT)
-    assert found.gain == pytest.approx(1.1, rel=1e-9) and found.warnings == ("gain_not_one",)
+    assert found.gain == pytest.approx(1.1, rel=1e-9) and codes(found) == ["gain_not_one"]
 
 
 def test_what_is_not_modelled_colours_the_residual() -> None:
@@ -337,7 +341,7 @@ def test_what_is_not_modelled_colours_the_residual() -> None:
     y = plant(u, mh.plant.SecondOrder(800.0, 0.1), 0.0, seed=6)
     hum = 0.03 * np.sin(2 * np.pi * 50.0 * DT * np.arange(u.size))
     found = mh.identify_dynamics(u, y + hum, MODEL, dt=DT)
-    assert found.warnings == ("residual_coloured",)
+    assert codes(found) == ["residual_coloured"]
 
 
 # ---- wrong input

@@ -26,7 +26,7 @@ def python(*code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_real_command_refuses_with_one_line(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "mpi_hyst._cli.__main__", "identify", "missing.csv", *COLUMNS]
+    command = [sys.executable, "-m", "mpi_hyst._cli", "identify", "missing.csv", *COLUMNS]
     ended = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert ended.stderr == "mpi-hyst: error: missing.csv: No such file or directory\n"
@@ -64,6 +64,21 @@ def test_the_library_needs_no_extra() -> None:
         "print(sorted({'click', 'tqdm', 'jinja2', 'matplotlib'} & set(sys.modules)))",
     )
     assert ended.stdout == "[]\n", ended.stderr
+
+
+@pytest.mark.parametrize("package", ["click", "mpi_hyst._cli.commands"])
+def test_an_interrupt_while_packages_are_imported_is_one_line(package: str) -> None:
+    ended = python(
+        "import sys",
+        "from mpi_hyst._cli.__main__ import main",
+        "class Interrupt:",
+        "    def find_spec(name, path=None, target=None):",
+        f"        if name == {package!r}: raise KeyboardInterrupt",
+        "sys.meta_path.insert(0, Interrupt)",
+        "main()",
+    )
+    assert (ended.returncode, ended.stdout) == (130, "")
+    assert ended.stderr == "mpi-hyst: error: interrupted, nothing written\n"
 
 
 def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
@@ -124,7 +139,7 @@ def test_an_interrupt_keeps_the_best_if_told_to(tmp_path: Path, operators: str) 
         tmp_path, "--operators", operators, "--report", "out.html", "--keep-partial"
     )
     assert status == 130, said
-    assert said == "mpi-hyst: interrupted, what was found until then is kept\n"
+    assert said == "mpi-hyst: interrupted, the partial result is written\n"
     assert told.startswith("PARTIAL, the search was interrupted: ")
     assert names_in(tmp_path) == {"long.csv", "out.json", "out.html"}
     found = mh.load(tmp_path / "out.json")

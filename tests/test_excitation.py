@@ -71,8 +71,11 @@ def test_both_limits_are_reached_then_reversals_shrink(plan: dict[str, Any]) -> 
     assert np.all(np.diff(swings[::2]) < 0) and np.all(np.diff(swings[1::2]) < 0)
     assert np.all(swings > 0)
     # the lead-in ends where both limits were reached, and not before
-    assert got.drive[got.lead_in] == low and got.drive[: got.lead_in].max(initial=low) == high
-    stroke = got.drive[int(got.drive.argmax()) : got.lead_in]
+    assert (
+        got.drive[got.initialization_samples] == low
+        and got.drive[: got.initialization_samples].max(initial=low) == high
+    )
+    stroke = got.drive[int(got.drive.argmax()) : got.initialization_samples]
     assert stroke.size and stroke.min() > low
     # every reversal is met by a sample, in this order
     places = iter(got.drive.tolist())
@@ -97,7 +100,11 @@ def test_two_reversals_fall_between_any_two_uniform_thresholds(
 def test_every_operator_moves_both_ways_in_what_is_fitted() -> None:
     got = signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
     for r in 25.0 * np.arange(20):
-        z = np.diff(mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[got.lead_in :])
+        z = np.diff(
+            mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[
+                got.initialization_samples :
+            ]
+        )
         assert (z > 0).any() and (z < 0).any()
 
 
@@ -111,7 +118,7 @@ def test_after_the_lead_in_the_memory_is_known(data: st.DataObject) -> None:
     a, b = known.run(got.drive), unknown.run(got.drive)
     # both draw their lines from the same turning points
     scale = drawn.output_scale([500.0])
-    assert np.abs(a - b)[got.lead_in :].max() <= 1e-13 * scale
+    assert np.abs(a - b)[got.initialization_samples :].max() <= 1e-13 * scale
 
 
 @st.composite
@@ -164,7 +171,7 @@ def test_a_record_of_the_drive_tells_the_model_from_any_history() -> None:
     stream.run([500.0, -300.0, 200.0])
     got = signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0, start=200.0)
     y = stream.run(got.drive)
-    found = mh.identify(got.drive, y, skip=got.lead_in, thresholds=model.r)
+    found = mh.identify(got.drive, y, skip=got.initialization_samples, thresholds=model.r)
     assert found.fit.rmse < 1e-9 * np.ptp(y)
     np.testing.assert_allclose(found.model.weights, model.weights, rtol=1e-3)
 
@@ -183,7 +190,8 @@ def test_what_is_made_cannot_be_changed() -> None:
     assert not got.drive.flags.writeable and not got.reversals.flags.writeable
     assert (
         repr(got)
-        == f"<Excitation: {got.drive.size} samples, {got.lead_in} of them lead-in, 7 reversals>"
+        == f"<Excitation: {got.drive.size} samples, {got.initialization_samples} of them to "
+        "initialize, 7 reversals>"
     )
 
 

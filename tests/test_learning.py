@@ -18,13 +18,13 @@ def test_learning_shrinks_the_error_of_a_lag_that_it_believes_wrong() -> None:
     believed = mh.plant.SecondOrder(420.0, 0.76)
     open_loop: dict[str, Any] = {"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": believed}
     learning = mh.control.IterativeLearning(WAVE, bandwidth=400.0, **open_loop)
-    assert learning.rate() < learning.rate(dynamics=STAGE) < 0.5
+    assert learning.convergence_rate() < learning.convergence_rate(dynamics=STAGE) < 0.5
     for _ in range(5):
         position = STAGE.response(np.tile(learning.target, 2), dt=1e-4)[499:-1]
         assert learning.update(WAVE - position)
-    assert learning.rmses[0] > 0.05
-    assert learning.rmses[-1] < 1e-3
-    assert np.all(learning.max_errors >= learning.rmses)
+    assert learning.rmse[0] > 0.05
+    assert learning.rmse[-1] < 1e-3
+    assert np.all(learning.max_error >= learning.rmse)
 
 
 def test_a_target_is_not_to_be_written_to() -> None:
@@ -88,9 +88,11 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
             "target[1]: expected a finite number",
         ),
         (
-            lambda: mh.control.IterativeLearning(WAVE, bandwidth=150.0, reach=(1.0, 0.0), **LOOP),
+            lambda: mh.control.IterativeLearning(
+                WAVE, bandwidth=150.0, target_limits=(1.0, 0.0), **LOOP
+            ),
             ValueError,
-            "reach[1]: expected finite limits, the high one above the low one, got 0.0",
+            "target_limits[1]: expected finite limits, the high one above the low one, got 0.0",
         ),
         (
             lambda: mh.control.IterativeLearning(WAVE, bandwidth=150.0, **LOOP).update(WAVE[1:]),
@@ -119,10 +121,10 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
         ),
         (
             lambda: mh.control.IterativeLearning(
-                WAVE, bandwidth=150.0, reach=(math.nan, 1.0), **LOOP
+                WAVE, bandwidth=150.0, target_limits=(math.nan, 1.0), **LOOP
             ),
             ValueError,
-            "reach[0]: expected finite limits, the high one above the low one, got NaN",
+            "target_limits[0]: expected finite limits, the high one above the low one, got NaN",
         ),
         (
             lambda: mh.control.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),

@@ -24,7 +24,7 @@ WALK = np.random.default_rng(5).uniform(-600.0, 600.0, 500)
 def everything(**changes: Any) -> mh.plant.Plant:
     given: dict[str, Any] = {
         "dynamics": mh.plant.SecondOrder(900.0, 0.1),
-        "amplifier_pole": 279.0,
+        "amplifier_bandwidth": 279.0,
         "creep": mh.plant.Creep.logarithmic(0.02, start=1e-3, end=1.0, terms=6),
         "delay": 2.5,
         "noise": 0.016,
@@ -52,7 +52,7 @@ def test_a_closed_loop_is_that_of_the_plain_twin(pole: float | None, ref: Array)
     plant = mh.plant.Plant(
         ACTUATOR,
         dynamics=mh.plant.SecondOrder(frequency, damping),
-        amplifier_pole=pole,
+        amplifier_bandwidth=pole,
         limits=(-560.0, 560.0),
     )
     other = twin.Plant(
@@ -60,7 +60,7 @@ def test_a_closed_loop_is_that_of_the_plain_twin(pole: float | None, ref: Array)
         frequency,
         damping,
         DT,
-        amplifier_pole=pole,
+        amplifier_bandwidth=pole,
         sub_steps=plant.sub_steps,
     )
     columns = ("w_prime", "r_prime", "ra_prime", "rb_prime", "rc_prime")
@@ -258,7 +258,11 @@ def test_linear_parts_are_their_responses() -> None:
     ("arguments", "error", "message"),
     [
         ({"dynamics": 400.0}, TypeError, "dynamics: expected a SecondOrder or a FirstOrder, got"),
-        ({"amplifier_pole": 0.0}, ValueError, "amplifier_pole: expected a finite number above 0"),
+        (
+            {"amplifier_bandwidth": 0.0},
+            ValueError,
+            "amplifier_bandwidth: expected a finite number above 0",
+        ),
         ({"creep": 0.01}, TypeError, "creep: expected a Creep, got 0.01"),
         ({"delay": -1.0}, ValueError, "delay: expected 0 to 2"),
         ({"noise": math.nan}, ValueError, "noise: expected a finite number >= 0, got NaN"),
@@ -311,7 +315,9 @@ def test_benchmark_plants_are_those_of_the_table() -> None:
         plant = mh.paper.plant(name, seed=2)
         assert (plant.limits, plant.dt) == ((-560.0, 560.0), 1e-4)
         stage = mh.plant.SecondOrder(frequency, damping)
-        other = mh.plant.Plant(ACTUATOR, dynamics=stage, amplifier_pole=pole, limits=(-560, 560))
+        other = mh.plant.Plant(
+            ACTUATOR, dynamics=stage, amplifier_bandwidth=pole, limits=(-560, 560)
+        )
         assert np.array_equal(plant.run(WALK)[1], other.run(WALK)[1])
         # 20 000 samples tell an rms to 0.5 %
         assert noise_of(plant).std() == pytest.approx(rms, rel=0.02)

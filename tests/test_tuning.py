@@ -16,7 +16,7 @@ from support import Array
 DT = 1e-4
 MODEL = mh.paper.table_1_recovered()
 A1: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(400.0, 0.95)}
-P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_pole": 279.0}
+P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_bandwidth": 279.0}
 
 frequencies = st.floats(20.0, 4000.0)
 parts = st.fixed_dictionaries(
@@ -24,7 +24,7 @@ parts = st.fixed_dictionaries(
         "dynamics": st.none()
         | st.builds(mh.plant.FirstOrder, frequencies)
         | st.builds(mh.plant.SecondOrder, frequencies, st.floats(0.01, 2.0)),
-        "amplifier_pole": st.none() | frequencies,
+        "amplifier_bandwidth": st.none() | frequencies,
         "delay": st.sampled_from([0.0, 0.5, 1.0, 2.25, 5.0]),
     }
 )
@@ -40,7 +40,7 @@ def open_loop(
     slope: float,
     *,
     dynamics: mh.plant.SecondOrder | mh.plant.FirstOrder | None = None,
-    amplifier_pole: float | None = None,
+    amplifier_bandwidth: float | None = None,
     delay: float = 0.0,
 ) -> Any:
     """The loop as python-control has it."""
@@ -50,9 +50,9 @@ def open_loop(
         continuous *= control.tf([w**2], [1.0, 2 * dynamics.damping * w, w**2])
     elif dynamics is not None:
         continuous *= control.tf([1.0], [dynamics.time_constant, 1.0])
-    if amplifier_pole is not None:
-        continuous *= control.tf([1.0], [1 / (2 * np.pi * amplifier_pole), 1.0])
-    if dynamics is None and amplifier_pole is None:
+    if amplifier_bandwidth is not None:
+        continuous *= control.tf([1.0], [1 / (2 * np.pi * amplifier_bandwidth), 1.0])
+    if dynamics is None and amplifier_bandwidth is None:
         plant = control.tf([1.0], [1.0, 0.0], DT)
     else:
         plant = control.c2d(continuous, DT, "zoh")
@@ -74,11 +74,11 @@ def sensitivity_peak(loop: Any) -> float:
     return float(1.0 / distance.min())
 
 
-@pytest.mark.parametrize("part", [A1, P3, {**A1, "delay": 1.5}, {"amplifier_pole": 50.0}, {}])
+@pytest.mark.parametrize("part", [A1, P3, {**A1, "delay": 1.5}, {"amplifier_bandwidth": 50.0}, {}])
 @pytest.mark.parametrize("limit", [1.3, 1.7])
 def test_margins_are_those_of_python_control(part: dict[str, Any], limit: float) -> None:
     tuning = mh.control.tune(MODEL, dt=DT, peak_sensitivity=limit, **part)
-    for margins in (tuning.least, tuning.most):
+    for margins in (tuning.at_min_slope, tuning.at_max_slope):
         loop = open_loop(tuning, margins.slope, **part)
         # by response: the roots of its polynomials are too inexact with poles near 1
         omega = np.geomspace(1e-4, 1.0, 8_000) * math.pi / DT
@@ -105,13 +105,13 @@ def test_the_bound_is_kept_and_met_and_the_loop_is_stable(
     # the greatest ki meets the bound but for what the search leaves
     assert tuning.peak_sensitivity > limit * (1.0 - 1e-3)
     low, high = model.slope_range
-    assert (tuning.least.slope, tuning.most.slope) == (low, high)
+    assert (tuning.at_min_slope.slope, tuning.at_max_slope.slope) == (low, high)
     for share in (0.0, 0.3, 1.0):
         loop = open_loop(tuning, low + share * (high - low), **part)
         assert np.abs(control.feedback(loop, 1).poles()).max() < 1.0
         # the grid of the twin may miss a little of a sharp peak, never add
         assert sensitivity_peak(loop) < limit * (1.0 + 1e-6)
-    for margins in (tuning.least, tuning.most):
+    for margins in (tuning.at_min_slope, tuning.at_max_slope):
         assert margins.peak_sensitivity <= tuning.peak_sensitivity * (1.0 + 1e-9)
         assert margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6)
         least_phase = 2 * math.degrees(math.asin(0.5 / limit))
@@ -160,10 +160,10 @@ def test_gains_scale_with_the_slope_and_split_models_count_both_weights() -> Non
         ({"peak_sensitivity": 1.0}, "peak_sensitivity: expected 1.05 to 5, got 1.0"),
         ({"peak_sensitivity": math.nan}, "peak_sensitivity: expected 1.05 to 5, got NaN"),
         ({"dt": 0.0}, "dt: expected a finite number above 0"),
-        ({"dt": 1e4, "amplifier_pole": 1.0}, "dt: expected at most 1e6 time constants"),
+        ({"dt": 1e4, "amplifier_bandwidth": 1.0}, "dt: expected at most 1e6 time constants"),
         ({"delay": 1001.0}, "delay: expected at most 1000 samples, got 1001.0"),
         ({"delay": -1.0}, "delay: expected 0 to 2^20 samples"),
-        ({"amplifier_pole": -1.0}, "amplifier_pole: expected a finite number above 0"),
+        ({"amplifier_bandwidth": -1.0}, "amplifier_bandwidth: expected a finite number above 0"),
     ],
 )
 def test_wrong_arguments_are_named(change: dict[str, Any], message: str) -> None:
@@ -183,10 +183,14 @@ def test_models_without_a_range_of_slopes_are_refused() -> None:
 
 def test_a_plant_knows_everything_but_the_sensitivity() -> None:
     plant = mh.plant.Plant(
-        MODEL, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0
+        MODEL, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_bandwidth=279.0, delay=2.0
     )
     expected = mh.control.tune(
-        MODEL, dt=1e-4, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_pole=279.0, delay=2.0
+        MODEL,
+        dt=1e-4,
+        dynamics=mh.plant.SecondOrder(2000.0, 0.03),
+        amplifier_bandwidth=279.0,
+        delay=2.0,
     )
     tuning = mh.control.tune(plant)
     assert (tuning.kp, tuning.ki) == (expected.kp, expected.ki)

@@ -15,11 +15,11 @@ from mpi_hyst._core import (
     Preview,
     RepetitiveControl,
     Tuning,
+    invert_dynamics,
     precompensate,
     preview,
     tune,
 )
-from mpi_hyst._core import shape as invert_dynamics
 
 __all__ = [
     "ControllerTerms",

@@ -70,14 +70,14 @@ class Plant:
         damping: float,
         dt: float,
         *,
-        amplifier_pole: float | None = None,
+        amplifier_bandwidth: float | None = None,
         sub_steps: int = 1,
         dac: Converter | None = None,
         adc: Converter | None = None,
     ) -> None:
         self.hysteresis, self.dac, self.adc, self.sub_steps = hysteresis, dac, adc, sub_steps
         self.dynamics = second_order(frequency, damping, dt / sub_steps)
-        pole = amplifier_pole
+        pole = amplifier_bandwidth
         self.amplifier = None if pole is None else first_order(pole, dt / sub_steps)
         self.displacement = self.position = 0.0
 

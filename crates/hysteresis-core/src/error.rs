@@ -93,8 +93,26 @@ pub enum Error {
         /// What the model has.
         got: f64,
     },
+    /// A saved state of another model.
+    OtherModel {
+        /// The fingerprint of the model that is to continue.
+        expected: u64,
+        /// The fingerprint in the state.
+        got: u64,
+    },
     /// A controller whose feed-forward has no model cannot take over another.
     NoModel,
+    /// The inverse that is to feed forward has other limits than its controller, or none.
+    OtherLimits {
+        /// The limits of the controller.
+        expected: (f64, f64),
+        /// The limits of the inverse.
+        got: Option<(f64, f64)>,
+    },
+    /// A feed-forward that knows targets alone cannot take over drives.
+    CannotFollow,
+    /// A stop is no mode to be set: it needs a rate and a rest drive.
+    StopWithoutRate,
     /// A saved state does not belong to this stream.
     State {
         /// What the state must satisfy.
@@ -133,6 +151,20 @@ pub enum Bound {
         /// The most.
         high: f64,
     },
+    /// Equal to a number that is described in words.
+    EqualTo {
+        /// The number.
+        value: f64,
+        /// What it is.
+        what: &'static str,
+    },
+    /// Below another number, named in words.
+    Below {
+        /// What bounds it from above.
+        what: &'static str,
+        /// The bound.
+        limit: f64,
+    },
     /// Above another number, named in words.
     Above {
         /// What bounds it from below.
@@ -151,7 +183,28 @@ impl fmt::Display for Bound {
             Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
+            Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
+            Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
+        }
+    }
+}
+
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match *self {
+            Self::Empty { parameter }
+            | Self::Length { parameter, .. }
+            | Self::Rows { parameter, .. }
+            | Self::Domain { parameter, .. } => Some(parameter),
+            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
+            Self::OtherModel { .. } | Self::State { .. } => Some("state"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
+            Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }
 }
@@ -184,7 +237,26 @@ impl fmt::Display for Error {
             Self::OtherOperators { what, expected, got } => {
                 write!(f, "model: expected the {what} of the running stream, {expected}, got {got}")
             }
+            Self::OtherModel { expected, got } => {
+                write!(
+                    f,
+                    "state.model: expected the fingerprint of this model, {expected:#x}, got {got:#x}: the state was saved with another model"
+                )
+            }
             Self::NoModel => write!(f, "model: expected a feed-forward that has one, got a controller without"),
+            Self::OtherLimits { expected, got } => {
+                write!(f, "feedforward: expected an inverse with the limits of the controller, {expected:?}, got ")?;
+                match got {
+                    Some(limits) => write!(f, "one with the limits {limits:?}"),
+                    None => write!(f, "one without limits"),
+                }
+            }
+            Self::CannotFollow => {
+                write!(f, "drives: expected a feed-forward that follows drives, got a model that is itself an inverse")
+            }
+            Self::StopWithoutRate => {
+                write!(f, "mode: expected run, feedforward or hold, got stop; call stop with a rate and a rest drive")
+            }
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }
     }
@@ -195,6 +267,20 @@ impl core::error::Error for Error {}
 /// Checks one number, or names it.
 pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
+}
+
+/// Checks that drives lie within limits, or names the first that does not.
+pub(crate) fn check_within_limits(
+    parameter: &'static str,
+    drives: &[f64],
+    (low, high): (f64, f64),
+) -> Result<(), Error> {
+    match drives.iter().enumerate().find(|(_, drive)| !(low <= **drive && **drive <= high)) {
+        None => Ok(()),
+        Some((index, got)) => {
+            Err(Error::Domain { parameter, index: Some(index), expected: Bound::Between { low, high }, got: *got })
+        }
+    }
 }
 
 /// Checks one outer threshold, or names it.

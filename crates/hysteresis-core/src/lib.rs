@@ -21,24 +21,30 @@ extern crate std;
 mod control;
 mod engine;
 mod error;
+mod fingerprint;
 mod inverse;
 mod model;
 mod operator;
 mod process;
+mod quasistatic;
 mod stream;
 
 pub use control::{
-    AntiWindup, Command, ControllerOptions, ControllerState, Counters, FeedForward, HybridController, Law, LoopState,
-    Mode, Preview, PreviewState, Terms,
+    AntiWindup, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, FeedForwardState,
+    HybridController, Law, LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
 pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
+pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};
 pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
-pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
+pub use quasistatic::{
+    CreepTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
+};
+pub use stream::{ActuatorError, Bracket, BracketState, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-"""Progress bars: of an identification, and of other long work."""
+"""Progress bars on standard error."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
+from typing import NoReturn
 
 from tqdm import tqdm
 
@@ -14,13 +15,19 @@ from mpi_hyst._text import in_unit
 Progress = Callable[[float, float], None]
 
 
+def _bar(what: str, form: str) -> tqdm[NoReturn]:
+    # None: shown only on a terminal. Standard error may be closed.
+    disable = True if sys.stderr is None else None
+    return tqdm(
+        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=disable
+    )
+
+
 @contextmanager
 def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
-    """Show the fraction done and the best error so far on standard error, if that is a terminal."""
+    """Show the fraction done and the best error so far."""
     form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}{postfix}"
-    with tqdm(
-        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=None
-    ) as bar:
+    with _bar(what, form) as bar:
 
         def show(fraction: float, best_rmse: float) -> None:
             bar.set_postfix_str(f"best rms {in_unit(best_rmse, unit, 3)}", refresh=False)
@@ -31,11 +38,9 @@ def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
 
 @contextmanager
 def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Show the fraction done on standard error, if that is a terminal."""
+    """Show the fraction done."""
     form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
-    with tqdm(
-        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=None
-    ) as bar:
+    with _bar(what, form) as bar:
 
         def show(fraction: float) -> None:
             bar.update(fraction - bar.n)
@@ -45,7 +50,7 @@ def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def step_bar(what: str, steps: int) -> Iterator[Callable[[], None]]:
-    """Show how many of the steps are done in the same way."""
+    """Show the fraction of steps done."""
     done = count(1)
     with fraction_bar(what) as show:
         yield lambda: show(next(done) / steps)

@@ -46,6 +46,8 @@ pub struct CompiledModel {
     pub(crate) offsets: Offsets,
     pub(crate) invertible: Result<(), Error>,
     slopes: (f64, f64),
+    fingerprint: u64,
+    min_weight: f64,
     pub(super) families: Option<Arc<Families>>,
     pub(super) members: Arc<Members>,
 }
@@ -58,6 +60,8 @@ impl CompiledModel {
             offsets: model.offsets(),
             invertible: model.check_invertible(),
             slopes: model.slope_range(),
+            fingerprint: model.fingerprint(),
+            min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
             families: Families::of(model).map(Arc::new),
             members: Arc::new(Members::of(model)),
         }
@@ -80,5 +84,16 @@ impl CompiledModel {
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         self.slopes
+    }
+
+    /// A number that tells this model from others, by the values of its parameters: equal models have equal numbers.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// A negative weight, if there is one.
+    pub(crate) fn negative_weight(&self) -> Option<f64> {
+        (self.min_weight < 0.0).then_some(self.min_weight)
     }
 }

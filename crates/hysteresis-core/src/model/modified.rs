@@ -6,6 +6,7 @@ use super::conventional::PrandtlIshlinskii;
 use super::invertibility;
 use super::offsets::Offsets;
 use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
+use crate::fingerprint::Fingerprint;
 use crate::operator::CoupledPlay;
 
 /// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
@@ -180,6 +181,18 @@ impl ModifiedPrandtlIshlinskii {
     #[must_use]
     pub fn offsets(&self) -> Offsets {
         self.offsets
+    }
+
+    /// A number that tells this model from others, by the values of its parameters.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let mut hash = Fingerprint::new();
+        hash.numbers(&self.weights);
+        hash.numbers(self.weights_negative());
+        for play in &self.operators {
+            hash.numbers(&[play.r(), play.ra(), play.rb(), play.rc()]);
+        }
+        hash.numbers(&[self.offsets.input, self.offsets.output]);
+        hash.finish()
     }
 
     /// Whether the sufficient condition for an inverse holds, and if not, why not.

@@ -17,9 +17,9 @@ use crate::process::Process;
 /// use hysteresis_core::{CompiledModel, ModifiedPrandtlIshlinskii, Offsets, Ratios, StreamArray};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
 /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
-/// let kernels = vec![CompiledModel::new(&model); 4];
-/// let mut mirror = StreamArray::forward(&kernels);
-/// let mut inverse = StreamArray::inverse(&kernels, Some((-500.0, 500.0)))?;
+/// let models = vec![CompiledModel::new(&model); 4];
+/// let mut mirror = StreamArray::forward(&models);
+/// let mut inverse = StreamArray::inverse(&models, Some((-500.0, 500.0)))?;
 /// let target = [0.5, 1.0, -2.0, 3.0]; // um
 /// let (mut drive, mut reached) = ([0.0; 4], [0.0; 4]); // V, um
 /// inverse.step(&target, &mut drive)?;
@@ -34,9 +34,9 @@ use crate::process::Process;
 /// use hysteresis_core::{CompiledModel, Error, Inverse, ModifiedPrandtlIshlinskii, Offsets, Ratios, StreamArray};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
 /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
-/// let kernel = CompiledModel::new(&model);
+/// let compiled = CompiledModel::new(&model);
 /// let limits = [(-500.0, 500.0), (0.0, 100.0)];
-/// let inverse: Result<StreamArray<_>, Error> = limits.iter().map(|l| Inverse::new(&kernel, Some(*l))).collect();
+/// let inverse: Result<StreamArray<_>, Error> = limits.iter().map(|l| Inverse::new(&compiled, Some(*l))).collect();
 /// let mut drive = [0.0; 2];
 /// inverse?.step(&[-99.0, 99.0], &mut drive)?;
 /// assert_eq!(drive, [-500.0, 100.0]);
@@ -52,8 +52,8 @@ pub struct StreamArray<P> {
 /// ```
 /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, StreamArray};
 /// let model = |w0| PrandtlIshlinskii::new(&[w0, -1.0], &[0.0, 1.0], Offsets::default());
-/// let kernels = [CompiledModel::new(&(&model(2.0)?).into()), CompiledModel::new(&(&model(0.5)?).into())];
-/// let error = StreamArray::inverse(&kernels, None).unwrap_err();
+/// let models = [CompiledModel::new(&(&model(2.0)?).into()), CompiledModel::new(&(&model(0.5)?).into())];
+/// let error = StreamArray::inverse(&models, None).unwrap_err();
 /// assert!(error.to_string().starts_with("actuator 1: the model is not invertible"));
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
@@ -74,23 +74,22 @@ impl fmt::Display for ActuatorError {
 impl core::error::Error for ActuatorError {}
 
 impl StreamArray<Forward> {
-    /// Forward models at rest, one for each kernel.
+    /// Forward models at rest, one for each model.
     #[must_use]
-    pub fn forward(kernels: &[CompiledModel]) -> Self {
-        kernels.iter().map(Forward::new).collect()
+    pub fn forward(models: &[CompiledModel]) -> Self {
+        models.iter().map(Forward::new).collect()
     }
 }
 
 impl StreamArray<Inverse> {
-    /// Exact inverses at rest, one for each kernel, every drive kept within `limits` (low, high) in the unit of the
+    /// Exact inverses at rest, one for each model, every drive kept within `limits` (low, high) in the unit of the
     /// models' input.
     ///
     /// # Errors
     /// As [`Inverse::new`], with the index of the first actuator that cannot be made.
-    pub fn inverse(kernels: &[CompiledModel], limits: Option<(f64, f64)>) -> Result<Self, ActuatorError> {
-        let stream =
-            |(actuator, kernel)| Inverse::new(kernel, limits).map_err(|error| ActuatorError { actuator, error });
-        kernels.iter().enumerate().map(stream).collect()
+    pub fn inverse(models: &[CompiledModel], limits: Option<(f64, f64)>) -> Result<Self, ActuatorError> {
+        let stream = |(actuator, model)| Inverse::new(model, limits).map_err(|error| ActuatorError { actuator, error });
+        models.iter().enumerate().map(stream).collect()
     }
 }
 

@@ -27,13 +27,14 @@ pub struct Forward {
     offsets: Offsets,
     memory: Memory,
     rejected: u64,
+    fingerprint: u64,
 }
 
 impl Forward {
     /// A stream at rest.
     #[must_use]
-    pub fn new(kernel: &CompiledModel) -> Self {
-        Self::start(kernel.offsets, kernel.memory_at_rest())
+    pub fn new(model: &CompiledModel) -> Self {
+        Self::start(model, model.memory_at_rest())
     }
 
     /// A stream that starts from the operator outputs `initial`, on the bank; the first sample projects each onto
@@ -41,12 +42,13 @@ impl Forward {
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one number per operator, [`Error::Domain`] unless all are finite.
-    pub fn with_initial(kernel: &CompiledModel, initial: &[f64]) -> Result<Self, Error> {
-        Ok(Self::start(kernel.offsets, kernel.memory_from(initial)?))
+    pub fn with_initial(model: &CompiledModel, initial: &[f64]) -> Result<Self, Error> {
+        Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    fn start(offsets: Offsets, memory: Memory) -> Self {
-        Self { segment: Segment::new(memory.forward_piece(0.0), 0.0), offsets, memory, rejected: 0 }
+    fn start(model: &CompiledModel, memory: Memory) -> Self {
+        let segment = Segment::new(memory.forward_piece(0.0), 0.0);
+        Self { segment, offsets: model.offsets, memory, rejected: 0, fingerprint: model.fingerprint() }
     }
 
     #[cold]
@@ -86,11 +88,25 @@ impl Forward {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
     }
 
+    /// Takes over what was driven before, oldest input first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
+    pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
+        for (index, input) in inputs.iter().enumerate() {
+            check_finite("inputs", Some(index), *input)?;
+        }
+        for input in inputs {
+            self.step(*input);
+        }
+        Ok(())
+    }
+
     /// Goes on with the weights and the output offset of another model of the same operators: the input and what the
     /// operators remember of it stay, the output is that of the new model.
     ///
     /// From then on the stream is the one that the new model would be in after the same inputs, to rounding; a model
-    /// that is equal changes no bit. Nothing is allocated. What the old kernel holds is freed if no other clone of it is
+    /// that is equal changes no bit. Nothing is allocated. What the old model holds is freed if no other clone of it is
     /// left: keep one where freeing must wait.
     ///
     /// # Errors
@@ -106,11 +122,12 @@ impl Forward {
     /// assert_eq!(forward.step(3.0), 3.0 + 0.75 * 2.0); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
-        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
+        check_same("input_offset", self.offsets.input, model.offsets.input)?;
         let x = self.segment.input();
-        self.memory.reweigh(kernel, x)?;
-        self.offsets = kernel.offsets;
+        self.memory.reweigh(model, x)?;
+        self.offsets = model.offsets;
+        self.fingerprint = model.fingerprint();
         self.segment = Segment::new(self.memory.forward_piece(x), x);
         Ok(())
     }
@@ -119,6 +136,7 @@ impl Forward {
     #[must_use]
     pub fn state(&self) -> StreamState {
         StreamState {
+            model: self.fingerprint,
             last_input: self.segment.input(),
             last_output: self.segment.output(),
             saturated: false,
@@ -130,9 +148,10 @@ impl Forward {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::State`] for a state that this stream cannot be in, [`Error::Domain`] for a number that is not finite;
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in, [`Error::Domain`] for a number that is not finite;
     /// the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        state.check_model(self.fingerprint)?;
         check_finite("state.last_input", None, state.last_input)?;
         check_output("state.last_output", state.last_output)?;
         self.memory.restore(&state.memory, state.last_input, state.last_output)?;

@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
 use crate::engine::{CompiledModel, Direction, Memory, Method, Piece, Point, check_same};
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_within_limits, is_admissible};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -31,6 +31,7 @@ pub struct Inverse {
     memory: Memory,
     saturated: bool,
     rejected: u64,
+    fingerprint: u64,
 }
 
 impl Inverse {
@@ -41,25 +42,26 @@ impl Inverse {
     /// # Errors
     /// [`Error::NotInvertible`] if the model may not be, [`Error::Domain`] unless the limits are finite and
     /// low < high.
-    pub fn new(kernel: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
-        Self::start(kernel, limits, kernel.memory_at_rest())
+    pub fn new(model: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+        Self::start(model, limits, model.memory_at_rest())
     }
 
     /// An inverse that starts from the operator outputs `initial`, on the bank.
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`Error::Length`] unless there is one number per operator.
-    pub fn with_initial(kernel: &CompiledModel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
-        Self::start(kernel, limits, kernel.memory_from(initial)?)
+    pub fn with_initial(model: &CompiledModel, limits: Option<(f64, f64)>, initial: &[f64]) -> Result<Self, Error> {
+        Self::start(model, limits, model.memory_from(initial)?)
     }
 
-    fn start(kernel: &CompiledModel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
-        kernel.invertible?;
+    fn start(model: &CompiledModel, limits: Option<(f64, f64)>, memory: Memory) -> Result<Self, Error> {
+        model.invertible?;
         let limits = check_limits(limits)?;
-        let offsets = kernel.offsets;
+        let offsets = model.offsets;
         let reach = (limits.0 - offsets.input, limits.1 - offsets.input);
         let nowhere = Segment::new(Piece::point(Direction::Rising, 0.0, 0.0), 0.0);
-        let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated: false, rejected: 0 };
+        let (saturated, rejected, fingerprint) = (false, 0, model.fingerprint());
+        let mut stream = Self { segment: nowhere, offsets, limits, reach, memory, saturated, rejected, fingerprint };
         stream.reset();
         Ok(stream)
     }
@@ -121,6 +123,19 @@ impl Inverse {
         }
     }
 
+    /// The present drive: the last one, or that at rest.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        self.drive(self.segment.output())
+    }
+
+    /// The output of the model at the present drive: the last target, or what a limit allows.
+    #[inline]
+    #[must_use]
+    pub fn reached(&self) -> f64 {
+        self.segment.input() + self.offsets.output
+    }
+
     /// Whether the last target was out of reach and the drive is at a limit.
     #[must_use]
     pub fn saturated(&self) -> bool {
@@ -152,13 +167,63 @@ impl Inverse {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
     }
 
+    /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
+    /// feedback or limits a slew. The drive is kept within the limits; one that is not finite is counted and changes
+    /// nothing else. Neither allocates nor panics. Returns the output of the model there.
+    ///
+    /// ```
+    /// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let mut inverse = model.inverse(Some((-10.0, 10.0)))?;
+    /// assert_eq!(inverse.follow_drive(4.0), 5.0);
+    /// assert_eq!(inverse.step(4.5), 3.5); // the play holds
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[inline]
+    pub fn follow_drive(&mut self, drive: f64) -> f64 {
+        if is_admissible(drive) {
+            let x =
+                (drive.max(self.limits.0).min(self.limits.1) - self.offsets.input).max(self.reach.0).min(self.reach.1);
+            self.memory.move_input(self.segment.output(), x);
+            self.saturated = false;
+            self.enter_segment(x, self.memory.output(x));
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.reached()
+    }
+
+    /// Takes over what was driven before, oldest drive first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits; nothing is taken then.
+    ///
+    /// ```
+    /// use hysteresis_core::{Offsets, PrandtlIshlinskii, Process};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let (mut actuator, mut inverse) = (model.forward(), model.inverse(Some((-10.0, 10.0)))?);
+    /// let before = [7.0, -3.0, 4.0];
+    /// actuator.follow(&before)?;
+    /// inverse.follow(&before)?;
+    /// assert!((actuator.step(inverse.step(1.0)) - 1.0).abs() < 1e-15);
+    /// assert!(inverse.follow(&[99.0]).is_err());
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_within_limits("drives", drives, self.limits)?;
+        for drive in drives {
+            self.follow_drive(*drive);
+        }
+        Ok(())
+    }
+
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump of the
     /// drive: the drive and what the operators remember of it stay, and the next target is met by the new model.
     ///
     /// The output that the new model has at the present drive, as a target, gives the present drive; any other moves it
     /// by what it differs, over a slope of the new model. From then on the stream is the one that the new model would be
     /// in after the same drives, to rounding; a model that is equal changes no bit. [`saturated`](Self::saturated) stays
-    /// until the next target. Nothing is allocated. What the old kernel holds is freed if no other clone of it is left:
+    /// until the next target. Nothing is allocated. What the old model holds is freed if no other clone of it is left:
     /// keep one where freeing must wait.
     ///
     /// # Errors
@@ -175,14 +240,15 @@ impl Inverse {
     /// assert!((inverse.step(3.0 + 0.75 * 2.0) - 3.0).abs() < 1e-15); // the play remembers the 2
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
-    pub fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
-        kernel.invertible?;
-        check_same("input_offset", self.offsets.input, kernel.offsets.input)?;
+    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
+        model.invertible?;
+        check_same("input_offset", self.offsets.input, model.offsets.input)?;
         let input = self.known().input;
-        if self.memory.reweigh(kernel, input)? {
+        if self.memory.reweigh(model, input)? {
             self.enter_segment(input, self.memory.output(input));
         }
-        self.offsets = kernel.offsets;
+        self.offsets = model.offsets;
+        self.fingerprint = model.fingerprint();
         Ok(())
     }
 
@@ -190,6 +256,7 @@ impl Inverse {
     #[must_use]
     pub fn state(&self) -> StreamState {
         StreamState {
+            model: self.fingerprint,
             last_input: self.segment.input(),
             last_output: self.segment.output(),
             saturated: self.saturated,
@@ -201,9 +268,10 @@ impl Inverse {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::State`] for a state that this stream cannot be in, also one whose drive lies outside the limits,
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in, also one whose drive lies outside the limits,
     /// [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
+        state.check_model(self.fingerprint)?;
         check_output("state.last_input", state.last_input)?;
         let (low, high) = self.reach;
         if !(low <= state.last_output && state.last_output <= high) {
@@ -219,7 +287,7 @@ impl Inverse {
 
 const UNLIMITED: (f64, f64) = (-MAX_MAGNITUDE, MAX_MAGNITUDE);
 
-fn check_limits(limits: Option<(f64, f64)>) -> Result<(f64, f64), Error> {
+pub(crate) fn check_limits(limits: Option<(f64, f64)>) -> Result<(f64, f64), Error> {
     let Some((low, high)) = limits else { return Ok(UNLIMITED) };
     check_finite("limits", Some(0), low)?;
     check_finite("limits", Some(1), high)?;

@@ -1,13 +1,16 @@
 //! Streams: a model paired with its memory, one sample at a time or in blocks, alone or many side by side.
 
 mod array;
+mod bracket;
 mod forward;
 mod inverse;
 mod segment;
 
 pub use array::{ActuatorError, StreamArray};
+pub use bracket::{Bracket, BracketState};
 pub use forward::Forward;
 pub use inverse::Inverse;
+pub(crate) use inverse::check_limits;
 
 use crate::engine::MemoryState;
 use crate::error::{Bound, Error};
@@ -30,6 +33,8 @@ use crate::error::{Bound, Error};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct StreamState {
+    /// The fingerprint of the model: a state is restored into a stream of the same model only.
+    pub model: u64,
     /// The last accepted sample, relative to the offset of the model on that side (for an inverse at a limit: the
     /// output that the limit allows).
     pub last_input: f64,
@@ -41,6 +46,17 @@ pub struct StreamState {
     pub rejected: u64,
     /// What the operators remember.
     pub memory: MemoryState,
+}
+
+impl StreamState {
+    fn check_model(&self, expected: u64) -> Result<(), Error> {
+        check_model(expected, self.model)
+    }
+}
+
+/// Whether a saved state belongs to the model with the fingerprint `expected`.
+pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
+    if expected == got { Ok(()) } else { Err(Error::OtherModel { expected, got }) }
 }
 
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.

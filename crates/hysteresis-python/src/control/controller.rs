@@ -65,7 +65,7 @@ use crate::stream::streams::{Forward, Inverse};
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> model, limits = mh.paper.table_1_recovered(), (-500.0, 500.0)
-/// >>> controller = mh.HybridController(model.inverse(limits), kp=5.0, ki=0.6, limits=limits)
+/// >>> controller = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=0.6, limits=limits)
 /// >>> actuator, position = model.forward(), 0.0  # an ideal one: no dynamics, no noise
 /// >>> for reference in mh.signals.sine(2.0, 10.0, seconds=0.2, rate=10_000):  # um
 /// ...     position = actuator.step(controller.step(reference, position))
@@ -78,17 +78,17 @@ use crate::stream::streams::{Forward, Inverse};
 /// >>> drive = controller.plan(3.0, position)  # changes nothing until it is committed
 /// >>> controller.commit(), controller.drive == drive
 /// (True, True)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct HybridController(pub(crate) core::HybridController);
 
 /// The source of the feed-forward, as a copy.
 fn source(value: Option<&Bound<'_, PyAny>>) -> PyResult<FeedForward> {
     let Some(value) = value else { return Ok(FeedForward::None) };
     if let Ok(stream) = value.cast::<Inverse>() {
-        return Ok(shared(stream)?.0.clone().into());
+        return Ok(shared(stream)?.stream.clone().into());
     }
     if let Ok(stream) = value.cast::<Forward>() {
-        return Ok(shared(stream)?.0.clone().into());
+        return Ok(shared(stream)?.stream.clone().into());
     }
     if is_word(value, "given") {
         return Ok(FeedForward::Given);

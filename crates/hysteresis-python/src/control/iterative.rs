@@ -1,11 +1,11 @@
 //! Learning from one period to the next.
 
-use hysteresis_simulate::learning::{self, FeedbackLoop, LearningOptions};
+use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
-use super::linear::given_dynamics;
+use super::linear::part::given_dynamics;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
@@ -17,7 +17,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///
 /// v <- Q (v + gamma L e), e = reference - measurement over a period, v the correction of the target of the feed-forward;
 /// Q = 1 / (1 + (f / bandwidth)^4) has no phase; L = conj(M) / (|M|^2 + 0.05^2) inverts the response M of the feedback
-/// loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `least_gain`. An error of twice
+/// loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `min_gain`. An error of twice
 /// the best one is not learned from: the target goes back to the best.
 ///
 /// Parameters
@@ -32,13 +32,13 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     The linear dynamics behind the hysteresis.
 /// bandwidth : float
 ///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
-/// delay : float
-///     What the position lags besides, in samples.
+/// dead_time : float
+///     What the sensor shows later than the dynamics explain, in seconds.
 /// dt : float
 ///     Sampling interval in seconds.
-/// least_gain : float
+/// min_gain : float
 ///     gamma never falls below.
-/// reach : (float, float), optional
+/// target_limits : (float, float), optional
 ///     The target never leaves (low, high).
 ///
 /// Raises
@@ -50,17 +50,17 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// --------
 /// >>> import numpy as np
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.SecondOrder(400.0, 0.95)
+/// >>> stage = mh.plant.SecondOrder(400.0, 0.95)
 /// >>> reference = np.sin(2 * np.pi * np.arange(100) / 100)
-/// >>> learning = mh.IterativeLearning(
+/// >>> learning = mh.control.IterativeLearning(
 /// ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
 /// ... )
 /// >>> for _ in range(4):
 /// ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[199:299]
 /// ...     accepted = learning.update(reference - position)
-/// >>> bool(learning.rmses[0] > 0.2), bool(learning.rmses[-1] < 1e-3), learning.rate() < 0.1
+/// >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
 /// (True, True, True)
-#[pyclass(module = "mpi_hyst")]
+#[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct IterativeLearning {
     learning: learning::IterativeLearning,
     feedback: FeedbackLoop,
@@ -69,8 +69,8 @@ pub(crate) struct IterativeLearning {
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, least_gain=None, reach=None),
-        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, least_gain=0.15, reach=None)")]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -79,15 +79,16 @@ impl IterativeLearning {
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         bandwidth: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
-        least_gain: Option<&Bound<'_, PyAny>>,
-        reach: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
+        min_gain: Option<&Bound<'_, PyAny>>,
+        target_limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, least_gain = 0.15);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
-        let reach = reach.map(|reach| pair("reach", reach)).transpose()?;
-        let options = LearningOptions { bandwidth, least_gain, reach };
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay: dead_time / dt, dt };
+        let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
+        let default = LearningOptions::new(bandwidth);
+        let options = LearningOptions { min_gain: min_gain.unwrap_or(default.min_gain), target_limits, ..default };
         let target = vector("target", target)?;
         let learning = learning::IterativeLearning::new(&feedback, target.as_slice()?, &options).map_err(raise)?;
         Ok(Self { learning, feedback })
@@ -107,27 +108,27 @@ impl IterativeLearning {
 
     /// The largest measured error of every period so far.
     #[getter]
-    fn max_errors<'py>(&self, py: Python<'py>) -> Vector<'py> {
+    fn max_error<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.learning.trials().iter().map(|trial| trial.max_error))
     }
 
     /// The root mean square of the measured error of every period so far.
     #[getter]
-    fn rmses<'py>(&self, py: Python<'py>) -> Vector<'py> {
+    fn rmse<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.learning.trials().iter().map(|trial| trial.rmse))
     }
 
     /// By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
-    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
-    fn rate(
+    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
+    fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
-        numbers!(slope, delay);
-        self.learning.rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        numbers!(slope, dead_time);
+        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, dead_time)?).map_err(raise)
     }
 }

@@ -1,7 +1,7 @@
 //! The preview of a controller.
 
+use hysteresis_control::feedforward::PreviewCoefficients;
 use hysteresis_core as core;
-use hysteresis_simulate::shaping::PreviewCoefficients;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
@@ -33,13 +34,13 @@ use crate::convert::errors::raise;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> half_a_sample = mh.Preview([0.5, 0.5], 1)
-/// >>> controller = mh.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
+/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
 /// >>> for reference in (1.0, 2.0, 3.0):
 /// ...     drive = controller.step(reference, 0.0)
 /// >>> controller.terms.reference, controller.terms.target
 /// (2.0, 2.5)
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Preview {
     pub(crate) preview: core::Preview,
     /// What it was made of, if it was made by `preview`.
@@ -76,7 +77,7 @@ impl Preview {
 
     /// The error of the target for a sine of this frequency in Hz, relative to the target that the inverse dynamics want.
     ///
-    /// Only `mpi_hyst.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
+    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
     /// was pickled.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
         numbers!(frequency);
@@ -84,8 +85,8 @@ impl Preview {
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, usize)> {
-        Ok((self.coefficients(py)?, self.ahead()))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead()), keywords!(py), None)
     }
 
     fn __repr__(&self) -> String {

@@ -4,7 +4,7 @@ use hysteresis_core::Terms;
 use pyo3::prelude::*;
 
 /// What a sample of a `HybridController` was made of: positions in um, terms in volts.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct ControllerTerms(pub(crate) Terms);
 
 #[pymethods]

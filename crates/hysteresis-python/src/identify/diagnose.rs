@@ -13,7 +13,7 @@ use crate::model::object::model_of;
 /// Looks for what records cannot tell and what a model left in them.
 ///
 /// =================== ===================================================================== ======
-/// name                value                                                                 limit
+/// code                value                                                                 limit
 /// =================== ===================================================================== ======
 /// too_few_samples     fitted samples for each unknown; fires below                          10
 /// unreached_threshold operators whose output never changes in the fitted samples            0
@@ -60,11 +60,11 @@ use crate::model::object::model_of;
 /// >>> actuator = mh.paper.table_1_recovered()
 /// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)  # full strokes alone
 /// >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
-/// ...     print(found.name, found.value, found.limit)
+/// ...     print(found.code, found.value, found.limit)
 /// no_minor_loops 0.0 2.0
 /// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
 /// >>> y = actuator.forward().run(made.drive)
-/// >>> mh.diagnose(made.drive, y, actuator, skip=made.lead_in)
+/// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
 /// []
 #[pyfunction]
 #[pyo3(signature = (u, y, model, *, skip=None, delay=None), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
@@ -110,7 +110,7 @@ pub(crate) fn diagnose(
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
-/// >>> round(mh.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+/// >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
 /// 0.49
 #[pyfunction]
 pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {

@@ -7,9 +7,11 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use super::finding::Finding;
 use super::options::setting;
 use super::quality::Quality;
-use crate::control::linear::{Creep, dynamics};
+use crate::control::linear::creep::Creep;
+use crate::control::linear::part::dynamics;
 use crate::convert::arguments::{numbers, samples};
 use crate::convert::arrays::{numbers, vector};
 use crate::convert::errors::{self, one_record};
@@ -17,7 +19,7 @@ use crate::model::object::kernel_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
-/// Standard deviations assume white measurement noise; `warnings` names what makes the numbers doubtful:
+/// Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
 ///
 /// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
 ///   domain, or a plain delay fits as well: the record does not tell the dynamics. Drive with a chirp or step that
@@ -27,7 +29,7 @@ use crate::model::object::kernel_of;
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
 ///   are too small.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct DynamicsIdentification {
     pub(crate) found: identification::DynamicsIdentification,
     model: Py<PyAny>,
@@ -127,10 +129,10 @@ impl DynamicsIdentification {
         self.found.uncertainty.noise
     }
 
-    /// Names of what makes the numbers doubtful; empty if nothing does.
+    /// What makes the numbers doubtful; empty if nothing does.
     #[getter]
-    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.found.warnings.iter().map(|warning| warning.name()))
+    fn warnings(&self) -> Vec<Finding> {
+        self.found.warnings.iter().cloned().map(Finding::from).collect()
     }
 
     /// The errors over the fitted samples.
@@ -152,10 +154,11 @@ impl DynamicsIdentification {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (dynamics, warnings) = (self.dynamics(py)?, self.warnings(py)?);
-        let (dynamics, warnings) = (dynamics.bind(py).repr()?, warnings.repr()?);
+        let dynamics = self.dynamics(py)?;
+        let dynamics = dynamics.bind(py).repr()?;
+        let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
         let (delay, fit) = (self.found.delay, self.fit().__repr__());
-        Ok(format!("<DynamicsIdentification: {dynamics}, delay {delay:.3} samples, warnings {warnings}, fit {fit}>"))
+        Ok(format!("<DynamicsIdentification: {dynamics}, delay {delay:.3} samples, warnings {warnings:?}, fit {fit}>"))
     }
 }
 
@@ -199,10 +202,10 @@ impl DynamicsIdentification {
 /// >>> import numpy as np
 /// >>> model = mh.paper.table_1_recovered()
 /// >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
-/// >>> y = mh.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
+/// >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
 /// >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
 /// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
-/// (800.0, 0.05, ())
+/// (800.0, 0.05, [])
 #[pyfunction]
 #[pyo3(signature = (u, y, model, *, dt, order=2, delay=None, creep=None, skip=None),
     text_signature = "(u, y, model, *, dt, order=2, delay='fit', creep=None, skip=0)")]

@@ -15,7 +15,7 @@ use crate::convert::errors::{self, raise, record};
 use crate::model::object::object;
 
 /// What `identify` found: the model, its delay, and how well it fits.
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct Identification {
     found: identification::Identification,
     validations: Vec<identification::Quality>,
@@ -246,7 +246,7 @@ impl Identification {
         let signals = signals(u, y)?;
         let records = checked(&signals, skips(skip, signals.len())?)?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
-        found.map_err(errors::identification)?.iter().map(|row| LeftOutLoop::new(py, row)).collect()
+        Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
     }
 
     fn __repr__(&self) -> String {

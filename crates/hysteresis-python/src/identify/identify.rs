@@ -8,7 +8,7 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::identification::Identification;
-use super::options::{form, law, placed, setting, smooth};
+use super::options::{kind, law, placed, setting, smooth};
 use super::records::{HeldOut, signals, skips};
 use crate::convert::errors::{self, one_record, unexpected};
 
@@ -100,7 +100,7 @@ pub(crate) fn identify(
         return Err(unexpected("progress", "a callable", got));
     }
     let options = Options {
-        form: form(model)?,
+        model: kind(model)?,
         weights: law(weights)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {

@@ -1,6 +1,6 @@
 //! What the arguments of `identify` may be.
 
-use hysteresis_identify::{Form, Setting, Thresholds, Weights};
+use hysteresis_identify::{ModelKind, Setting, Thresholds, WeightLaw};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -8,20 +8,20 @@ use crate::convert::arguments::{count, is_word};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
 
-pub(crate) fn form(model: &str) -> PyResult<Form> {
+pub(crate) fn kind(model: &str) -> PyResult<ModelKind> {
     match model {
-        "modified" => Ok(Form::Modified),
-        "conventional" => Ok(Form::Conventional),
+        "modified" => Ok(ModelKind::Modified),
+        "conventional" => Ok(ModelKind::Conventional),
         _ => Err(errors::value("model", format_args!("expected \"modified\" or \"conventional\", got \"{model}\""))),
     }
 }
 
-pub(crate) fn law(weights: &str) -> PyResult<Weights> {
+pub(crate) fn law(weights: &str) -> PyResult<WeightLaw> {
     match weights {
-        "auto" => Ok(Weights::Auto),
-        "free" => Ok(Weights::Free),
-        "quadratic" => Ok(Weights::Quadratic),
-        "split" => Ok(Weights::Split),
+        "auto" => Ok(WeightLaw::Auto),
+        "free" => Ok(WeightLaw::Free),
+        "quadratic" => Ok(WeightLaw::Quadratic),
+        "split" => Ok(WeightLaw::Split),
         _ => {
             let expected = "\"auto\", \"free\", \"quadratic\" or \"split\"";
             Err(errors::value("weights", format_args!("expected {expected}, got \"{weights}\"")))
@@ -29,12 +29,12 @@ pub(crate) fn law(weights: &str) -> PyResult<Weights> {
     }
 }
 
-pub(crate) fn law_name(weights: Weights) -> &'static str {
+pub(crate) fn law_name(weights: WeightLaw) -> &'static str {
     match weights {
-        Weights::Auto => "auto",
-        Weights::Free => "free",
-        Weights::Quadratic => "quadratic",
-        Weights::Split => "split",
+        WeightLaw::Auto => "auto",
+        WeightLaw::Free => "free",
+        WeightLaw::Quadratic => "quadratic",
+        WeightLaw::Split => "split",
     }
 }
 

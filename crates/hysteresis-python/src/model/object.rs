@@ -1,6 +1,6 @@
 //! The objects of both models, and the way from any object to a model.
 
-use hysteresis_core::{self as core, Kernel, Model};
+use hysteresis_core::{self as core, CompiledModel, Model};
 use pyo3::prelude::*;
 
 use crate::convert::errors::unexpected;
@@ -32,7 +32,7 @@ use crate::convert::errors::unexpected;
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct PrandtlIshlinskii {
     pub(crate) model: core::PrandtlIshlinskii,
-    pub(crate) kernel: Kernel,
+    pub(crate) kernel: CompiledModel,
 }
 
 /// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = output_offset + sum_i w_i z_i.
@@ -66,19 +66,19 @@ pub(crate) struct PrandtlIshlinskii {
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ModifiedPrandtlIshlinskii {
     pub(crate) model: core::ModifiedPrandtlIshlinskii,
-    pub(crate) kernel: Kernel,
+    pub(crate) kernel: CompiledModel,
 }
 
 impl From<core::PrandtlIshlinskii> for PrandtlIshlinskii {
     fn from(model: core::PrandtlIshlinskii) -> Self {
-        let kernel = Kernel::new(&core::ModifiedPrandtlIshlinskii::from(&model));
+        let kernel = CompiledModel::new(&core::ModifiedPrandtlIshlinskii::from(&model));
         Self { model, kernel }
     }
 }
 
 impl From<core::ModifiedPrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
     fn from(model: core::ModifiedPrandtlIshlinskii) -> Self {
-        let kernel = Kernel::new(&model);
+        let kernel = CompiledModel::new(&model);
         Self { model, kernel }
     }
 }
@@ -94,7 +94,7 @@ pub(crate) fn object(py: Python<'_>, model: Model) -> PyResult<Py<PyAny>> {
 const EXPECTED: &str = "a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii";
 
 /// The kernel of a model of either kind, if the object is one.
-pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<Kernel> {
+pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<CompiledModel> {
     if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
         Some(model.get().kernel.clone())
     } else {
@@ -103,7 +103,7 @@ pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<Kernel> {
 }
 
 /// The kernel of a model of either kind, or an error that says what came instead.
-pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<Kernel> {
+pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<CompiledModel> {
     kernel(model).ok_or_else(|| unexpected(name, EXPECTED, model))
 }
 

@@ -1,7 +1,6 @@
 //! `mpi_hyst.paper`.
 
-use hysteresis_core::paper;
-use hysteresis_simulate::plant::Benchmark;
+use hysteresis_simulate::paper::{self, Benchmark};
 use pyo3::prelude::*;
 
 use super::plant::Plant;
@@ -82,7 +81,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 /// ...         self.sum += error
 /// ...         return self.feed_forward.step(reference) + self.kp * error + self.ki * self.sum
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.15)  # um
-/// >>> run = mh.simulate(PaperLaw(*mh.paper.gains("A1")), mh.paper.plant("A1"), reference)
+/// >>> run = mh.plant.simulate(PaperLaw(*mh.paper.gains("A1")), mh.paper.plant("A1"), reference)
 /// >>> bool(abs(run.metrics.max_error / 0.293 - 1.0) < 0.1)
 /// True
 #[pyfunction]

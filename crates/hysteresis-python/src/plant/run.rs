@@ -1,13 +1,14 @@
 //! Closed loops: a controller, a plant, a reference, and how well the plant followed.
 
-use hysteresis_simulate::metrics::{self, Record};
+use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use serde::{Deserialize, Serialize};
 
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -15,18 +16,19 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
 /// matters, and free of measurement noise.
-#[pyclass(module = "mpi_hyst", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Metrics {
     /// How many samples they are of.
     samples: usize,
     /// Largest magnitude of the measured error, um.
     max_error: f64,
     /// Root mean square of the measured error, um.
-    rms_error: f64,
+    rmse: f64,
     /// Largest magnitude of the position error, um.
     max_position_error: f64,
     /// Root mean square of the position error, um.
-    rms_position_error: f64,
+    position_rmse: f64,
     /// Peak-to-peak of the reference, um: the base of `hysteresis_percent`.
     range: f64,
     /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
@@ -37,7 +39,7 @@ pub(crate) struct Metrics {
     /// Highest drive, V.
     drive_high: f64,
     /// At how many samples the drive was at a limit of the plant.
-    saturated: usize,
+    saturated_count: usize,
 }
 
 impl From<metrics::Metrics> for Metrics {
@@ -45,45 +47,39 @@ impl From<metrics::Metrics> for Metrics {
         let metrics::Metrics {
             samples,
             max_error,
-            rms_error,
+            rmse,
             max_position_error,
-            rms_position_error,
+            position_rmse,
             range,
             hysteresis_percent,
             drive_low,
             drive_high,
-            saturated,
+            saturated_count,
         } = metrics;
         Self {
             samples,
             max_error,
-            rms_error,
+            rmse,
             max_position_error,
-            rms_position_error,
+            position_rmse,
             range,
             hysteresis_percent,
             drive_low,
             drive_high,
-            saturated,
+            saturated_count,
         }
     }
 }
 
-#[pymethods]
-impl Metrics {
+result_methods!(Metrics {
     fn __repr__(&self) -> String {
         format!(
             "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
              saturated>",
-            self.max_error,
-            self.rms_error,
-            self.max_position_error,
-            self.rms_position_error,
-            self.samples,
-            self.saturated
+            self.max_error, self.rmse, self.max_position_error, self.position_rmse, self.samples, self.saturated_count
         )
     }
-}
+});
 
 /// The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
 ///
@@ -107,13 +103,13 @@ impl Metrics {
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> run = mh.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
+/// >>> run = mh.plant.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
 /// ...              limits=(-9.0, 9.0), period=2)
-/// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated
+/// >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated_count
 /// (0.5, 0.25, 2)
 /// >>> run.metrics.hysteresis_percent, run.settled.max_error
 /// (12.5, 0.25)
-#[pyclass(module = "mpi_hyst", frozen)]
+#[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Run(pub(crate) metrics::Run);
 
 #[pymethods]
@@ -129,7 +125,7 @@ impl Run {
         period: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(period);
-        let record = Record {
+        let record = LoopRecord {
             reference: numbers("reference", reference)?,
             measured: numbers("measured", measured)?,
             position: numbers("position", position)?,
@@ -195,11 +191,9 @@ impl Run {
         format!("<Run: {}>", self.metrics().__repr__().trim_matches(['<', '>']))
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        let arrays = [self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?];
-        let keywords = PyDict::new(py);
-        keywords.set_item("limits", self.limits())?;
-        keywords.set_item("period", self.period())?;
-        Ok((PyTuple::new(py, arrays)?, keywords))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let arrays = (self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?);
+        let keywords = keywords!(py, limits = self.limits(), period = self.period());
+        reduce(py.get_type::<Self>().into_any(), arrays, keywords, None)
     }
 }

@@ -1,7 +1,7 @@
 //! A controller, a plant and a reference.
 
-use hysteresis_core::{HybridController as Controller, Kernel, Model, ModifiedPrandtlIshlinskii};
-use hysteresis_simulate::closed_loop::Trial;
+use hysteresis_core::{CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii};
+use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -35,15 +35,15 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// reference : array of n floats
 ///     Where the position should be, um, at the plant's sampling interval.
 /// target : array of n floats, optional
-///     Of the feed-forward, if it is not the reference: what `shape` makes of it.
+///     Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
 /// observer : Observer, optional
 ///     The feedback sees its estimate instead of the measurement.
 /// repetitive : RepetitiveControl, optional
 ///     Corrects the target in the loop. With a preview, give `target` too.
 /// identifier : RecursiveIdentifier, optional
-///     Follows drive and measurement; its model is taken into the controller every `swap_every` samples, without a jump.
+///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
 ///     For an exact inverse as feed-forward.
-/// swap_every : int
+/// model_update_interval : int
 ///     Samples between two swaps.
 /// period : float, optional
 ///     Of the reference, in samples: `settled` of the run leaves out the first.
@@ -65,22 +65,22 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> kp, ki = mh.paper.gains("A1")
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
 /// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
-/// >>> controller = mh.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
-/// >>> run = mh.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
 /// True
-/// >>> controller = mh.HybridController(
-/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.preview(mh.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// >>> controller = mh.control.HybridController(
+/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// ... )
-/// >>> run = mh.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+/// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error < 0.01
 /// True
 #[pyfunction]
 #[pyo3(signature = (
-    controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, swap_every=None,
+    controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
     period=None, progress=None
 ), text_signature = "(controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, \
-    swap_every=1000, period=None, progress=None)")]
+    model_update_interval=1000, period=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn simulate(
     controller: &Bound<'_, PyAny>,
@@ -90,21 +90,22 @@ pub(crate) fn simulate(
     observer: Option<PyRefMut<'_, Observer>>,
     repetitive: Option<PyRefMut<'_, RepetitiveControl>>,
     identifier: Option<PyRefMut<'_, RecursiveIdentifier>>,
-    swap_every: Option<&Bound<'_, PyAny>>,
+    model_update_interval: Option<&Bound<'_, PyAny>>,
     period: Option<&Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
     numbers!(period);
-    let swap_every = swap_every.map_or(Ok(1000), |number| count("swap_every", number))?;
+    let model_update_interval =
+        model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
     // Copies: a controller or a progress function may change the arrays.
     let reference = numbers("reference", reference)?;
-    let trial = Trial::new(&reference, period).map_err(raise)?;
+    let task = TrackingTask::new(&reference, period).map_err(raise)?;
     let target = target.map(|target| checked_target(target, reference.len())).transpose()?;
     let watch = watch(plant.py(), reference.len(), progress);
-    let around = Around { target, observer, repetitive, identifier, swap_every };
+    let around = Around { target, observer, repetitive, identifier, model_update_interval };
     match controller.cast::<HybridController>() {
-        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.0, &trial, plant, watch),
-        Err(_) if around.is_empty() => run_object(controller, &trial, plant, watch),
+        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.0, &task, plant, watch),
+        Err(_) if around.is_empty() => run_object(controller, &task, plant, watch),
         Err(_) => {
             let expected = "a HybridController beside target, observer, repetitive or identifier";
             Err(unexpected("controller", expected, controller))
@@ -118,7 +119,7 @@ struct Around<'py> {
     observer: Option<PyRefMut<'py, Observer>>,
     repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
     identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
-    swap_every: usize,
+    model_update_interval: usize,
 }
 
 impl Around<'_> {
@@ -129,7 +130,7 @@ impl Around<'_> {
     fn run(
         mut self,
         controller: &mut Controller,
-        trial: &Trial<'_>,
+        task: &TrackingTask<'_>,
         plant: &Bound<'_, Plant>,
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<Run> {
@@ -144,8 +145,8 @@ impl Around<'_> {
         }
         if let Some(identifier) = &self.identifier {
             // What it would be refused for in the run is found out before.
-            let mut trial = controller.clone();
-            trial.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
+            let mut task = controller.clone();
+            task.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
         }
         let tracking = Tracking {
             controller,
@@ -153,31 +154,31 @@ impl Around<'_> {
             observer: self.observer.as_mut().map(|observer| &mut observer.0),
             repetitive: self.repetitive.as_mut().map(|repetitive| &mut repetitive.control),
         };
-        let (identifier, swap_every, mut updates) = (&mut self.identifier, self.swap_every, 0);
+        let (identifier, model_update_interval, mut updates) = (&mut self.identifier, self.model_update_interval, 0);
         let adapt = |controller: &mut Controller, drive: f64, measured: f64| {
             let Some(identifier) = identifier.as_mut() else { return Ok(()) };
             identifier.0.update(drive, measured);
             updates += 1;
-            if updates % swap_every == 0 {
+            if updates % model_update_interval == 0 {
                 controller.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
             }
             Ok(())
         };
-        tracking.run_with(trial, &mut exclusive(plant)?.0, adapt, watch).map(Run)
+        tracking.run_with(task, &mut exclusive(plant)?.0, adapt, watch).map(Run)
     }
 }
 
-fn kernel(model: &Model) -> Kernel {
+fn kernel(model: &Model) -> CompiledModel {
     match model {
-        Model::Conventional(model) => Kernel::new(&ModifiedPrandtlIshlinskii::from(model)),
-        Model::Modified(model) => Kernel::new(model),
+        Model::Conventional(model) => CompiledModel::new(&ModifiedPrandtlIshlinskii::from(model)),
+        Model::Modified(model) => CompiledModel::new(model),
     }
 }
 
 /// The loop with a controller of any kind.
 fn run_object(
     controller: &Bound<'_, PyAny>,
-    trial: &Trial<'_>,
+    task: &TrackingTask<'_>,
     plant: &Bound<'_, Plant>,
     watch: impl FnMut(usize) -> PyResult<()>,
 ) -> PyResult<Run> {
@@ -185,11 +186,11 @@ fn run_object(
         return Err(unexpected("controller", "an object with step(reference, measurement) -> drive", controller));
     };
     let drive = |k: usize, measured: f64| {
-        let drive = step.call1((trial.reference()[k], measured))?;
+        let drive = step.call1((task.reference()[k], measured))?;
         let place = Place::part("controller", "controller.step");
         drive.extract::<f64>().map_err(|_| unexpected(place, format_args!("a number at sample {k}"), &drive))
     };
-    trial.run(&mut exclusive(plant)?.0, drive, watch).map(Run)
+    task.run(&mut exclusive(plant)?.0, drive, watch).map(Run)
 }
 
 /// As many finite numbers as there are samples.

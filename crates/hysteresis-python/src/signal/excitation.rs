@@ -1,52 +1,61 @@
 //! `mpi_hyst.signals`: drives that make an actuator's memory known.
 
-use hysteresis_simulate::excitation::{Excitation as Design, Plan, Shape};
+use hysteresis_simulate::excitation::{Excitation as Made, ExcitationOptions, Shape};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::signals::RATE;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise};
+use crate::convert::pickling::result_methods;
 
 /// An input to identify from: made by `excitation`.
 #[pyclass(module = "mpi_hyst.signals", frozen)]
-pub(crate) struct Excitation(Design);
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Excitation {
+    drive: Vec<f64>,
+    initialization_samples: usize,
+    reversals: Vec<f64>,
+}
 
-#[pymethods]
-impl Excitation {
+impl From<Made> for Excitation {
+    fn from(made: Made) -> Self {
+        let Made { drive, initialization_samples, reversals } = made;
+        Self { drive, initialization_samples, reversals }
+    }
+}
+
+result_methods!(Excitation {
     /// The samples, from start to start.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.drive.iter().copied())
+        read_only(py, self.drive.iter().copied())
     }
 
     /// How many samples come before the memory is known: the `skip` of `identify`.
     #[getter]
-    fn lead_in(&self) -> usize {
-        self.0.lead_in
+    fn initialization_samples(&self) -> usize {
+        self.initialization_samples
     }
 
     /// Where the drive turns, in order: one stroke to either limit, one cycle at full swing, the decay.
     #[getter]
     fn reversals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.reversals.iter().copied())
+        read_only(py, self.reversals.iter().copied())
     }
 
     fn __repr__(&self) -> String {
-        let Self(made) = self;
-        format!(
-            "<Excitation: {} samples, {} of them lead-in, {} reversals>",
-            made.drive.len(),
-            made.lead_in,
-            made.reversals.len()
-        )
+        let (samples, reversals) = (self.drive.len(), self.reversals.len());
+        let initialization = self.initialization_samples;
+        format!("<Excitation: {samples} samples, {initialization} of them to initialize, {reversals} reversals>")
     }
-}
+});
 
 /// A drive to identify from: both limits, one cycle at full swing, then decaying reversals, within a slew limit.
 ///
-/// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `lead_in`
+/// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `initialization_samples`
 /// counts the samples before, to be skipped by `identify`. With as many cycles as the model has operators, a reversal
 /// on the way up and one on the way down fall between any two neighbouring uniform thresholds. Every reversal is met by
 /// a sample; small loops take less time than large ones.
@@ -63,7 +72,7 @@ impl Excitation {
 ///     Decaying cycles after the one at full swing.
 /// shape : "triangle" or "sine"
 ///     Straight moves from reversal to reversal, or half cosines of the same largest speed.
-/// around : float, optional
+/// center : float, optional
 ///     What the reversals decay to: the middle of the limits unless given.
 /// start : float, optional
 ///     Where the drive starts and ends: zero, or the limit nearest to it, unless given.
@@ -71,7 +80,7 @@ impl Excitation {
 /// Returns
 /// -------
 /// Excitation
-///     With `drive`, `lead_in` and `reversals`.
+///     With `drive`, `initialization_samples` and `reversals`.
 ///
 /// Examples
 /// --------
@@ -80,12 +89,12 @@ impl Excitation {
 /// >>> made
 /// <Excitation: 11771 samples, 750 of them lead-in, 43 reversals>
 /// >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
-/// >>> found = mh.identify(made.drive, y, skip=made.lead_in, input_offset=0.0, delay=0.0)
+/// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", around=None, start=None),
-    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', around=None, start=None)")]
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn excitation(
     py: Python<'_>,
@@ -95,19 +104,19 @@ pub(crate) fn excitation(
     rate: Option<&Bound<'_, PyAny>>,
     cycles: Option<&Bound<'_, PyAny>>,
     shape: &str,
-    around: Option<&Bound<'_, PyAny>>,
+    center: Option<&Bound<'_, PyAny>>,
     start: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Excitation> {
-    numbers!(low, high, slew, rate = RATE, around, start);
-    let plan = plan((low, high), slew, rate, cycles, shape, (around, start))?;
-    py.detach(|| plan.excitation()).map(Excitation).map_err(raise)
+    numbers!(low, high, slew, rate = RATE, center, start);
+    let options = options((low, high), slew, rate, cycles, shape, (center, start))?;
+    py.detach(|| options.excitation()).map(Excitation::from).map_err(raise)
 }
 
 /// A decaying alternation that brings an actuator from any history to its virgin state, within a slew limit.
 ///
-/// Let A be the first amplitude, the smaller distance from `around` to a limit. From any history within `around` +- A
+/// Let A be the first amplitude, the smaller distance from `center` to a limit. From any history within `center` +- A
 /// it leaves every play within A / (4 cycles) of rest, and every coupled play with r >= rb and ra >= rc too, if
-/// `around` is the input offset of the model. So the output that is left is at most A / (4 cycles) times the sum of
+/// `center` is the input offset of the model. So the output that is left is at most A / (4 cycles) times the sum of
 /// the weights but the first: of what a stroke of A moves, less than 1 / (4 cycles).
 ///
 /// Parameters
@@ -122,7 +131,7 @@ pub(crate) fn excitation(
 ///     Cycles that the alternation takes to decay.
 /// shape : "triangle" or "sine"
 ///     Straight moves from reversal to reversal, or half cosines of the same largest speed.
-/// around : float, optional
+/// center : float, optional
 ///     What the alternation decays to: the middle of the limits unless given.
 /// start : float, optional
 ///     Where the drive starts and ends: zero, or the limit nearest to it, unless given.
@@ -143,8 +152,8 @@ pub(crate) fn excitation(
 /// >>> bool(abs(stream.step(0.0)) < 0.001 * left)
 /// True
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", around=None, start=None),
-    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', around=None, start=None)")]
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn demagnetize<'py>(
     py: Python<'py>,
@@ -154,22 +163,22 @@ pub(crate) fn demagnetize<'py>(
     rate: Option<&Bound<'py, PyAny>>,
     cycles: Option<&Bound<'py, PyAny>>,
     shape: &str,
-    around: Option<&Bound<'py, PyAny>>,
+    center: Option<&Bound<'py, PyAny>>,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    numbers!(low, high, slew, rate = RATE, around, start);
-    let plan = plan((low, high), slew, rate, cycles, shape, (around, start))?;
-    py.detach(|| plan.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
+    numbers!(low, high, slew, rate = RATE, center, start);
+    let options = options((low, high), slew, rate, cycles, shape, (center, start))?;
+    py.detach(|| options.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
 }
 
-fn plan(
+fn options(
     (low, high): (f64, f64),
     slew: f64,
     rate: f64,
     cycles: Option<&Bound<'_, PyAny>>,
     shape: &str,
-    (around, start): (Option<f64>, Option<f64>),
-) -> PyResult<Plan> {
+    (center, start): (Option<f64>, Option<f64>),
+) -> PyResult<ExcitationOptions> {
     let shape = match shape {
         "triangle" => Shape::Triangle,
         "sine" => Shape::Sine,
@@ -179,14 +188,14 @@ fn plan(
         }
     };
     let cycles = cycles.map_or(Ok(20), |cycles| count("cycles", cycles))?;
-    Ok(Plan {
+    Ok(ExcitationOptions {
         low,
         high,
         slew,
         rate,
         cycles: u32::try_from(cycles).unwrap_or(u32::MAX),
         shape,
-        around: around.unwrap_or(0.5 * low + 0.5 * high),
+        center: center.unwrap_or(0.5 * low + 0.5 * high),
         // Not clamp, which panics if low is above high: the plan says what is wrong with them.
         start: start.unwrap_or(0.0_f64.max(low).min(high)),
     })

@@ -242,7 +242,7 @@ def test_after_saturation_the_reference_is_met_again(
     )
     reference = mh.signals.triangle(3.3, 1.0, seconds=3.0)
     run = mh.plant.simulate(hybrid, mh.paper.plant("A1", seed=seed), reference)
-    assert run.metrics.saturated >= hybrid.saturated > 1000
+    assert run.metrics.saturated_count >= hybrid.saturated > 1000
     assert np.abs(run.drive).max() == 500.0
     within = np.abs(reference) <= 2.5
     within[:2500] = False  # before the first excursion
@@ -265,7 +265,11 @@ def test_the_printed_law_hits_the_rail() -> None:
     [
         ({"target": [0.0]}, ValueError, "target: expected 500 samples as in the reference, got 1"),
         ({"target": [math.nan] * 500}, ValueError, "target[0]: expected a finite number"),
-        ({"swap_every": 0}, ValueError, "swap_every: expected a whole number of at least one"),
+        (
+            {"model_update_interval": 0},
+            ValueError,
+            "model_update_interval: expected a whole number of at least one",
+        ),
         ({"observer": 3}, TypeError, ""),
         (
             {"identifier": mh.RecursiveIdentifier(mh.paper.table_2())},

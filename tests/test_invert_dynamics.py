@@ -16,7 +16,7 @@ from support import Array
 DT = 1e-4
 A1 = mh.plant.SecondOrder(400.0, 0.95)
 MODEL = mh.paper.table_1_recovered()
-P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_pole": 279.0}
+P3: dict[str, Any] = {"dynamics": mh.plant.SecondOrder(2000.0, 0.03), "amplifier_bandwidth": 279.0}
 
 frequencies = st.floats(50.0, 4000.0)
 
@@ -66,7 +66,12 @@ def test_the_shaped_target_of_a_polynomial_is_exact(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # short records of slow dynamics: followed, or not
         got = mh.control.invert_dynamics(
-            polynomial(t), DT, dynamics=dynamics, amplifier_pole=pole, delay=delay, window=window
+            polynomial(t),
+            DT,
+            dynamics=dynamics,
+            amplifier_bandwidth=pole,
+            delay=delay,
+            window=window,
         )
     inverse = terms(dynamics, pole)
     aimed = np.minimum(t + (0.5 + delay) * DT, t[-1])
@@ -81,7 +86,7 @@ def test_preview_is_exact_for_polynomials(
     part: tuple[Any, Any, float], cubic: list[float], ahead: int
 ) -> None:
     dynamics, pole, delay = part
-    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_pole=pole, delay=delay)
+    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_bandwidth=pole, delay=delay)
     polynomial = np.polynomial.Polynomial(cubic)(np.polynomial.Polynomial([0.0, 1 / (40 * DT)]))
     window = (made.ahead - np.arange(made.coefficients.size)) * DT
     inverse = terms(dynamics, pole)
@@ -117,7 +122,7 @@ PREVIEW_ERRORS = [
 def test_errors_of_preview_are_as_documented(
     dynamics: mh.plant.SecondOrder, pole: float | None, ahead: int, limits: tuple[float, ...]
 ) -> None:
-    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_pole=pole)
+    made = mh.control.preview(dynamics, DT, ahead=ahead, amplifier_bandwidth=pole)
     lead = 0.5 * DT
     for frequency, limit in zip((1.0, 20.0, 100.0), limits, strict=True):
         s = 2j * np.pi * frequency
@@ -275,7 +280,7 @@ good: dict[str, Any] = {"trajectory": np.zeros(20), "dt": DT, "dynamics": A1}
         ({"window": 2}, "window: expected more samples than the order"),
         ({"window": -3}, "window: expected a number of samples"),
         ({"delay": -1.0}, "delay: expected 0 to 2^20 samples"),
-        ({"amplifier_pole": 0.0}, "amplifier_pole: expected a finite number above 0"),
+        ({"amplifier_bandwidth": 0.0}, "amplifier_bandwidth: expected a finite number above 0"),
         ({"seconds": 1.0}, "seconds: expected None for samples"),
         (
             {"dynamics": mh.plant.SecondOrder(1e-90, 0.5), "dt": 1e-80},

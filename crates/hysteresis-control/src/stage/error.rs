@@ -1,0 +1,88 @@
+//! Why a stage, or something that is made from one, cannot be.
+
+use core::fmt;
+
+use hysteresis_core::Error as CoreError;
+
+use crate::linear::Error as LinearError;
+
+/// What is wrong: the parameter, what was expected, what came.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number of the hysteresis, the maps, limits or drives.
+    Core(CoreError),
+    /// A number of the linear dynamics, of times or of samples.
+    Linear(LinearError),
+    /// A reference that begins elsewhere than the stage is, without a lead-in.
+    Start {
+        /// Where the stage is at the drive from which it starts, in the unit of the position.
+        position: f64,
+        /// That drive.
+        drive: f64,
+        /// Where the reference begins.
+        got: f64,
+    },
+    /// A negative dead time, where something is to run sample by sample.
+    NegativeDeadTime {
+        /// The dead time in seconds.
+        got: f64,
+    },
+    /// A stage without a noise of the sensor, where one is needed.
+    NoNoise,
+    /// A file that is no stage.
+    File {
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::Core(error) => error.parameter(),
+            Self::Linear(error) => Some(error.parameter),
+            Self::Start { .. } => Some("reference"),
+            Self::NegativeDeadTime { .. } => Some("dead_time"),
+            Self::NoNoise => Some("noise"),
+            Self::File { .. } => None,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Core(error) => error.fmt(f),
+            Self::Linear(error) => error.fmt(f),
+            Self::Start { position, drive, got } => write!(
+                f,
+                "reference[0]: expected the position of the stage at its start drive {drive:?}, which is {position:?}, got \
+                 {got:?}: give lead_in (seconds) for a smooth way there, or start (the drive at which the stage rests)"
+            ),
+            Self::NegativeDeadTime { got } => write!(
+                f,
+                "dead_time: expected 0 s or more, got {got:?}: the records pair each drive with a position that was read \
+                 later; shift the positions down by one row and identify again"
+            ),
+            Self::NoNoise => write!(f, "noise: expected the rms noise of the sensor, got none: the stage states none"),
+            Self::File { message } => write!(f, "not a stage file: {message}"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}
+
+impl From<CoreError> for Error {
+    fn from(error: CoreError) -> Self {
+        Self::Core(error)
+    }
+}
+
+impl From<LinearError> for Error {
+    fn from(error: LinearError) -> Self {
+        Self::Linear(error)
+    }
+}

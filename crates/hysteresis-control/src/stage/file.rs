@@ -1,0 +1,205 @@
+//! Stage files: JSON of one schema, refused unless every field is known and valid.
+
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::{Error, Identified, Stage, StageParts, Units};
+use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
+
+/// The schema of a stage file.
+pub const SCHEMA: &str = "mpi_hyst/stage/1";
+
+/// Read first, alone, so that a file of another schema is called just that.
+#[derive(Deserialize)]
+struct Header {
+    schema: Option<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    units: Units,
+    limits: Option<(f64, f64)>,
+    slew: Option<f64>,
+    dead_time: f64,
+    amplifier_bandwidth: Option<f64>,
+    input_map: Option<MapFile>,
+    hysteresis: serde_json::Value,
+    output_map: Option<MapFile>,
+    creep: Option<CreepFile>,
+    dynamics: Vec<SectionFile>,
+    noise: Option<f64>,
+    identified: Option<Identified>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapFile {
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CreepFile {
+    amplitudes: Vec<f64>,
+    time_constants: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModeFile {
+    frequency: f64,
+    damping: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+enum SectionFile {
+    FirstOrder { frequency: f64 },
+    SecondOrder { frequency: f64, damping: f64 },
+    Antiresonance { zero: ModeFile, pole: ModeFile },
+    Modes { gains: Vec<f64>, modes: Vec<ModeFile> },
+    StateSpace { a: Vec<Vec<f64>>, b: Vec<f64>, c: Vec<f64>, d: f64 },
+}
+
+impl Stage {
+    /// The stage as JSON text; every number reads back bit for bit.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let parts = self.parts();
+        let map = |map: &PiecewiseLinearMap| {
+            let (x, y) = map.points().unzip();
+            MapFile { x, y }
+        };
+        let file = File {
+            schema: SCHEMA.into(),
+            units: parts.units.clone(),
+            limits: parts.limits,
+            slew: parts.slew,
+            dead_time: parts.dead_time,
+            amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
+            input_map: parts.input_map.as_ref().map(map),
+            // What the core writes is JSON.
+            hysteresis: serde_json::from_str(&Model::from(parts.hysteresis.clone()).to_json()).unwrap_or_default(),
+            output_map: parts.output_map.as_ref().map(map),
+            creep: parts.creep.as_ref().map(|creep| CreepFile {
+                amplitudes: creep.amplitudes().to_vec(),
+                time_constants: creep.time_constants().to_vec(),
+            }),
+            dynamics: parts.dynamics.sections().iter().map(SectionFile::from).collect(),
+            noise: parts.noise,
+            identified: parts.identified.clone(),
+        };
+        // Serialising plain numbers and strings into memory has no way to fail.
+        serde_json::to_string_pretty(&file).unwrap_or_default()
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote, or a model file: a stage of that hysteresis alone.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a text that is cut off, of another schema, or has a field that is missing or unknown; otherwise
+    /// [`Error`] that names the part that no stage may have.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let header: Header = serde_json::from_str(text).map_err(|error| syntax(&error))?;
+        match header.schema.as_deref() {
+            Some(SCHEMA) => serde_json::from_str::<File>(text).map_err(|error| syntax(&error))?.stage(),
+            Some(schema) if schema.starts_with("mpi_hyst/model/") => Self::new(StageParts::new(hysteresis(text)?)),
+            got => Err(Error::File { message: format!("schema: expected {SCHEMA:?}, got {got:?}") }),
+        }
+    }
+}
+
+fn syntax(error: &serde_json::Error) -> Error {
+    Error::File { message: error.to_string().replace(['\n', '\r'], " ") }
+}
+
+fn hysteresis(text: &str) -> Result<ModifiedPrandtlIshlinskii, Error> {
+    match Model::from_json(text) {
+        Ok(model) => Ok(model.into()),
+        Err(error) => Err(Error::File { message: format!("hysteresis: {error}") }),
+    }
+}
+
+impl File {
+    fn stage(self) -> Result<Stage, Error> {
+        let map = |map: Option<MapFile>| map.map(|MapFile { x, y }| PiecewiseLinearMap::new(&x, &y)).transpose();
+        let mut dynamics = LinearDynamics::none();
+        for section in self.dynamics {
+            dynamics = dynamics.then(LinearDynamics::from(section.section()?));
+        }
+        let creep = self.creep.map(|creep| Creep::new(&creep.amplitudes, &creep.time_constants)).transpose()?;
+        Stage::new(StageParts {
+            hysteresis: hysteresis(&self.hysteresis.to_string())?,
+            input_map: map(self.input_map)?,
+            output_map: map(self.output_map)?,
+            amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
+            creep,
+            dynamics,
+            dead_time: self.dead_time,
+            limits: self.limits,
+            slew: self.slew,
+            noise: self.noise,
+            identified: self.identified,
+            units: self.units,
+        })
+    }
+}
+
+impl From<SecondOrder> for ModeFile {
+    fn from(mode: SecondOrder) -> Self {
+        Self { frequency: mode.frequency(), damping: mode.damping() }
+    }
+}
+
+impl ModeFile {
+    fn mode(self) -> Result<SecondOrder, Error> {
+        Ok(SecondOrder::new(self.frequency, self.damping)?)
+    }
+}
+
+impl From<&Section> for SectionFile {
+    fn from(section: &Section) -> Self {
+        match section {
+            Section::FirstOrder(lag) => Self::FirstOrder { frequency: lag.frequency() },
+            Section::SecondOrder(mode) => Self::SecondOrder { frequency: mode.frequency(), damping: mode.damping() },
+            Section::Antiresonance(pair) => Self::Antiresonance { zero: pair.zero().into(), pole: pair.pole().into() },
+            Section::Modes(modes) => Self::Modes {
+                gains: modes.gains().to_vec(),
+                modes: modes.modes().iter().map(|mode| (*mode).into()).collect(),
+            },
+            Section::StateSpace(matrices) => Self::StateSpace {
+                a: matrices.a().row_iter().map(|row| row.iter().copied().collect()).collect(),
+                b: matrices.b().as_slice().to_vec(),
+                c: matrices.c().as_slice().to_vec(),
+                d: matrices.d(),
+            },
+        }
+    }
+}
+
+impl SectionFile {
+    fn section(self) -> Result<Section, Error> {
+        Ok(match self {
+            Self::FirstOrder { frequency } => Section::FirstOrder(FirstOrder::new(frequency)?),
+            Self::SecondOrder { frequency, damping } => Section::SecondOrder(SecondOrder::new(frequency, damping)?),
+            Self::Antiresonance { zero, pole } => {
+                Section::Antiresonance(Antiresonance::new(zero.mode()?, pole.mode()?))
+            }
+            Self::Modes { gains, modes } => {
+                let modes = modes.into_iter().map(ModeFile::mode).collect::<Result<Vec<_>, _>>()?;
+                Section::Modes(Modes::new(&gains, &modes)?)
+            }
+            Self::StateSpace { a, b, c, d } => {
+                let n = a.len();
+                if a.iter().any(|row| row.len() != n) {
+                    return Err(Error::File { message: "dynamics: expected a square matrix a".into() });
+                }
+                let a = DMatrix::from_row_iterator(n, n, a.into_iter().flatten());
+                Section::StateSpace(StateSpace::new(a, DVector::from_vec(b), DVector::from_vec(c), d)?)
+            }
+        })
+    }
+}

@@ -1,0 +1,181 @@
+//! The drive for a reference that is known beforehand.
+
+use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, is_admissible};
+
+use super::{Error, Stage, rest_drive};
+use crate::feedforward::Shaper;
+use crate::linear::check_positive;
+
+/// A reference begins where the stage is if it is no farther from there than this share of the range of positions: what a
+/// fitted output offset may be wrong by.
+const SAME_POSITION: f64 = 2e-3;
+
+/// A difference that small fades over this time, in seconds, so that even then no drive jumps.
+const FADE: f64 = 0.005;
+
+/// How to precompensate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PrecompensateOptions {
+    /// The drive never leaves (low, high); by default [`Stage::drive_range`].
+    pub limits: Option<(f64, f64)>,
+    /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits.
+    pub start: Option<f64>,
+    /// How long a smooth way from there to the beginning of the reference takes, in seconds: it is put in front of the
+    /// reference. Without one the reference must begin where the stage is.
+    pub lead_in: Option<f64>,
+}
+
+/// A drive for a reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Precompensated {
+    /// One drive for every sample of the lead-in and of the reference.
+    pub drive: Vec<f64>,
+    /// How many samples in front of the reference the lead-in takes.
+    pub lead_in_samples: usize,
+    /// How many targets lay beyond the limits.
+    pub saturated_count: u64,
+    /// How many drives the slew rate of the stage held back.
+    pub slewing_count: u64,
+}
+
+impl Stage {
+    /// The drives that move the stage along a reference, sampled at `dt` seconds: the position that is read at t_k is
+    /// reference\[k\].
+    ///
+    /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
+    /// inverse of creep, output map, hysteresis and input map. The first drive is the start drive or near it: the stage
+    /// begins at rest. Every drive is within the limits and keeps the slew rate of the stage. What is aimed at beyond the
+    /// last sample is the last sample.
+    ///
+    /// # Errors
+    /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`] that
+    /// names what is not finite, empty or out of its range.
+    pub fn precompensate(
+        &self,
+        reference: &[f64],
+        dt: f64,
+        options: &PrecompensateOptions,
+    ) -> Result<Precompensated, Error> {
+        check_samples(reference)?;
+        let limits = self.limits(options.limits)?;
+        let start = options.start.unwrap_or_else(|| rest_drive(limits));
+        check_start(start, limits)?;
+        let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
+        let level = inverse.settle(start);
+        let gain = self.parts().dynamics.static_gain();
+        let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (gain * level, start))?;
+        let targets = self.invert_dynamics(path, dt)?;
+        let mut found = Precompensated { drive: targets, lead_in_samples, saturated_count: 0, slewing_count: 0 };
+        let step = self.parts().slew.map_or(f64::INFINITY, |slew| slew * dt);
+        found.walk(&mut inverse, step);
+        Ok(found)
+    }
+
+    /// The targets of the quasi-static inverse. With a negative dead time a row holds a position that is read later: the
+    /// path then moves down by as many rows as make the dead time causal.
+    fn invert_dynamics(&self, mut path: Vec<f64>, dt: f64) -> Result<Vec<f64>, Error> {
+        let rows = (-self.parts().dead_time / dt).ceil().max(0.0);
+        let dynamics = self.amplifier_and_modes().with_dead_time(self.parts().dead_time + rows * dt)?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let rows = (rows as usize).min(path.len());
+        let first = path[0];
+        path.rotate_right(rows);
+        path[..rows].fill(first);
+        Ok(Shaper::new(&dynamics, dt)?.shape(&path, 8)?)
+    }
+
+    /// Lead-in and reference in one.
+    fn path(
+        &self,
+        reference: &[f64],
+        dt: f64,
+        lead_in: Option<f64>,
+        (position, drive): (f64, f64),
+    ) -> Result<(Vec<f64>, usize), Error> {
+        let difference = position - reference[0];
+        let mut path = Vec::new();
+        if let Some(seconds) = lead_in {
+            let samples = lead_in_samples(seconds, dt)?;
+            reserve(&mut path, reference.len().saturating_add(samples), "lead_in")?;
+            path.extend((0..samples).map(|k| reference[0] + difference * (1.0 - smooth(k, samples))));
+            path.extend_from_slice(reference);
+            return Ok((path, samples));
+        }
+        let span = self.position_range().unwrap_or_else(|| bounds(reference));
+        if difference.abs() > SAME_POSITION * (span.1 - span.0).abs() {
+            return Err(Error::Start { position, drive, got: reference[0] });
+        }
+        reserve(&mut path, reference.len(), "reference")?;
+        let fade = lead_in_samples(FADE, dt)?;
+        path.extend(reference.iter().enumerate().map(|(k, r)| r + difference * (1.0 - smooth(k, fade))));
+        Ok((path, 0))
+    }
+}
+
+impl Precompensated {
+    /// Turns targets into drives.
+    fn walk(&mut self, inverse: &mut QuasiStaticInverse, step: f64) {
+        for sample in &mut self.drive {
+            let last = inverse.output();
+            let wanted = inverse.peek(*sample);
+            let allowed = wanted.max(last - step).min(last + step);
+            if allowed == wanted {
+                *sample = inverse.step(*sample);
+                self.saturated_count += u64::from(inverse.saturated());
+            } else {
+                *sample = inverse.follow_drive(allowed);
+                self.slewing_count += 1;
+            }
+        }
+    }
+}
+
+/// The polynomial of least jerk from 0 at sample 0 to 1 at `samples`, at rest at both ends.
+#[expect(clippy::cast_precision_loss, reason = "no array has 2^53 samples")]
+fn smooth(k: usize, samples: usize) -> f64 {
+    let t = if k < samples { k as f64 / samples as f64 } else { 1.0 };
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+fn lead_in_samples(seconds: f64, dt: f64) -> Result<usize, Error> {
+    check_positive("lead_in", None, seconds)?;
+    check_positive("dt", None, dt)?;
+    Ok((seconds / dt).ceil() as usize)
+}
+
+fn reserve(path: &mut Vec<f64>, samples: usize, parameter: &'static str) -> Result<(), Error> {
+    #[expect(clippy::cast_precision_loss, reason = "only shown")]
+    let got = samples as f64;
+    path.try_reserve_exact(samples).map_err(|_| {
+        let expected = "as many samples as there is memory for";
+        Error::Linear(crate::linear::Error { parameter, index: None, expected, got })
+    })
+}
+
+fn bounds(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (y.min(low), y.max(high)))
+}
+
+fn check_samples(reference: &[f64]) -> Result<(), Error> {
+    if reference.is_empty() {
+        return Err(CoreError::Empty { parameter: "reference" }.into());
+    }
+    match reference.iter().position(|sample| !is_admissible(*sample)) {
+        None => Ok(()),
+        Some(index) => {
+            let (expected, got) = (Bound::Finite, reference[index]);
+            Err(CoreError::Domain { parameter: "reference", index: Some(index), expected, got }.into())
+        }
+    }
+}
+
+fn check_start(start: f64, limits: Option<(f64, f64)>) -> Result<(), Error> {
+    let (low, high) = limits.unwrap_or((-1e100, 1e100));
+    if low <= start && start <= high {
+        Ok(())
+    } else {
+        let expected = Bound::Between { low, high };
+        Err(CoreError::Domain { parameter: "start", index: None, expected, got: start }.into())
+    }
+}

@@ -1,0 +1,214 @@
+//! Laws of the stage without fast dynamics: maps, hysteresis and creep, forward and inverse.
+
+use hysteresis_core::{
+    Bracket, CompiledModel, CreepTerms, Error, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process,
+    QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+};
+use proptest::prelude::*;
+
+const LIMITS: (f64, f64) = (-20.0, 150.0);
+
+/// A strictly monotone map over about the given range, slopes within a factor of four.
+fn map(low: f64, high: f64) -> impl Strategy<Value = PiecewiseLinearMap> {
+    (proptest::collection::vec((0.5..2.0, 0.5..2.0), 1..6), any::<bool>()).prop_map(move |steps| {
+        let (steps, falling) = steps;
+        let total: (f64, f64) = steps.iter().fold((0.0, 0.0), |sum, step| (sum.0 + step.0, sum.1 + step.1));
+        let (mut x, mut y) = (vec![low], vec![low]);
+        for (dx, dy) in steps {
+            x.push(x[x.len() - 1] + dx / total.0 * (high - low));
+            y.push(y[y.len() - 1] + dy / total.1 * (high - low));
+        }
+        if falling {
+            y.iter_mut().for_each(|y| *y = low + high - *y);
+        }
+        PiecewiseLinearMap::new(&x, &y).unwrap()
+    })
+}
+
+fn hysteresis() -> impl Strategy<Value = ModifiedPrandtlIshlinskii> {
+    (proptest::collection::vec(0.0..0.1, 1..24), 0.2..1.0, 0.3..1.0, -5.0..20.0_f64).prop_map(
+        |(mut w, w0, ratio, offset)| {
+            w[0] = w0;
+            let r: Vec<f64> = (0..w.len()).map(|i| 6.0 * f64::from(u32::try_from(i).unwrap())).collect();
+            let ratios = Ratios { ra: 0.9, rb: 0.9 * ratio, rc: ratio };
+            ModifiedPrandtlIshlinskii::from_ratios(&w, &r, ratios, Offsets { input: offset, output: 0.1 }).unwrap()
+        },
+    )
+}
+
+fn creep() -> impl Strategy<Value = CreepTerms> {
+    proptest::collection::vec((-0.02..0.02, 0.0..1.0), 0..4).prop_map(|terms| {
+        let (c, a): (Vec<f64>, Vec<f64>) = terms.into_iter().unzip();
+        CreepTerms::new(&c, &a).unwrap()
+    })
+}
+
+fn stage() -> impl Strategy<Value = QuasiStatic> {
+    (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), creep()).prop_map(|(model, gamma, phi, creep)| {
+        QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep)
+    })
+}
+
+/// Drives of all kinds within the limits: slow ramps, jumps, plateaus.
+fn drives() -> impl Strategy<Value = Vec<f64>> {
+    proptest::collection::vec((LIMITS.0..LIMITS.1, 1_u32..12), 1..20).prop_map(|ways| {
+        let mut drives = vec![ways[0].0];
+        for (to, samples) in ways {
+            let from = drives[drives.len() - 1];
+            drives.extend((1..=samples).map(|k| from + (to - from) * f64::from(k) / f64::from(samples)));
+        }
+        drives
+    })
+}
+
+fn run(stream: &mut impl Process, input: &[f64]) -> Vec<f64> {
+    let mut output = vec![0.0; input.len()];
+    stream.run(input, &mut output).unwrap();
+    output
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    // Rounding only: the maps and the hysteresis each lose a few units in the last place of a range of about 200.
+    #[test]
+    fn forward_of_inverse_is_the_target(stage in stage(), drives in drives()) {
+        let targets = run(&mut stage.forward(), &drives);
+        let mut inverse = stage.inverse(Some(LIMITS)).unwrap();
+        let found = run(&mut inverse, &targets);
+        let reached = run(&mut stage.forward(), &found);
+        for (reached, target) in reached.iter().zip(&targets) {
+            prop_assert!((reached - target).abs() < 1e-11 * 200.0, "{reached} for {target}");
+        }
+    }
+
+    #[test]
+    fn the_drive_never_leaves_the_limits(stage in stage(), targets in proptest::collection::vec(-1e4..1e4, 1..60)) {
+        let (mut inverse, mut forward) = (stage.inverse(Some(LIMITS)).unwrap(), stage.forward());
+        forward.settle(inverse.output());
+        for target in targets {
+            let drive = inverse.step(target);
+            prop_assert!((LIMITS.0..=LIMITS.1).contains(&drive));
+            let reached = forward.step(drive);
+            if !inverse.saturated() {
+                prop_assert!((reached - target).abs() < 1e-9, "{reached} for {target}");
+            }
+        }
+    }
+
+    #[test]
+    fn peek_changes_nothing_and_tells_the_next_step(stage in stage(), drives in drives()) {
+        let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+        for drive in drives {
+            let (ahead, position) = (forward.peek(drive), forward.step(drive));
+            prop_assert_eq!(ahead.to_bits(), position.to_bits());
+            let (ahead, drive) = (inverse.peek(position), inverse.step(position));
+            prop_assert_eq!(ahead.to_bits(), drive.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_restored_state_continues_bit_for_bit(stage in stage(), before in drives(), after in drives()) {
+        let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+        run(&mut inverse, &run(&mut forward, &before));
+        let (mut other, mut other_inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+        other.set_state(&forward.state()).unwrap();
+        other_inverse.set_state(&inverse.state()).unwrap();
+        let positions = run(&mut forward, &after);
+        prop_assert_eq!(&run(&mut other, &after), &positions);
+        prop_assert_eq!(run(&mut other_inverse, &positions), run(&mut inverse, &positions));
+    }
+
+    #[test]
+    fn an_inverse_that_followed_knows_the_history(stage in stage(), before in drives(), drives in drives()) {
+        let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+        forward.settle(inverse.output());
+        forward.follow(&before).unwrap();
+        inverse.follow(&before).unwrap();
+        let targets = run(&mut forward.clone(), &drives);
+        let reached = run(&mut forward, &run(&mut inverse, &targets));
+        for (reached, target) in reached.iter().zip(&targets) {
+            prop_assert!((reached - target).abs() < 1e-11 * 200.0);
+        }
+    }
+
+    #[test]
+    fn two_streams_bracket_any_history(model in hysteresis(), before in drives(), after in drives()) {
+        let kernel = CompiledModel::new(&model);
+        let mut bracket = Bracket::new(&kernel, LIMITS).unwrap();
+        let mut truth = model.forward();
+        run(&mut truth, &before);
+        let mut last = f64::INFINITY;
+        for drive in after {
+            let (low, high) = bracket.step(drive);
+            let y = truth.step(drive);
+            prop_assert!(low <= y + 1e-12 && y <= high + 1e-12, "{y} outside {low}, {high}");
+            prop_assert!(bracket.width() <= last + 1e-12, "the bracket never widens");
+            last = bracket.width();
+        }
+        bracket.step(LIMITS.0);
+        bracket.step(LIMITS.1);
+        prop_assert!(bracket.width().abs() < 1e-12);
+    }
+}
+
+fn example() -> QuasiStatic {
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 9.0], Ratios::PAPER, Offsets::default());
+    QuasiStatic::new(&CompiledModel::new(&model.unwrap())).with_creep(CreepTerms::new(&[0.01], &[0.9]).unwrap())
+}
+
+#[test]
+fn a_sample_that_is_not_finite_holds_and_is_counted() {
+    let (mut forward, mut inverse): (QuasiStaticForward, QuasiStaticInverse) =
+        (example().forward(), example().inverse(Some(LIMITS)).unwrap());
+    let (position, drive) = (forward.step(30.0), inverse.step(10.0));
+    for bad in [f64::NAN, f64::INFINITY, -1e101] {
+        assert_eq!((forward.step(bad), inverse.step(bad), inverse.follow_drive(bad)), (position, drive, drive));
+    }
+    assert_eq!((forward.rejected(), inverse.rejected()), (3, 6));
+    assert_eq!(forward.step(30.0), example().forward().step(30.0) + 0.01 * (1.0 - 0.9) * position);
+}
+
+#[test]
+fn at_rest_for_ever_nothing_creeps() {
+    let mut forward = example().forward();
+    let rest = forward.settle(40.0);
+    for _ in 0..100 {
+        assert!((forward.step(40.0) - rest).abs() < 1e-14);
+    }
+    let mut inverse = example().inverse(Some(LIMITS)).unwrap();
+    assert!((inverse.settle(40.0) - rest).abs() < 1e-14);
+    assert!((inverse.step(rest) - 40.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_state_of_another_model_is_refused_by_name() {
+    let other = example().with_creep(CreepTerms::new(&[0.01], &[0.91]).unwrap());
+    let state = example().forward().state();
+    let error = other.forward().set_state(&state).unwrap_err();
+    assert!(matches!(error, Error::OtherModel { .. }));
+    assert!(error.to_string().starts_with("state.model: expected"), "{error}");
+    let inverse = example().inverse(None).unwrap().state();
+    assert!(matches!(other.inverse(None).unwrap().set_state(&inverse), Err(Error::OtherModel { .. })));
+}
+
+#[test]
+fn bad_maps_and_creep_are_named() {
+    let names = |error: Error| error.to_string();
+    let map = |x: &[f64], y: &[f64]| names(PiecewiseLinearMap::new(x, y).unwrap_err());
+    assert_eq!(map(&[0.0], &[0.0]), "x: expected 2 elements, got 1");
+    assert_eq!(map(&[0.0, 1.0], &[0.0]), "y: expected 2 elements, got 1");
+    assert_eq!(map(&[0.0, 0.0], &[0.0, 1.0]), "x[1]: expected a number above the one before it = 0.0, got 0.0");
+    assert_eq!(
+        map(&[0.0, 1.0, 2.0], &[0.0, 1.0, 0.5]),
+        "y[2]: expected a number above the one before it (a rising map) = 1.0, got 0.5"
+    );
+    assert!(map(&[0.0, f64::NAN], &[0.0, 1.0]).starts_with("x[1]: expected a finite number"));
+    let creep = |c: &[f64], a: &[f64]| names(CreepTerms::new(c, a).unwrap_err());
+    assert_eq!(creep(&[0.1], &[]), "decays: expected 1 elements, got 0");
+    assert_eq!(creep(&[0.1], &[1.5]), "decays[0]: expected a number from 0.0 to 1.0, got 1.5");
+    assert_eq!(
+        names(example().inverse(Some(LIMITS)).unwrap().follow(&[0.0, 151.0]).unwrap_err()),
+        "drives[1]: expected a number from -20.0 to 150.0, got 151.0"
+    );
+}

@@ -1,0 +1,153 @@
+"""Files and names that somebody else made: endless, once only, or made to break the terminal."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from commands import HEADER, assert_refused, column, names_in, record_rows, run, write_csv
+from test_report import parsed, words
+
+posix = pytest.mark.skipif(os.name == "nt", reason="devices, and names that are not UTF-8")
+
+COMMAND = [sys.executable, "-m", "mpi_hyst._cli"]
+NAMES = {
+    "formula": "$$",
+    "broken formula": r"$\frac{$",
+    "escape sequence": "\x1b[31mred\x1b[0m",
+    "mirrored": "\u202edrive",
+    "long": "drive" * 400,
+    "other script": "駆動電圧",
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_cannot_break_the_report(there: Path, name: str) -> None:
+    header = HEADER.replace("drive_v", NAMES[name])
+    write_csv(there / "named.csv", header, record_rows())
+    result = run(
+        *("identify", "named.csv", "--input", NAMES[name], "--output", "position_um"),
+        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+    )
+    assert result.exit_code == 0, result.output
+    assert mh.load(there / "found.json").operators == 4
+    parsed(there / "page.html")
+    assert "\x1b" not in result.output and "\u202e" not in result.output
+
+
+@posix
+@pytest.mark.parametrize(
+    "name", [b"\xff.csv", b"$\\frac{$.csv", b"\x1b[31m.csv", b"\xe2\x80\xae.csv"]
+)
+def test_a_file_name_cannot_break_the_report(there: Path, name: bytes) -> None:
+    path = os.fsdecode(name)
+    write_csv(Path(path), HEADER, record_rows())
+    result = run(
+        *("identify", path, "--input", "drive_v", "--output", "position_um"),
+        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+    )
+    assert result.exit_code == 0, result.output
+    assert mh.load(there / "found.json").operators == 4
+    assert ".csv" in words(parsed(there / "page.html"))
+    assert "\x1b" not in result.output and "\u202e" not in result.output
+
+
+@posix
+def test_errors_do_not_reach_the_terminal_as_they_are(there: Path) -> None:
+    (there / "wrong.json").write_text(json.dumps({"schema": "\x1b[2J" + "x" * 10_000_000}))
+    before = names_in(there)
+    given = ("precompensate", "wrong.json", "trajectory.csv", "-o", "drive.csv")
+    result = run(*given)
+    assert_refused(result, there, before, "wrong.json")
+    assert "\x1b" not in result.stderr and len(result.stderr) < 2000
+    result = run("identify", "\x1b[2J.csv", "--input", "a", "--output", "b")
+    assert_refused(result, there, before, "\\x1b[2J.csv: No such file")
+    result = run("identify", "record.csv", "--input", "\x1b[2J", "--output", "b")
+    assert_refused(result, there, before, "no column")
+    assert "\x1b" not in result.stderr
+
+
+@posix
+@pytest.mark.parametrize("name", ["\x1b[2J", "drive\n", os.fsdecode(b"\xff")])
+def test_a_column_that_nobody_can_read_is_not_written(there: Path, name: str) -> None:
+    before = names_in(there)
+    limits = ("--limits", "-500,500", "--rate", "1000", "--slew", "1e4")
+    result = run("excite", *limits, "--column", name, "-o", "drive.csv")
+    assert_refused(result, there, before, "--column: expected a printable name")
+
+
+@pytest.mark.parametrize("taken", ["drive", "saturated"])
+@pytest.mark.parametrize("role", ["target", "time"])
+def test_precompensate_loses_no_column(there: Path, taken: str, role: str) -> None:
+    header = f"time_s,{taken}" if role == "target" else f"{taken},target_um"
+    write_csv(there / "named.csv", header, [[k / 100, 0.01 * k] for k in range(50)])
+    before = names_in(there)
+    options = ["--time", taken] if role == "time" else []
+    result = run("precompensate", "stage.json", "named.csv", "-o", "out.csv", *options)
+    assert_refused(result, there, before, "named.csv: expected other columns than", taken)
+
+
+@posix
+@pytest.mark.parametrize("command", ["precompensate", "simulate"])
+def test_a_pipe_is_read_once(there: Path, command: str) -> None:
+    arguments = [command, "stage.json", "/dev/stdin", "-o", "out.csv", "--limits", "-500,500"]
+    done = subprocess.run(
+        [*COMMAND, *arguments],
+        input=(there / "trajectory.csv").read_bytes(),
+        capture_output=True,
+        cwd=there,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert column(there / "out.csv", "drive").size == 300
+
+
+@posix
+def test_an_endless_file_is_refused(there: Path) -> None:
+    before = names_in(there)
+    result = run("identify", "/dev/zero", "--input", "a", "--output", "b")
+    assert_refused(
+        result, there, before, "/dev/zero, line 1: expected less than 1000000 characters"
+    )
+    (there / "long.csv").write_text("a,b\n" + "1" * 2_000_000 + ",2\n", encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match="line 2: expected less than"):
+        mh.io.read(there / "long.csv", ["a", "b"])
+
+
+@posix
+def test_a_closed_terminal_does_not_lose_the_model(there: Path) -> None:
+    arguments = "identify record.csv --input drive_v --output position_um --operators 4 -o out.json"
+    line = f'exec "$0" -m mpi_hyst._cli {arguments} >&- 2>&-'
+    done = subprocess.run(["sh", "-c", line, sys.executable], cwd=there, timeout=120, check=False)
+    assert done.returncode == 0
+    assert mh.load(there / "out.json").operators == 4
+
+
+def test_tiny_numbers_have_a_report(there: Path) -> None:
+    rows = [[t, 1e-312 * float(str(u)), 1e-312 * float(str(y))] for t, u, y in record_rows()]
+    write_csv(there / "tiny.csv", HEADER, rows)
+    result = run(
+        *("identify", "tiny.csv", "--input", "drive_v", "--output", "position_um"),
+        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+    )
+    assert result.exit_code == 0, result.output
+    parsed(there / "page.html")
+
+
+def test_io_reads_every_column_of_numbers(tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "record.csv", "note,time_s,x_um", [["a", 0, 1], ["b", 0.5, 3]])
+    record = mh.io.read(path)
+    assert sorted(record.values) == ["time_s", "x_um"] and record.time_column == "time_s"
+    np.testing.assert_array_equal(record["x_um"], [1.0, 3.0])
+    assert (record.samples, record.sample_time) == (2, 0.5)
+    assert mh.io.read(str(path), ["x_um"], rows=1).samples == 1
+    write_csv(path, "note,other", [["a", "b"]])
+    with pytest.raises(mh.io.ReadError, match="no numeric column; the columns are: note, other"):
+        mh.io.read(path)
