@@ -25,12 +25,14 @@
 //!
 //! With no dead time and no modes y(k) = H\[u(k)\]. Modes answer to u(k) from y(k+1) on.
 
+mod design;
 mod error;
 mod file;
 mod forward;
 mod identified;
 mod precompensate;
 
+pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
 pub use error::Error;
 pub use file::SCHEMA;
 pub use forward::{StageForward, StageState};

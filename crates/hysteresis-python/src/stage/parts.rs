@@ -25,6 +25,8 @@ pub(crate) fn points(map: &PiecewiseLinearMap) -> (Vec<f64>, Vec<f64>) {
 pub(crate) fn units(units: &Bound<'_, PyAny>) -> PyResult<Units> {
     match units.extract::<(String, String)>() {
         Ok((drive, position)) => Ok(Units { drive, position }),
-        Err(_) => Err(unexpected("units", "two names: of the drive and of the position, such as (\"V\", \"um\")", units)),
+        Err(_) => {
+            Err(unexpected("units", "two names: of the drive and of the position, such as (\"V\", \"um\")", units))
+        }
     }
 }

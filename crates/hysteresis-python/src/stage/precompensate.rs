@@ -6,9 +6,9 @@ use hysteresis_control::stage::{PrecompensateOptions, Precompensated, Stage};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
+use crate::control::reference::samples;
 use crate::convert::arguments::{Given, pair};
 use crate::convert::errors::raise;
-use crate::control::reference::samples;
 
 /// The keywords of `precompensate`, as they came.
 #[derive(FromPyObject)]

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::linear::FirstOrder;
 use hysteresis_control::stage::{self, StageParts};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -12,8 +11,8 @@ use pythonize::pythonize;
 use super::parts::{map, points};
 use super::precompensate::{Keywords, precompensate};
 use super::streams::{Bracket, StageForward, StageInverse};
-use crate::control::linear::{Creep, given_creep};
-use crate::control::linear_part::{dynamics_object, linear_dynamics};
+use crate::control::linear::creep::{Creep, given_creep};
+use crate::control::linear::part::{amplifier, dynamics_object, linear_dynamics};
 use crate::convert::arguments::{Given, numbers, pair};
 use crate::convert::errors::raise;
 use crate::convert::files;
@@ -94,9 +93,7 @@ impl Stage {
         parts.dead_time = dead_time.number("dead_time")?.unwrap_or(parts.dead_time);
         parts.noise = noise.number("noise")?;
         let bandwidth = amplifier_bandwidth.number("amplifier_bandwidth")?;
-        parts.amplifier = bandwidth.map(FirstOrder::new).transpose().map_err(|error| {
-            raise(hysteresis_control::linear::Error { parameter: "amplifier_bandwidth", ..error })
-        })?;
+        parts.amplifier = bandwidth.map(amplifier).transpose()?;
         if let Some(dynamics) = dynamics {
             parts.dynamics = linear_dynamics("dynamics", dynamics)?;
         }

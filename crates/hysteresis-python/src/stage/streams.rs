@@ -60,8 +60,7 @@ fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 
 /// A saved state from a dictionary.
 fn saved<T: for<'de> serde::Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
-    depythonize(state)
-        .map_err(|error| errors::value("state", format_args!("expected what .state returned; {error}")))
+    depythonize(state).map_err(|error| errors::value("state", format_args!("expected what .state returned; {error}")))
 }
 
 /// The methods that both streams of a stage have, and their own.
