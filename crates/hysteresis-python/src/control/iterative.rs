@@ -25,7 +25,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// target : array of n floats
 ///     One period of the target: the reference, or what dynamic feed-forward makes of it.
 /// kp, ki : float
-///     Gains of the feedback, V/um and V/um/sample.
+///     Gains of the feedback, V/um and V/um/s.
 /// slope : float
 ///     Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
 /// dynamics : SecondOrder or FirstOrder

@@ -35,7 +35,8 @@ use crate::convert::pickling::{Reduced, keywords, reduce};
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
-/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> controller = mh.control.HybridController(
+/// ...     None, kp=5.0, ki=6e3, dt=1e-4, limits=(-500, 500), preview=half_a_sample)
 /// >>> for reference in (1.0, 2.0, 3.0):
 /// ...     drive = controller.step(reference, 0.0)
 /// >>> controller.terms.reference, controller.terms.target

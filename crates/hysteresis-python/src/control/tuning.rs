@@ -20,7 +20,7 @@ use crate::plant::plant::Plant;
 pub(crate) struct Tuning {
     /// Proportional gain (V/um).
     kp: f64,
-    /// Integral gain (V/um per sample).
+    /// Integral gain (V/um/s).
     ki: f64,
     /// The margins where the hysteresis has its smallest slope.
     at_min_slope: Margins,
@@ -84,7 +84,7 @@ result_methods!(Margins {
 
 /// Gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
 ///
-/// The loop is L(z) = (kp + ki / (1 - 1/z)) slope P(z): the positional law kp e + ki sum(e), the slope of the hysteresis,
+/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope P(z): the positional law kp e + ki sum(e), the slope of the hysteresis,
 /// which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
 /// dead time for an input that is held from one measurement to the next. Of all gains with
 ///
@@ -121,8 +121,8 @@ result_methods!(Margins {
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
-/// >>> round(tuning.kp), round(tuning.ki), round(tuning.peak_sensitivity, 3)
-/// (185, 36, 1.7)
+/// >>> round(tuning.kp), round(tuning.ki, -3), round(tuning.peak_sensitivity, 3)
+/// (185, 363000.0, 1.7)
 /// >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
 /// True
 /// >>> tuning.at_max_slope

@@ -1,6 +1,6 @@
 //! Streams of a stage: the whole chain, the exact inverse of its slow part, and the bracket of an unknown memory.
 
-use hysteresis_control::stage;
+use hysteresis_control::stage::{self, StageParts};
 use hysteresis_core::{self as core, Process};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -11,6 +11,7 @@ use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
+use crate::model::object::{kernel_of, model_of};
 use crate::stream::process::process_methods;
 
 /// The position of a stage, sample by sample: made by `stage.forward(dt)`.
@@ -140,6 +141,18 @@ stage_stream!(StageForward {
 });
 
 stage_stream!(StageInverse {
+    /// Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the drive.
+    ///
+    /// Raises ValueError that names what differs; the stream is as before then.
+    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (kernel, hysteresis) = (kernel_of("model", model)?, model_of("model", model)?.into());
+        let mut this = exclusive(slf)?;
+        let stage = stage::Stage::new(StageParts { hysteresis, ..this.stage.parts().clone() }).map_err(raise)?;
+        this.stream.set_model(&kernel).map_err(raise)?;
+        this.stage = stage;
+        Ok(())
+    }
+
     /// Whether the last target was out of reach and the drive is at a limit.
     #[getter]
     fn saturated(&self) -> bool {

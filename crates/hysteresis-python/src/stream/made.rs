@@ -14,10 +14,6 @@ pub(crate) struct Made {
 }
 
 impl Made {
-    pub(crate) fn copy(&self, py: Python<'_>) -> Self {
-        Self { model: self.model.clone_ref(py), limits: self.limits, initial: self.initial.clone() }
-    }
-
     /// How `model.forward(initial)` and then `state` make the stream.
     pub(crate) fn reduce_forward<'py>(&self, state: Bound<'py, PyAny>) -> Reduced<'py> {
         let py = state.py();
