@@ -236,3 +236,91 @@ fn a_long_dead_time_is_waited_for() {
     let error = FeedbackLoop { ki: 6000.0, ..feedback }.impulse_response(100).unwrap_err();
     assert_eq!(error.to_string(), "kp: expected gains at which the loop is stable, got 20.0");
 }
+
+/// The name of the parameter that a message begins with.
+fn named(error: impl ToString) -> String {
+    error.to_string().split(':').next().unwrap().to_string()
+}
+
+#[test]
+fn a_state_of_iterative_learning_is_taken_over_bit_for_bit_or_refused_by_name() {
+    let (reference, target) = wanted();
+    let usual = LearningOptions { target_limits: Some((-3.5, 3.5)), ..LearningOptions::new(150.0) };
+    let made =
+        |feedback: FeedbackLoop, target: &[f64], options| IterativeLearning::new(&feedback, target, &options).unwrap();
+    let (mut one, mut other) = (made(believed(), &target, usual), made(believed(), &target, usual));
+    other.set_state(&one.state()).unwrap();
+    let error: Vec<f64> = reference.iter().map(|r| 0.02 * r * r).collect();
+    for scale in [1.0, 5.0, 0.5] {
+        let error: Vec<f64> = error.iter().map(|e| scale * e).collect();
+        one.update(&error).unwrap();
+    }
+    let saved = one.state();
+    other.set_state(&saved).unwrap();
+    assert_eq!((one.update(&error), one.target()), (other.update(&error), other.target()));
+    assert_eq!(one.state(), other.state());
+    let refused = |mut learning: IterativeLearning| {
+        let before = learning.state();
+        let error = learning.set_state(&saved).unwrap_err();
+        assert_eq!(learning.state(), before);
+        named(error)
+    };
+    let slower = believed().dynamics.with_dead_time(DT).unwrap();
+    assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, &target, usual)), "state.dt");
+    assert_eq!(refused(made(FeedbackLoop { dynamics: slower, ..believed() }, &target, usual)), "state.model");
+    assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, &target, usual)), "state.model");
+    assert_eq!(refused(made(believed(), &reference, usual)), "state.model");
+    assert_eq!(refused(made(believed(), &target[1..], usual)), "state.target");
+    assert_eq!(refused(made(believed(), &target, LearningOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(refused(made(believed(), &target, LearningOptions { min_gain: 0.2, ..usual })), "state.min_gain");
+    let wider = LearningOptions { target_limits: None, ..usual };
+    assert_eq!(refused(made(believed(), &target, wider)), "state.target_limits");
+    let mut torn = saved.clone();
+    torn.best[3] = f64::NAN;
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.best[3]");
+}
+
+#[test]
+fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() {
+    let usual = RepetitiveOptions { limit: Some(2.0), ..RepetitiveOptions::new(150.0) };
+    let made = |feedback: FeedbackLoop, period, options| RepetitiveControl::new(&feedback, period, &options).unwrap();
+    let error = |k: i32| 0.1 * (f64::from(k) * 0.012).sin() + 1e-3 * f64::from(k % 11);
+    let (mut one, mut other) = (made(believed(), 500, usual), made(believed(), 500, usual));
+    for k in 0..1777 {
+        one.step(error(k));
+    }
+    let saved = one.state();
+    other.set_state(&saved).unwrap();
+    assert!((1777..5000).all(|k| one.step(error(k)) == other.step(error(k))));
+    assert_eq!(one.state(), other.state());
+    let refused = |mut control: RepetitiveControl| {
+        let before = control.state();
+        let error = control.set_state(&saved).unwrap_err();
+        assert_eq!(control.state(), before);
+        named(error)
+    };
+    assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, 500, usual)), "state.dt");
+    assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, 500, usual)), "state.model");
+    assert_eq!(refused(made(believed(), 501, usual)), "state.period");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { gain: 0.4, ..usual })), "state.gain");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { settle: 2, ..usual })), "state.settle");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { limit: None, ..usual })), "state.limit");
+    let mut torn = saved.clone();
+    torn.errors.pop();
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.errors");
+    torn = saved;
+    torn.sum = f64::INFINITY;
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.sum[0]");
+}
+
+/// A loop at another sampling interval is no truth about this one.
+#[test]
+fn a_truth_at_another_sampling_interval_is_refused() {
+    let (reference, _) = wanted();
+    let other = FeedbackLoop { dt: 2e-4, ..truth() };
+    let learning = IterativeLearning::new(&believed(), &reference, &LearningOptions::new(150.0)).unwrap();
+    assert_eq!(learning.convergence_rate(&other).unwrap_err().parameter, "dt");
+    let repetitive = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::new(150.0)).unwrap();
+    assert_eq!(repetitive.convergence_rate(&other).unwrap_err().parameter, "dt");
+}

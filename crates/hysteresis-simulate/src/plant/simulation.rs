@@ -4,7 +4,7 @@ use hysteresis_core::{Bound, Error as CoreError, MAX_MAGNITUDE, Process, is_admi
 use super::error::Error;
 use super::noise::Noise;
 use super::options::PlantOptions;
-use super::quantiser::{Quantiser, check_range};
+use super::quantiser::Quantiser;
 
 /// What a plant had to put right since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
