@@ -82,7 +82,7 @@ impl Tracking {
     fn new(compiled: &CompiledModel) -> Self {
         let limits = (-1.1 * REACH, 1.1 * REACH);
         let inverse = Inverse::new(compiled, Some(limits)).expect("the weights are positive");
-        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 0.6, limits) };
+        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
         let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
         Self { controller, last: 0.0 }
     }

@@ -15,7 +15,7 @@ _OPTIONS = {
     "damping": "--dynamics",
     "dynamics": "--dynamics",
     "amplifier_bandwidth": "--amplifier-bandwidth",
-    "delay": "--dead-time",
+    "dead_time": "--dead-time",
 }
 
 
@@ -43,12 +43,12 @@ class StageOptions:
         """Return the dead time in samples."""
         return dead_time_samples(self.dead_time or 0.0, dt)
 
-    def arguments(self, dt: float) -> dict[str, Any]:
+    def arguments(self) -> dict[str, Any]:
         """Return the arguments by which the library takes this."""
         return {
             "dynamics": None if self.dynamics is None else mh.plant.SecondOrder(*self.dynamics),
             "amplifier_bandwidth": self.amplifier_bandwidth,
-            "delay": self.dead_time_samples(dt),
+            "dead_time": self.dead_time or 0.0,
         }
 
 

@@ -186,7 +186,7 @@ def _observed(assumption: Assumption) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
         seconds = _seconds(motion)
         observer = mh.control.Observer(
-            assumption.model, dynamics=assumption.dynamics, noise=NOISE, drift=DRIFT
+            assumption.model, dynamics=assumption.dynamics, noise=NOISE, drift=DRIFT, dt=DT
         )
         done = mh.plant.simulate(
             controller(assumption.inverse(), GAINS),
@@ -215,6 +215,7 @@ def _learned(assumption: Assumption) -> Callable[[Motion, int], Errors]:
             slope=_slope(assumption),
             dynamics=assumption.dynamics,
             bandwidth=BANDWIDTH,
+            dt=DT,
         )
         # The first period has the start, which does not repeat.
         mh.plant.simulate(law, plant, reference, target=learning.target)
@@ -240,6 +241,7 @@ def _repeated(assumption: Assumption) -> Callable[[Motion, int], Errors]:
             slope=_slope(assumption),
             dynamics=assumption.dynamics,
             bandwidth=BANDWIDTH,
+            dt=DT,
         )
         seconds = LEARNING + EVALUATED
         done = mh.plant.simulate(
@@ -263,7 +265,7 @@ def _adapted(assumption: Assumption) -> Callable[[Motion, int], Errors]:
             motion.reference(seconds),
             target=motion.target(seconds, assumption.dynamics),
             identifier=mh.RecursiveIdentifier(
-                assumption.model, forgetting=FORGETTING, dynamics=assumption.dynamics
+                assumption.model, forgetting=FORGETTING, dynamics=assumption.dynamics, dt=DT
             ),
         )
         return Errors.of(part(done, round(LEARNING * RATE)))
@@ -273,7 +275,7 @@ def _adapted(assumption: Assumption) -> Callable[[Motion, int], Errors]:
 
 def _noiseless(assumption: Assumption) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, _: int) -> Errors:
-        plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=STAGE, limits=LIMITS)
+        plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=STAGE, limits=LIMITS, dt=DT)
         target = motion.target(_seconds(motion), assumption.dynamics)
         law = controller(assumption.inverse(), GAINS)
         return Errors.of(_after_a_period(law, plant, motion, target))

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
@@ -34,7 +35,8 @@ use crate::convert::errors::raise;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
-/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> controller = mh.control.HybridController(
+/// ...     None, kp=5.0, ki=6e3, dt=1e-4, limits=(-500, 500), preview=half_a_sample)
 /// >>> for reference in (1.0, 2.0, 3.0):
 /// ...     drive = controller.step(reference, 0.0)
 /// >>> controller.terms.reference, controller.terms.target
@@ -84,8 +86,8 @@ impl Preview {
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, usize)> {
-        Ok((self.coefficients(py)?, self.ahead()))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead()), keywords!(py), None)
     }
 
     fn __repr__(&self) -> String {

@@ -65,12 +65,13 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> kp, ki = mh.paper.gains("A1")
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
 /// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
-/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
+/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
 /// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
 /// True
 /// >>> controller = mh.control.HybridController(
-/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// ...     inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560),
+/// ...     preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// ... )
 /// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error < 0.01
@@ -104,7 +105,7 @@ pub(crate) fn simulate(
     let watch = watch(plant.py(), reference.len(), progress);
     let around = Around { target, observer, repetitive, identifier, model_update_interval };
     match controller.cast::<HybridController>() {
-        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.0, &task, plant, watch),
+        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.controller, &task, plant, watch),
         Err(_) if around.is_empty() => run_object(controller, &task, plant, watch),
         Err(_) => {
             let expected = "a HybridController beside target, observer, repetitive or identifier";

@@ -86,7 +86,7 @@ def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, l
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            target = mh.control.invert_dynamics(trajectory, dt, **request.stage.arguments(dt))
+            target = mh.control.invert_dynamics(trajectory, dt, **request.stage.arguments())
     except ValueError as error:
         raise CommandError(name_options(str(error), names)) from error
     notes = [f"warning: {name_options(str(one.message), names)}" for one in caught]

@@ -93,7 +93,7 @@ def simulate(columns: Columns, column: str, request: Request) -> Outcome:
             limits=request.limits,
             dt=dt,
             seed=request.seed,
-            **request.stage.arguments(dt),
+            **request.stage.arguments(),
         )
         gains = request.gains or _tuned(model, request, dt)
         ahead = _PREVIEW + math.ceil(request.stage.dead_time_samples(dt))
@@ -129,7 +129,7 @@ def _setup(request: Request, gains: tuple[float, float], ahead: int) -> Setup:
 
 
 def _tuned(model: Model, request: Request, dt: float) -> tuple[float, float]:
-    tuned = mh.control.tune(model, dt=dt, **request.stage.arguments(dt))
+    tuned = mh.control.tune(model, dt=dt, **request.stage.arguments())
     return tuned.kp, tuned.ki
 
 
@@ -142,7 +142,7 @@ def _controller(
 ) -> mh.control.HybridController:
     preview = None
     if request.previewed:
-        stage = request.stage.arguments(dt)
+        stage = request.stage.arguments()
         preview = mh.control.preview(stage.pop("dynamics"), dt, ahead=ahead, **stage)
     return mh.control.HybridController(
         model.inverse(request.limits) if request.feedforward == "inverse" else None,

@@ -15,6 +15,7 @@ const MAX_LAGS: usize = 200;
 const ROUNDING: f64 = 1e-10;
 
 /// How the residuals follow from each other.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Colour {
     /// The statistic of Ljung and Box; 0 for residuals that are rounding.
     pub(crate) statistic: f64,
@@ -23,7 +24,23 @@ pub(crate) struct Colour {
     pub(crate) correlation_time: f64,
 }
 
+impl Default for Colour {
+    /// White.
+    fn default() -> Self {
+        Self { statistic: 0.0, correlation_time: 1.0 }
+    }
+}
+
 impl Colour {
+    /// Of several records: the largest statistic, and the mean correlation time, each record counting by its weight.
+    pub(crate) fn pooled(records: &[(Self, f64)]) -> Self {
+        let total: f64 = records.iter().map(|(_, weight)| weight).sum();
+        Self {
+            statistic: records.iter().map(|(colour, _)| colour.statistic).fold(0.0, f64::max),
+            correlation_time: records.iter().map(|(colour, weight)| colour.correlation_time * weight / total).sum(),
+        }
+    }
+
     pub(crate) fn is_coloured(&self) -> bool {
         self.statistic > WHITE_LIMIT
     }
