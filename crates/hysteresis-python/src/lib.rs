@@ -87,9 +87,9 @@ mod _core {
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
-    use crate::stage::stage::{_stage, Stage};
+    use crate::stage::object::Stage;
     #[pymodule_export]
-    use crate::stage::streams::{_stage_forward, _stage_inverse, Bracket, StageForward, StageInverse};
+    use crate::stage::streams::{Bracket, StageForward, StageInverse};
     #[pymodule_export]
     use crate::stream::actuators::ActuatorArray;
     #[pymodule_export]

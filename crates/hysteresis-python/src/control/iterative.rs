@@ -3,13 +3,14 @@
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::feedback_loop::truth;
-use super::linear::part::given_dynamics;
+use super::feedback_loop::{linear_part, loop_keywords, truth};
 use crate::convert::arguments::{numbers, pair};
-use crate::convert::arrays::{read_only, vector};
+use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -28,7 +29,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     Gains of the feedback, V/um and V/um/s.
 /// slope : float
 ///     Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
-/// dynamics : SecondOrder or FirstOrder
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series
 ///     The linear dynamics behind the hysteresis.
 /// bandwidth : float
 ///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
@@ -64,6 +65,9 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 pub(crate) struct IterativeLearning {
     learning: learning::IterativeLearning,
     feedback: FeedbackLoop,
+    options: LearningOptions,
+    /// The target to begin with.
+    first: Vec<f64>,
 }
 
 #[pymethods]
@@ -85,13 +89,14 @@ impl IterativeLearning {
         target_limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay: dead_time / dt, dt };
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
         let default = LearningOptions::new(bandwidth);
-        let options = LearningOptions { min_gain: min_gain.unwrap_or(default.min_gain), target_limits, ..default };
-        let target = vector("target", target)?;
-        let learning = learning::IterativeLearning::new(&feedback, target.as_slice()?, &options).map_err(raise)?;
-        Ok(Self { learning, feedback })
+        let min_gain = min_gain.unwrap_or(default.min_gain);
+        let options = LearningOptions { bandwidth, min_gain, target_limits };
+        let first = numbers("target", target)?;
+        let learning = learning::IterativeLearning::new(&feedback, &first, &options).map_err(raise)?;
+        Ok(Self { learning, feedback, options, first })
     }
 
     /// One period of the target for the feed-forward, read-only.
@@ -129,6 +134,37 @@ impl IterativeLearning {
         dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         numbers!(slope, dead_time);
-        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, dead_time)?).map_err(raise)
+        self.learning.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.learning.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.learning.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let keywords = loop_keywords(py, &this.feedback)?;
+        let LearningOptions { bandwidth, min_gain, target_limits } = this.options;
+        let options = keywords!(py, bandwidth = bandwidth, min_gain = min_gain, target_limits = target_limits);
+        keywords.update(options.as_mapping())?;
+        let first = PyArray1::from_slice(py, &this.first);
+        reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let (samples, periods) = (self.first.len(), self.learning.trials().len());
+        format!("<IterativeLearning of {samples} samples, {periods} periods so far>")
     }
 }

@@ -2,12 +2,13 @@
 
 use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::feedback_loop::truth;
-use super::linear::part::given_dynamics;
+use super::feedback_loop::{linear_part, loop_keywords, truth};
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
 /// Repetitive control: the correction of the target, learned in the running loop, one period later.
 ///
@@ -25,7 +26,7 @@ use crate::convert::objects::exclusive;
 ///     gamma, above 0 and at most 1: less averages noise over more periods.
 /// settle : int
 ///     Periods that pass before the first one that is learned from.
-/// limit : float
+/// limit : float, optional
 ///     The correction never exceeds this magnitude, in the unit of the displacement.
 ///
 /// Raises
@@ -51,6 +52,7 @@ use crate::convert::objects::exclusive;
 pub(crate) struct RepetitiveControl {
     pub(crate) control: learning::RepetitiveControl,
     feedback: FeedbackLoop,
+    options: RepetitiveOptions,
 }
 
 #[pymethods]
@@ -59,7 +61,7 @@ impl RepetitiveControl {
     #[pyo3(signature = (
         period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None
     ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, gain=0.3, settle=1, \
-        limit=inf)")]
+        limit=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         period: &Bound<'_, PyAny>,
@@ -75,16 +77,16 @@ impl RepetitiveControl {
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay: dead_time / dt, dt };
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let default = RepetitiveOptions::new(bandwidth);
         let options = RepetitiveOptions {
+            bandwidth,
             gain: gain.unwrap_or(default.gain),
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
-            limit: limit.unwrap_or(default.limit),
-            ..default
+            limit: limit.or(default.limit),
         };
         let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
-        Ok(Self { control: control.map_err(raise)?, feedback })
+        Ok(Self { control: control.map_err(raise)?, feedback, options })
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
@@ -120,6 +122,35 @@ impl RepetitiveControl {
         dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         numbers!(slope, dead_time);
-        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, dead_time)?).map_err(raise)
+        self.control.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.control.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.control.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let keywords = loop_keywords(py, &this.feedback)?;
+        let RepetitiveOptions { bandwidth, gain, settle, limit } = this.options;
+        let options = keywords!(py, bandwidth = bandwidth, gain = gain, settle = settle, limit = limit);
+        keywords.update(options.as_mapping())?;
+        reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<RepetitiveControl of {} samples, gain {}>", self.period(), self.options.gain)
     }
 }

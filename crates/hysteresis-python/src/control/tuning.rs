@@ -1,18 +1,16 @@
 //! Gains of the feedback.
 
-use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::tuning::{self, TuningOptions};
-use hysteresis_simulate::plant;
+use hysteresis_control::stage::PEAK_SENSITIVITY;
+use hysteresis_control::tuning;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::linear::part::LinearPart;
 use crate::convert::arguments::numbers;
-use crate::convert::errors::{self, raise, wrong_type};
+use crate::convert::errors::{raise, wrong_type};
 use crate::convert::objects::shared;
 use crate::convert::pickling::result_methods;
-use crate::model::object::kernel_of;
 use crate::plant::plant::Plant;
+use crate::stage::parts::StageKeywords;
 
 /// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
 #[pyclass(module = "mpi_hyst.control", frozen, get_all)]
@@ -96,10 +94,10 @@ result_methods!(Margins {
 ///
 /// Parameters
 /// ----------
-/// model : PrandtlIshlinskii, ModifiedPrandtlIshlinskii or Plant
-///     Whose range of slopes counts. Of a plant all else is known, but for the sensitivity.
+/// stage : Stage, Plant, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     A model with the keywords `dynamics`, `amplifier_bandwidth` and `dead_time` makes a stage; a plant has one.
 /// dt : float
-///     Sampling interval in seconds.
+///     Sampling interval in seconds; a plant has its own.
 /// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
@@ -128,46 +126,29 @@ result_methods!(Margins {
 /// >>> tuning.at_max_slope
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
 #[pyfunction]
-#[pyo3(signature = (model, *, dt=None, dynamics=None, amplifier_bandwidth=None, dead_time=None, peak_sensitivity=None),
-    text_signature = "(model, *, dt=None, dynamics=None, amplifier_bandwidth=None, dead_time=None, peak_sensitivity=1.7)")]
+#[pyo3(signature = (stage, *, dt=None, peak_sensitivity=None, dynamics=None, amplifier_bandwidth=None, dead_time=None),
+    text_signature = "(stage, *, dt=None, peak_sensitivity=1.7, dynamics=None, amplifier_bandwidth=None, dead_time=0.0)")]
 pub(crate) fn tune(
     py: Python<'_>,
-    model: &Bound<'_, PyAny>,
+    stage: &Bound<'_, PyAny>,
     dt: Option<&Bound<'_, PyAny>>,
+    peak_sensitivity: Option<&Bound<'_, PyAny>>,
     dynamics: Option<&Bound<'_, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
-    peak_sensitivity: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Tuning> {
-    numbers!(dt, amplifier_bandwidth, dead_time, peak_sensitivity = 1.7);
-    let given = LinearPart { dynamics, amplifier_bandwidth, dead_time };
-    let (chain, slopes, dt) = match (model.cast::<Plant>(), dt) {
-        (Ok(plant), dt) => of_plant(&shared(plant)?.0, &given, dt)?,
-        (Err(_), Some(dt)) => (given.dynamics()?, kernel_of("model", model)?.slope_range(), dt),
-        (Err(_), None) => {
-            kernel_of("model", model)?;
-            return Err(wrong_type("dt", "expected the sampling interval in seconds beside a model, got None"));
+    numbers!(dt, peak_sensitivity = PEAK_SENSITIVITY);
+    let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
+    let (stage, dt) = match (stage.cast::<Plant>(), dt) {
+        (Ok(plant), None) if parts.is_empty() => (shared(plant)?.0.stage().clone(), shared(plant)?.0.dt()),
+        (Ok(_), _) => {
+            return Err(wrong_type(
+                "stage",
+                "expected a stage or model beside other keywords, got a Plant, which has its own",
+            ));
         }
+        (Err(_), Some(dt)) => (parts.stage_or_around("stage", stage)?, dt),
+        (Err(_), None) => return Err(wrong_type("dt", "expected the sampling interval in seconds, got None")),
     };
-    if slopes.0 <= 0.0 {
-        let expected = "a slope that is positive everywhere";
-        return Err(errors::value("model", format_args!("expected {expected}, got one down to {:?}", slopes.0)));
-    }
-    let options = TuningOptions { slopes, dt, peak_sensitivity };
-    py.detach(|| tuning::tune(&chain, &options)).map(Tuning::from).map_err(raise)
-}
-
-/// What a plant says of itself: nothing else may be given.
-fn of_plant(
-    plant: &plant::Plant,
-    given: &LinearPart<'_, '_>,
-    dt: Option<f64>,
-) -> PyResult<(LinearDynamics, (f64, f64), f64)> {
-    if dt.is_some() || !given.is_absent() {
-        let message =
-            "expected a model beside dt, dynamics, amplifier_bandwidth or dead_time, got a Plant, which has its own";
-        return Err(wrong_type("model", message));
-    }
-    let stage = plant.stage();
-    Ok((stage.linear_part().map_err(raise)?, stage.slope_range(), plant.dt()))
+    py.detach(|| stage.tune(dt, peak_sensitivity)).map(Tuning::from).map_err(raise)
 }

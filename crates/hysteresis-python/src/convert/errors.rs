@@ -161,7 +161,7 @@ impl Refusal for plant::Error {
     fn parameter(&self) -> Option<&str> {
         match self {
             Self::Parameter(error) => error.parameter(),
-            Self::Linear(error) => error.parameter(),
+            Self::Stage(error) => error.parameter(),
             Self::NoLimits { .. } => Some("limits"),
             _ => None,
         }

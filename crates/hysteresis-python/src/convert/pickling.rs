@@ -3,6 +3,10 @@
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use pythonize::depythonize;
+use serde::Deserialize;
+
+use super::errors::value;
 
 /// What `__reduce__` returns.
 pub(crate) type Reduced<'py> = PyResult<Bound<'py, PyTuple>>;
@@ -22,6 +26,11 @@ pub(crate) fn reduce<'py>(
     };
     let positional = positional.into_pyobject(py).map_err(Into::into)?;
     (make, positional, state).into_pyobject(py)
+}
+
+/// A saved state from a dictionary.
+pub(crate) fn saved<T: for<'de> Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
+    depythonize(state).map_err(|error| value("state", format_args!("expected what .state returned; {error}")))
 }
 
 /// Keyword arguments by their names: `keywords!(py, offset = 0.0, period = None)`.

@@ -152,7 +152,7 @@ impl Around<'_> {
         let tracking = Tracking {
             controller,
             targets: self.target.as_deref(),
-            observer: self.observer.as_mut().map(|observer| &mut observer.0),
+            observer: self.observer.as_mut().map(|observer| &mut observer.observer),
             repetitive: self.repetitive.as_mut().map(|repetitive| &mut repetitive.control),
         };
         let (identifier, model_update_interval, mut updates) = (&mut self.identifier, self.model_update_interval, 0);

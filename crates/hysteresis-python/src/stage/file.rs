@@ -6,7 +6,7 @@ use hysteresis_control::stage;
 use hysteresis_core::{JsonError, Model};
 use pyo3::prelude::*;
 
-use super::stage::Stage;
+use super::object::Stage;
 use crate::convert::{errors, files};
 use crate::model::object::object;
 

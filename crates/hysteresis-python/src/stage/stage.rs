@@ -4,67 +4,22 @@ use std::path::PathBuf;
 
 use hysteresis_control::stage::{self, StageParts};
 use numpy::PyArray1;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
-use super::parts::{map, points};
+use super::object::Stage;
+use super::parts::{StageKeywords, points};
 use super::precompensate::{Keywords, precompensate};
 use super::streams::{Bracket, StageForward, StageInverse};
-use crate::control::linear::creep::{Creep, given_creep};
-use crate::control::linear::part::{amplifier, dynamics_object, linear_dynamics};
-use crate::convert::arguments::{Given, numbers, pair};
+use crate::control::linear::creep::Creep;
+use crate::control::linear::part::dynamics_object;
+use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
 use crate::convert::files;
-use crate::model::object::{ModifiedPrandtlIshlinskii, model_of};
-
-/// A whole stage: limits, dead time, amplifier, hysteresis, creep, modes and sensor noise in one object.
-///
-/// limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
-///
-/// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
-/// parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
-///
-/// Parameters
-/// ----------
-/// hysteresis : ModifiedPrandtlIshlinskii or PrandtlIshlinskii
-/// limits : (float, float), optional
-///     The drive never leaves (low, high), in the unit of the drive.
-/// slew : float, optional
-///     How fast the drive may change, per second.
-/// dead_time : float
-///     What the sensor shows later than hysteresis and modes explain, in seconds, for a drive that is put out at t_k and held,
-///     and a position that is read at t_k.
-/// amplifier_bandwidth : float, optional
-///     Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
-/// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
-///     What follows the hysteresis.
-/// creep : Creep, optional
-/// input_map, output_map : (array, array), optional
-///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
-/// noise : float, optional
-///     Rms noise of the sensor, in the unit of the position.
-/// units : (str, str)
-///     Names of the units of drive and position.
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     That name the argument, what was expected and what came.
-///
-/// Examples
-/// --------
-/// >>> import mpi_hyst as mh
-/// >>> stage = mh.Stage(
-/// ...     mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dead_time=1e-4,
-/// ...     dynamics=mh.plant.SecondOrder(800.0, 0.02), creep=mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8))
-/// >>> target = mh.signals.sine(2.5, 10.0, seconds=0.3, rate=10e3)
-/// >>> drive = stage.precompensate(target, dt=1e-4)
-/// >>> error = stage.forward(dt=1e-4).run(drive) - target
-/// >>> bool(abs(error[1000:]).max() < 1e-3)  # um
-/// True
-#[pyclass(module = "mpi_hyst", frozen)]
-pub(crate) struct Stage(pub(crate) stage::Stage);
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::model::object::ModifiedPrandtlIshlinskii;
 
 #[pymethods]
 impl Stage {
@@ -87,23 +42,19 @@ impl Stage {
         noise: Option<&Bound<'_, PyAny>>,
         units: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let mut parts = StageParts::new(model_of("hysteresis", hysteresis)?.into());
-        parts.limits = limits.map(|limits| pair("limits", limits)).transpose()?;
-        parts.slew = slew.number("slew")?;
-        parts.dead_time = dead_time.number("dead_time")?.unwrap_or(parts.dead_time);
-        parts.noise = noise.number("noise")?;
-        let bandwidth = amplifier_bandwidth.number("amplifier_bandwidth")?;
-        parts.amplifier = bandwidth.map(amplifier).transpose()?;
-        if let Some(dynamics) = dynamics {
-            parts.dynamics = linear_dynamics("dynamics", dynamics)?;
-        }
-        parts.creep = creep.map(given_creep).transpose()?;
-        parts.input_map = input_map.map(|points| map("input_map", points)).transpose()?;
-        parts.output_map = output_map.map(|points| map("output_map", points)).transpose()?;
-        if let Some(names) = units {
-            parts.units = super::parts::units(names)?;
-        }
-        stage::Stage::new(parts).map(Self).map_err(raise)
+        let keywords = StageKeywords {
+            limits,
+            slew,
+            dead_time,
+            amplifier_bandwidth,
+            dynamics,
+            creep,
+            input_map,
+            output_map,
+            noise,
+            units,
+        };
+        keywords.stage("hysteresis", hysteresis).map(Self)
     }
 
     /// The hysteresis.
@@ -316,8 +267,14 @@ impl Stage {
         text + if parts.creep.is_some() { ", creep>" } else { ">" }
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
-        Ok((py.import("mpi_hyst._core")?.getattr("_stage")?, (self.0.to_json(),)))
+    #[classmethod]
+    fn _restored(_: &Bound<'_, PyType>, text: &str) -> PyResult<Self> {
+        stage::Stage::from_json(text).map(Self).map_err(raise)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (self.0.to_json(),), keywords!(py), None)
     }
 }
 
@@ -334,9 +291,3 @@ const KEYWORDS: [&str; 10] = [
     "noise",
     "units",
 ];
-
-/// What a pickled Stage is made from again.
-#[pyfunction]
-pub(crate) fn _stage(text: &str) -> PyResult<Stage> {
-    stage::Stage::from_json(text).map(Stage).map_err(raise)
-}

@@ -3,14 +3,17 @@
 use hysteresis_control::stage::{self, StageParts};
 use hysteresis_core::{self as core, Process};
 use numpy::PyArray1;
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use pythonize::{depythonize, pythonize};
+use pythonize::pythonize;
 
+use super::object::Stage;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::model::object::{kernel_of, model_of};
 use crate::stream::process::process_methods;
 
@@ -59,11 +62,6 @@ fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(vector("drives", drives)?.as_slice()?.to_vec())
 }
 
-/// A saved state from a dictionary.
-fn saved<T: for<'de> serde::Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
-    depythonize(state).map_err(|error| errors::value("state", format_args!("expected what .state returned; {error}")))
-}
-
 /// The methods that both streams of a stage have, and their own.
 macro_rules! stage_stream {
     ($class:ident { $($own:tt)* }) => {
@@ -99,12 +97,8 @@ macro_rules! stage_stream {
                 Ok(exclusive(slf)?.stream.settle(drive))
             }
 
-            fn __copy__(&self) -> Self {
-                Self { stream: self.stream.clone(), stage: self.stage.clone(), dt: self.dt }
-            }
-
-            fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-                self.__copy__()
+            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                Self::set_state(slf, state)
             }
 
             $($own)*
@@ -129,14 +123,10 @@ stage_stream!(StageForward {
         format!("<StageForward at dt {} s, position {}>", self.dt, self.stream.output())
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, f64), Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let rebuild = py.import("mpi_hyst._core")?.getattr("_stage_forward")?;
-        Ok((rebuild, (this.stage.to_json(), this.dt), this.state(py)?))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
+        let stage = Bound::new(py, Stage(this.stage.clone()))?;
+        reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(this.state(py)?))
     }
 });
 
@@ -184,32 +174,13 @@ stage_stream!(StageInverse {
         }
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (String, f64, Option<(f64, f64)>), Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let rebuild = py.import("mpi_hyst._core")?.getattr("_stage_inverse")?;
-        Ok((rebuild, (this.stage.to_json(), this.dt, this.stream.limits()), this.state(py)?))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
+        let stage = Bound::new(py, Stage(this.stage.clone()))?;
+        let arguments = (this.dt, this.stream.limits());
+        reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(this.state(py)?))
     }
 });
-
-/// What a pickled StageForward is made from again.
-#[pyfunction]
-pub(crate) fn _stage_forward(stage: &str, dt: f64) -> PyResult<StageForward> {
-    let stage = stage::Stage::from_json(stage).map_err(raise)?;
-    Ok(StageForward { stream: stage.forward(dt).map_err(raise)?, stage, dt })
-}
-
-/// What a pickled StageInverse is made from again.
-#[pyfunction]
-pub(crate) fn _stage_inverse(stage: &str, dt: f64, limits: Option<(f64, f64)>) -> PyResult<StageInverse> {
-    let stage = stage::Stage::from_json(stage).map_err(raise)?;
-    Ok(StageInverse { stream: stage.inverse(dt, limits).map_err(raise)?, stage, dt })
-}
 
 /// How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
 /// `stage.bracket()`.
