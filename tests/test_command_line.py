@@ -202,7 +202,7 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
         ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
         (["record.csv", *COLUMNS, "--dead-time", "-1"], ["--dead-time: expected", "-1"]),
-        (["record.csv", *COLUMNS, "--dead-time", "1"], ["--dead-time: expected", "samples"]),
+        (["record.csv", *COLUMNS, "--dead-time", "1e9"], ["--dead-time: expected", "got"]),
         (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
         (["record.csv", *COLUMNS, "--skip", "5 minutes"], ["--skip", "'5 minutes'"]),
         (["record.csv", *COLUMNS, "--skip", "1.5"], ["--skip", "'1.5'"]),

@@ -1,4 +1,4 @@
-"""Everything that runs or results has a repr, and goes on after pickle and deepcopy as if nothing had been."""
+"""Whatever runs or results has a repr, and goes on after pickle and deepcopy as before."""
 
 from __future__ import annotations
 
@@ -187,9 +187,7 @@ def attributes(one: Any) -> dict[str, str]:
 
 @pytest.mark.parametrize("again", COPIES.values(), ids=COPIES)
 @pytest.mark.parametrize("make", RESULTS.values(), ids=RESULTS)
-def test_a_result_says_the_same_again(
-    make: Callable[[], Any], again: Callable[[Any], Any]
-) -> None:
+def test_a_result_says_the_same_again(make: Callable[[], Any], again: Callable[[Any], Any]) -> None:
     one = make()
     assert attributes(one) and attributes(again(one)) == attributes(one)
 

@@ -29,7 +29,7 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, from rest" in result.stdout
+    assert "300, starting from rest" in result.stdout
 
 
 def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
@@ -100,7 +100,7 @@ def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: l
     ("header", "times", "said"),
     [
         ("target_um", None, "expected a time column (time_s, time"),
-        ("time_s,target_um", 0.7, "equal steps"),
+        ("time_s,target_um", 0.7, "equal time steps"),
     ],
 )
 def test_precompensate_needs_to_know_the_sampling(

@@ -42,7 +42,7 @@ def raster(seconds: float, stroke: float = 70.0, frequency: float = 10.0) -> np.
 
 
 def test_open_loop_raster_of_a_lightly_damped_creeping_stage() -> None:
-    # 0.02 % of the stroke of 100 um. The stage of the reference is written in numpy from its equations.
+    # 0.02 % of the stroke of 100 um. The reference stage is written in numpy from its equations.
     reference = raster(1.0)
     drive = lightly_damped().precompensate(reference, DT)
     assert drive.shape == reference.shape
@@ -67,7 +67,9 @@ def test_identified_stage_leads_a_sine_within_15_nm() -> None:
 
 def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
     dead_time = 3 * DT
-    stage = lightly_damped(dynamics=mh.plant.SecondOrder(400.0, 0.95), creep=None, dead_time=dead_time)
+    stage = lightly_damped(
+        dynamics=mh.plant.SecondOrder(400.0, 0.95), creep=None, dead_time=dead_time
+    )
     u = 75.0 + mh.signals.decaying_triangle(70.0, 5.0, cycles=10, rate=1.0 / DT)
     u = np.concatenate([np.linspace(0.0, 75.0, 500), u])
     rows = stage.forward(DT).run(u)
@@ -82,10 +84,14 @@ def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
     found = mh.identify(u, rows, dt=DT, dynamics=2)
     lag = dead_time + 2 * 0.95 / (2 * np.pi * 400.0)
     mode = found.stage.dynamics
-    assert found.stage.dead_time + 2 * mode.damping / (2 * np.pi * mode.frequency) == pytest.approx(lag, abs=0.1 * DT)
+    assert found.stage.dead_time + 2 * mode.damping / (2 * np.pi * mode.frequency) == pytest.approx(
+        lag, abs=0.1 * DT
+    )
     # The drive for a reference aims ahead by it.
     reference = 30.0 - 30.0 * np.cos(2 * np.pi * 10.0 * DT * np.arange(4000))
-    np.testing.assert_allclose(stage.forward(DT).run(stage.precompensate(reference, DT)), reference, atol=0.02)
+    np.testing.assert_allclose(
+        stage.forward(DT).run(stage.precompensate(reference, DT)), reference, atol=0.02
+    )
     # A controller with preview leaves no lag of it either, with no feedback to help.
     controller = stage.controller(DT, feedforward="preview", kp=0.0, ki=0.0)
     plant, ahead = stage.plant(DT), controller.preview.ahead
@@ -104,7 +110,9 @@ def test_a_stage_file_reads_back_bit_for_bit(tmp_path: Path) -> None:
 
 def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
     stage, reference = lightly_damped(), 10.0 + raster(0.2)
-    with pytest.raises(ValueError, match=r"reference\[0\]: expected the position .* lead_in") as raised:
+    with pytest.raises(
+        ValueError, match=r"reference\[0\]: expected the position .* lead_in"
+    ) as raised:
         stage.precompensate(reference, DT)
     assert raised.value.parameter == "reference"  # type: ignore[attr-defined]
     drive = stage.precompensate(reference, DT, lead_in=0.05)
@@ -115,12 +123,19 @@ def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
 def test_limits_of_the_stage_bind_everything() -> None:
     stage = lightly_damped()
     for make in (stage.inverse, stage.controller):
-        with pytest.raises(ValueError, match=r"limits\[1\]: expected a number from -10.0 to 150.0, got 151.0"):
+        with pytest.raises(
+            ValueError, match=r"limits\[1\]: expected a number from -10.0 to 150.0, got 151.0"
+        ):
             make(DT, limits=(0.0, 151.0))
 
 
 def test_dt_is_required() -> None:
-    for make in (lightly_damped().forward, lightly_damped().inverse, lightly_damped().plant, lightly_damped().controller):
+    for make in (
+        lightly_damped().forward,
+        lightly_damped().inverse,
+        lightly_damped().plant,
+        lightly_damped().controller,
+    ):
         with pytest.raises(TypeError, match="dt"):
             make()  # type: ignore[call-arg]
 

@@ -32,7 +32,9 @@ class ReferenceStage:
         self.position = 0.0
 
     def step(self, drive: float) -> float:
-        crept = sum(amplitude * lag for (amplitude, _), lag in zip(self.creep, self.lags, strict=True))
+        crept = sum(
+            amplitude * lag for (amplitude, _), lag in zip(self.creep, self.lags, strict=True)
+        )
         row = self.position + crept
         self.waiting.append(drive)
         displacement = self.hysteresis.step(self.waiting.popleft())

@@ -134,7 +134,7 @@ def controller(
     """Return the hybrid controller, equation (8) of the paper, with the limits of the plants."""
     kp, ki = gains
     return mh.control.HybridController(
-        feedforward, **{"kp": kp, "ki": ki, "limits": LIMITS, **options}
+        feedforward, **{"kp": kp, "ki": ki, "dt": DT, "limits": LIMITS, **options}
     )
 
 

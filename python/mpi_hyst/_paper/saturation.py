@@ -5,7 +5,6 @@ The errors are those after the first saturation, wherever the reference is withi
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._paper.benchmark import TRIANGLE, assumptions, controller, median
+from mpi_hyst._paper.benchmark import DT, TRIANGLE, assumptions, controller, median
 
 DRIVE_LIMITS = (-500.0, 500.0)  # V
 REACHED = 2.5  # um: the actuator reaches this within its limits
@@ -69,10 +68,31 @@ def run_cases(seeds: int, advance: Callable[[], None]) -> list[Saturation]:
     return found
 
 
+class PrintedLaw:
+    """Equation (8) as printed: it adds the whole feed-forward to the drive at every sample.
+
+    u(k) = u(k-1) + H^-1[r(k)] + kp (e(k) - e(k-1)) + ki dt e(k), kept within the limits.
+    """
+
+    def __init__(self, feedforward: mh.Forward | mh.Inverse) -> None:
+        self._feedforward = feedforward
+        self._drive, self._error = 0.0, 0.0
+
+    def step(self, reference: float, measurement: float) -> float:
+        """Take a sample and return the drive."""
+        kp, ki = mh.paper.gains("A1")
+        error = reference - measurement
+        change = self._feedforward.step(reference) + kp * (error - self._error) + ki * DT * error
+        low, high = DRIVE_LIMITS
+        self._drive, self._error = min(max(self._drive + change, low), high), error
+        return self._drive
+
+
 def _run(feedforward: mh.Forward | mh.Inverse, options: dict[str, Any], seed: int) -> mh.plant.Run:
-    with warnings.catch_warnings():
-        # The law as printed is shown on purpose.
-        warnings.filterwarnings("ignore", message='law="printed"', category=UserWarning)
+    law: mh.control.HybridController | PrintedLaw
+    if options.get("law") == "printed":
+        law = PrintedLaw(feedforward)
+    else:
         law = controller(feedforward, mh.paper.gains("A1"), limits=DRIVE_LIMITS, **options)
     return mh.plant.simulate(law, mh.paper.plant("A1", seed=seed), TRIANGLE.reference(_SECONDS))
 

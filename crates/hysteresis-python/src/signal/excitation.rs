@@ -87,7 +87,7 @@ result_methods!(Excitation {
 /// >>> import mpi_hyst as mh
 /// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
 /// >>> made
-/// <Excitation: 11771 samples, 750 of them lead-in, 43 reversals>
+/// <Excitation: 11771 samples, 750 of them to initialize, 43 reversals>
 /// >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
 /// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]

@@ -10,7 +10,7 @@ from mpi_hyst._cli.options import FILE, limits, options, report
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command(short_help="Design a drive for identification.")
 @options(
     limits(required=True),
     click.option("--rate", type=float, required=True, metavar="HZ", help="Sampling rate."),

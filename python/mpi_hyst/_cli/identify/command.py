@@ -40,7 +40,7 @@ def _smoothness(
         raise click.BadParameter(message, context, option) from None
 
 
-@click.command(no_args_is_help=False)
+@click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
     click.option("--input", "input_column", required=True, help="Column of the drive."),

@@ -10,7 +10,7 @@ from mpi_hyst._cli.options import FILE, limits, options, reference, stage
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command()
 @options(
     click.argument("model_path", metavar="MODEL.json", type=FILE),
     click.argument("trajectory", metavar="TRAJECTORY.csv", type=FILE),

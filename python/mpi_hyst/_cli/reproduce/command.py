@@ -10,7 +10,7 @@ from mpi_hyst._cli.options import directory as directory_option
 from mpi_hyst._cli.terminal import say
 
 
-@click.command()
+@click.command(short_help="Recompute the tables and figures of the paper.")
 @directory_option("mpi-hyst-reproduce", "the report and results.json")
 @click.option("--quick", is_flag=True, help="Use 3 noise seeds instead of 10.")
 def reproduce(directory: Path, quick: bool) -> None:

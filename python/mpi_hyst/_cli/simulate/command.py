@@ -10,7 +10,7 @@ from mpi_hyst._cli.options import FILE, limits, numbers, options, reference, rep
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command(short_help="Simulate control of a stage along a reference.")
 @options(
     click.argument("model_path", metavar="MODEL.json", type=FILE),
     click.argument("trajectory", metavar="REFERENCE.csv", type=FILE),

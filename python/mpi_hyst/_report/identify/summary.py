@@ -79,8 +79,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
         )
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
-    offset = with_error(found.model.input_offset, found.input_offset_std)
-    offset = f"{offset} {task.input.unit}".rstrip()
+    offset = with_error(found.model.input_offset, found.input_offset_std, task.input.unit)
     pairs.append(("input offset", offset + given("input offset")))
     pairs.append(("dead time", dead_time(task, found) + given("dead time")))
     if found.model.not_invertible_because is not None:
@@ -92,16 +91,16 @@ def dead_time(task: Task, found: mh.results.Identification) -> str:
     """Return the dead time in ms with its standard error, or in samples without a time column."""
     step = task.records.fitted[0].sample_time
     if step is None:
-        return f"{with_error(found.delay, found.delay_std)} samples"
-    return f"{with_error(1e3 * step * found.delay, 1e3 * step * found.delay_std)} ms"
+        return with_error(found.delay, found.delay_std, "samples")
+    return with_error(1e3 * step * found.delay, 1e3 * step * found.delay_std, "ms")
 
 
-def with_error(value: float, std: float) -> str:
+def with_error(value: float, std: float, unit: str = "") -> str:
     """Format an estimate with its standard error, which is 0 if given and NaN at a bound."""
-    text = digits(value)
     if math.isnan(std):
-        return f"{text} (at its bound)"
-    return f"{text} ± {digits(std, 2)}" if std > 0.0 else text
+        return f"{in_unit(value, unit)} (at its bound)"
+    text = f"{digits(value)} ± {digits(std, 2)}" if std > 0.0 else digits(value)
+    return f"{text} {unit}".rstrip()
 
 
 def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:

@@ -160,7 +160,7 @@ def _loops(made: Reproduction) -> Section:
             _figure(
                 figures.errors(trials),
                 f"Errors over time on plant {plant}",
-                f"Fig. 12 to 17 on plant {plant}, kp {kp:g} V/µm, ki {ki:g} V/µm per sample: the "
+                f"Fig. 12 to 17 on plant {plant}, kp {kp:g} V/µm, ki {ki:g} V/µm/s: the "
                 "run whose largest error is closest to the median.",
             )
         )
