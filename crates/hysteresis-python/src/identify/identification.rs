@@ -16,6 +16,7 @@ use crate::control::linear::part::dynamics;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record};
 use crate::model::object::object;
+use crate::stage::object::Stage;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
@@ -43,6 +44,14 @@ impl Identification {
     fn ratios(&self) -> (f64, f64, f64) {
         let Ratios { ra, rb, rc } = self.found.ratios;
         (ra, rb, rc)
+    }
+
+    /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
+    ///
+    /// Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+    #[getter]
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
     }
 
     /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.
