@@ -16,6 +16,7 @@ use crate::control::linear::part::dynamics;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record};
 use crate::model::object::object;
+use crate::stage::object::Stage;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
@@ -36,6 +37,15 @@ impl Identification {
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         object(py, self.found.model.clone())
+    }
+
+    /// The stage: hysteresis, creep, dynamics, dead time and noise, with ranges, errors, covariance and findings. What is
+    /// made from it stays within the drives of the records.
+    ///
+    /// Raises ValueError that names `dt` for records without a sampling interval.
+    #[getter]
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
     }
 
     /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.

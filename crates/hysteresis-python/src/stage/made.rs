@@ -1,5 +1,6 @@
 //! What is made from a stage: each method hands its parts to the class or function that makes it.
 
+use pyo3::PyTypeCheck;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
@@ -50,11 +51,7 @@ fn linear_part<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDic
 }
 
 /// The keywords of learning: the loop around the stage, tuned unless gains are given.
-fn loop_keywords<'py>(
-    slf: &Bound<'py, Stage>,
-    dt: f64,
-    user: Keywords<'_, 'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+fn loop_keywords<'py>(slf: &Bound<'py, Stage>, dt: f64, user: Keywords<'_, 'py>) -> PyResult<Bound<'py, PyDict>> {
     let (py, stage) = (slf.py(), &slf.get().0);
     let given = linear_part(py, slf.get())?;
     given.set_item("dt", dt)?;
@@ -72,14 +69,22 @@ fn loop_keywords<'py>(
 impl Stage {
     /// A plant: the stage between converters, with the noise of its sensor. Keywords are those of `plant.Plant`.
     #[pyo3(signature = (dt, **keywords))]
-    fn plant<'py>(slf: &Bound<'py, Self>, dt: f64, keywords: Keywords<'_, 'py>) -> PyResult<Bound<'py, Plant>> {
+    fn plant<'py>(
+        slf: &Bound<'py, Self>,
+        dt: f64,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, Plant>> {
         let py = slf.py();
         make("Plant", (slf,).into_pyobject(py)?, &keywords!(py, dt = dt), keywords)
     }
 
     /// Gains of the feedback, robust for every slope of the hysteresis. Keywords are those of `control.tune`.
     #[pyo3(signature = (dt, **keywords))]
-    fn tune<'py>(slf: &Bound<'py, Self>, dt: f64, keywords: Keywords<'_, 'py>) -> PyResult<Bound<'py, Tuning>> {
+    fn tune<'py>(
+        slf: &Bound<'py, Self>,
+        dt: f64,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, Tuning>> {
         let py = slf.py();
         make("tune", (slf,).into_pyobject(py)?, &keywords!(py, dt = dt), keywords)
     }
@@ -91,7 +96,7 @@ impl Stage {
         slf: &Bound<'py, Self>,
         dt: f64,
         ahead: &Bound<'py, PyAny>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, Preview>> {
         let py = slf.py();
         let given = linear_part(py, slf.get())?;
@@ -123,7 +128,7 @@ impl Stage {
         limits: Option<&Bound<'py, PyAny>>,
         feedforward: &str,
         ahead: Option<&Bound<'py, PyAny>>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, HybridController>> {
         let (py, stage) = (slf.py(), &slf.get().0);
         let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
@@ -165,7 +170,7 @@ impl Stage {
         slf: &Bound<'py, Self>,
         dt: f64,
         drift: &Bound<'py, PyAny>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, Observer>> {
         let py = slf.py();
         make("Observer", (slf,).into_pyobject(py)?, &keywords!(py, dt = dt, drift = drift), keywords)
@@ -179,7 +184,7 @@ impl Stage {
         target: &Bound<'py, PyAny>,
         dt: f64,
         bandwidth: &Bound<'py, PyAny>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, IterativeLearning>> {
         let given = loop_keywords(slf, dt, keywords)?;
         given.set_item("bandwidth", bandwidth)?;
@@ -194,7 +199,7 @@ impl Stage {
         period: &Bound<'py, PyAny>,
         dt: f64,
         bandwidth: &Bound<'py, PyAny>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, RepetitiveControl>> {
         let given = loop_keywords(slf, dt, keywords)?;
         given.set_item("bandwidth", bandwidth)?;
@@ -227,7 +232,7 @@ impl Stage {
         dt: f64,
         plant: Option<&Bound<'py, PyAny>>,
         seed: Option<&Bound<'py, PyAny>>,
-        keywords: Keywords<'_, 'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, Run>> {
         let py = slf.py();
         let controller = slf.call_method("controller", (dt,), keywords)?;
@@ -259,7 +264,8 @@ impl Stage {
         if dead_time == 0.0 {
             return Ok(system);
         }
-        let delay = control.getattr("tf")?.call1(control.call_method1("pade", (dead_time, pade))?.cast_into::<PyTuple>()?)?;
+        let delay =
+            control.getattr("tf")?.call1(control.call_method1("pade", (dead_time, pade))?.cast_into::<PyTuple>()?)?;
         control.call_method1("series", (control.call_method1("ss", (delay,))?, system))
     }
 
