@@ -71,7 +71,10 @@ def test_both_limits_are_reached_then_reversals_shrink(plan: dict[str, Any]) -> 
     assert np.all(np.diff(swings[::2]) < 0) and np.all(np.diff(swings[1::2]) < 0)
     assert np.all(swings > 0)
     # the lead-in ends where both limits were reached, and not before
-    assert got.drive[got.initialization_samples] == low and got.drive[: got.initialization_samples].max(initial=low) == high
+    assert (
+        got.drive[got.initialization_samples] == low
+        and got.drive[: got.initialization_samples].max(initial=low) == high
+    )
     stroke = got.drive[int(got.drive.argmax()) : got.initialization_samples]
     assert stroke.size and stroke.min() > low
     # every reversal is met by a sample, in this order
@@ -97,7 +100,11 @@ def test_two_reversals_fall_between_any_two_uniform_thresholds(
 def test_every_operator_moves_both_ways_in_what_is_fitted() -> None:
     got = signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
     for r in 25.0 * np.arange(20):
-        z = np.diff(mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[got.initialization_samples :])
+        z = np.diff(
+            mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[
+                got.initialization_samples :
+            ]
+        )
         assert (z > 0).any() and (z < 0).any()
 
 
@@ -183,7 +190,8 @@ def test_what_is_made_cannot_be_changed() -> None:
     assert not got.drive.flags.writeable and not got.reversals.flags.writeable
     assert (
         repr(got)
-        == f"<Excitation: {got.drive.size} samples, {got.initialization_samples} of them to initialize, 7 reversals>"
+        == f"<Excitation: {got.drive.size} samples, {got.initialization_samples} of them to "
+        "initialize, 7 reversals>"
     )
 
 

@@ -9,6 +9,7 @@ pub mod learning;
 pub mod linear;
 mod observer;
 pub mod sampling;
+pub mod stage;
 pub mod trajectory;
 pub mod tuning;
 

@@ -1,70 +1,26 @@
-//! Linear parts discretised as one, and their inverse.
-
-use core::f64::consts::TAU;
+//! The inverse of linear dynamics.
 
 use hysteresis_control::feedforward::{PreviewOptions, Shaper, worst_miss};
-use hysteresis_control::linear::{Block, Cascade, Chain, Delay, Dynamics, FirstOrder, SecondOrder, Stream};
+use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder};
 use hysteresis_control::trajectory::{MotionLimits, PointToPoint, Trajectory};
-use hysteresis_core::Process;
-use nalgebra::Complex;
 use proptest::prelude::*;
 
 const DT: f64 = 1e-4;
 
-fn dynamics() -> impl Strategy<Value = Option<Dynamics>> {
-    prop_oneof![
-        Just(None),
-        (50.0..4000.0).prop_map(|f| Some(Dynamics::from(FirstOrder::new(f).unwrap()))),
-        (50.0..4000.0, 0.01..2.0).prop_map(|(f, zeta)| Some(Dynamics::from(SecondOrder::new(f, zeta).unwrap()))),
-    ]
-}
-
-fn chains() -> impl Strategy<Value = Chain> {
-    let amplifier = prop::option::of((50.0..4000.0).prop_map(|f| FirstOrder::new(f).unwrap()));
-    let delay = prop_oneof![Just(0.0), 0.0..6.0].prop_map(|samples| Delay::new(samples).unwrap());
-    (dynamics(), amplifier, delay).prop_map(|(dynamics, amplifier, delay)| Chain { amplifier, dynamics, delay })
+fn chains() -> impl Strategy<Value = LinearDynamics> {
+    let dynamics = prop_oneof![
+        Just(LinearDynamics::none()),
+        (50.0..4000.0).prop_map(|f| FirstOrder::new(f).unwrap().into()),
+        (50.0..4000.0, 0.01..2.0).prop_map(|(f, zeta)| SecondOrder::new(f, zeta).unwrap().into()),
+    ];
+    let amplifier = prop::option::of((50.0..4000.0).prop_map(|f| LinearDynamics::from(FirstOrder::new(f).unwrap())));
+    let dead_time = prop_oneof![Just(0.0), 0.0..6.0].prop_map(|samples| Delay::new(samples * DT).unwrap());
+    (dynamics, amplifier, dead_time)
+        .prop_map(|(dynamics, amplifier, delay)| amplifier.unwrap_or_default().then(dynamics).then(delay))
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn a_chain_is_its_blocks_sampled_without_end(chain in chains(), input in prop::collection::vec(-1.0..1.0, 1..30)) {
-        // Between finer samples the output of the amplifier hardly moves, so holding it costs half a fine sample.
-        const PARTS: u32 = 512;
-        let fine = DT / f64::from(PARTS);
-        let amplifier = chain.amplifier.unwrap_or(FirstOrder::new(1e12).unwrap()).block(fine).unwrap();
-        let stage = chain.dynamics.unwrap_or(FirstOrder::new(1e12).unwrap().into()).block(fine).unwrap();
-        let (mut parts, mut delay) = (Cascade(amplifier, stage), chain.delay.block());
-        let mut whole = chain.block(DT).unwrap();
-        // The fastest of two poles of 4 kHz, damping 2, decays 9.4 times per sample, from distances up to 2.
-        let tolerance = 20.0 / f64::from(PARTS);
-        for u in input {
-            let delayed = delay.advance(u);
-            let position = (0..PARTS).map(|_| parts.advance(delayed)).last().unwrap();
-            prop_assert_eq!(whole.look_ahead(u), whole.clone().advance(u));
-            prop_assert!((whole.advance(u) - position).abs() < tolerance);
-        }
-    }
-
-    #[test]
-    fn the_pulse_transfer_is_the_transform_of_the_response(chain in chains(), angle in 0.0..TAU, radius in 1.2..2.0) {
-        let z = Complex::from_polar(radius, angle);
-        let mut stage = Stream::new(chain.block(DT).unwrap(), 0.0);
-        let mut sum = Complex::from(0.0);
-        for k in 0..400 {
-            // The position that the input of the sample k leads to is read at k + 1.
-            sum += z.powi(-(k + 1)) * stage.step(if k == 0 { 1.0 } else { 0.0 });
-        }
-        // Outside of the radius 1.2 the rest of the series is below 1.2^-400.
-        prop_assert!((chain.pulse_transfer(DT).unwrap().at(z) - sum).norm() < 1e-11);
-    }
-
-    #[test]
-    fn at_rest_nothing_moves(chain in chains(), level in -5.0..5.0) {
-        let mut stage = Stream::new(chain.block(DT).unwrap(), level);
-        prop_assert!((0..50).all(|_| stage.step(level) == level));
-    }
 
     #[test]
     fn the_shaped_target_of_a_polynomial_is_exact(
@@ -102,7 +58,7 @@ proptest! {
 #[test]
 fn moves_are_followed_and_steps_are_missed() {
     let stage = SecondOrder::new(400.0, 0.95).unwrap();
-    let chain = Chain { amplifier: None, dynamics: Some(stage.into()), delay: Delay::new(2.0).unwrap() };
+    let chain = LinearDynamics::from(stage).then(Delay::new(2.0 * DT).unwrap());
     let limits = MotionLimits { velocity: 200.0, acceleration: 1e5, jerk: 1e8 };
     let moves = PointToPoint::new(&[0.0, 2.0, 1.0], limits, 0.01).unwrap();
     let count = moves.samples(DT, None).unwrap();

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_control::linear::{Block, Cascade, Creep, Delay, Dynamics, FirstOrder, SecondOrder, Stream};
+use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace, Stream};
 use hysteresis_core::Process;
 
 /// Numbers in -1..1 that follow no pattern.
@@ -29,7 +29,7 @@ fn step_responses_are_exact_at_every_sample() {
         [(400.0, 0.95, 1e-4), (2000.0, 0.03, 1e-4), (3.0, 1.0, 1e-3), (50.0, 4.0, 1e-3), (800.0, 0.3, 1e-3)]
     {
         let mut stream = Stream::new(SecondOrder::new(frequency, zeta).unwrap().block(dt).unwrap(), 0.0);
-        for k in 1..=400 {
+        for k in 0..=400 {
             let expected = step_response(zeta, TAU * frequency * dt * f64::from(k));
             // 400 samples, each a rounding or two; the angle w t of up to 2000 costs as many.
             let got = stream.step(1.0);
@@ -37,7 +37,7 @@ fn step_responses_are_exact_at_every_sample() {
         }
     }
     let mut lag = Stream::new(FirstOrder::new(279.0).unwrap().block(1e-4).unwrap(), 0.0);
-    for k in 1..=100 {
+    for k in 0..=100 {
         let expected = -(-TAU * 279.0 * 1e-4 * f64::from(k)).exp_m1();
         assert!((lag.step(1.0) - expected).abs() < 1e-14);
     }
@@ -63,9 +63,9 @@ fn the_response_is_continuous_at_critical_damping() {
 #[test]
 fn an_input_that_is_held_may_be_sampled_at_any_rate() {
     for dynamics in [
-        Dynamics::from(SecondOrder::new(700.0, 0.1).unwrap()),
-        Dynamics::from(SecondOrder::new(200.0, 2.0).unwrap()),
-        Dynamics::from(FirstOrder::new(100.0).unwrap()),
+        LinearDynamics::from(SecondOrder::new(700.0, 0.1).unwrap()),
+        LinearDynamics::from(SecondOrder::new(200.0, 2.0).unwrap()),
+        LinearDynamics::from(FirstOrder::new(100.0).unwrap()).then(SecondOrder::new(700.0, 0.1).unwrap()),
     ] {
         let mut coarse = dynamics.block(1e-3).unwrap();
         let mut fine = dynamics.block(1e-3 / 8.0).unwrap();
@@ -79,27 +79,27 @@ fn an_input_that_is_held_may_be_sampled_at_any_rate() {
 
 #[test]
 fn at_rest_nothing_moves_and_steady_gain_is_exact() {
-    let creep = Creep::new(&[0.25, 0.5], &[0.1, 1.0]).unwrap();
-    let block = || {
-        let lags = Cascade(Delay::new(1.5).unwrap().block(), FirstOrder::new(279.0).unwrap().block(1e-4).unwrap());
-        let stage = SecondOrder::new(900.0, 0.2).unwrap().block(1e-4).unwrap();
-        Cascade(Cascade(lags, stage), creep.block(1e-4).unwrap())
+    let rests = |block: &mut dyn Block, gain: f64| {
+        assert_eq!(block.settle(0.375), gain * 0.375);
+        assert!((0..1000).all(|_| block.look_ahead(0.375) == gain * 0.375 && block.step(0.375) == gain * 0.375));
     };
-    let mut rests = Stream::new(block(), 0.375);
-    assert_eq!(rests.output(), 1.75 * 0.375);
-    assert!((0..1000).all(|_| rests.step(0.375) == 1.75 * 0.375));
-    rests.step(2.0);
-    rests.reset();
-    assert_eq!((rests.output(), rests.peek(0.375)), (1.75 * 0.375, 1.75 * 0.375));
+    rests(&mut Creep::new(&[0.25, 0.5], &[0.1, 1.0]).unwrap().block(1e-4).unwrap(), 1.75);
+    rests(&mut Delay::new(1.5e-4).unwrap().block(1e-4).unwrap(), 1.0);
+    let stage = LinearDynamics::from(FirstOrder::new(279.0).unwrap()).then(SecondOrder::new(900.0, 0.2).unwrap());
+    let stage = stage.then(StateSpace::from_gain(0.1).unwrap()).then(Delay::new(1.5e-4).unwrap());
+    let mut stream = Stream::new(stage.block(1e-4).unwrap(), 0.375);
+    rests(&mut stage.block(1e-4).unwrap(), 0.1);
+    stream.step(2.0);
+    stream.step(1.0);
+    stream.reset();
+    assert_eq!((stream.output(), stream.peek(0.375)), (0.1 * 0.375, 0.1 * 0.375));
 }
 
 #[test]
 fn peek_foretells_step_and_run_is_step_in_a_loop() {
-    let block = || {
-        let delay = Delay::new(3.25).unwrap().block();
-        let stage = SecondOrder::new(900.0, 0.2).unwrap().block(1e-4).unwrap();
-        Cascade(Cascade(delay, stage), Creep::new(&[0.1], &[0.01]).unwrap().block(1e-4).unwrap())
-    };
+    let fast = LinearDynamics::from(StateSpace::from_gain(0.5).unwrap());
+    let stage = fast.parallel(&SecondOrder::new(900.0, 0.2).unwrap().into()).unwrap();
+    let block = || stage.clone().with_dead_time(3.25e-4).unwrap().block(1e-4).unwrap();
     let mut input = noise(300);
     (input[7], input[8], input[9]) = (f64::NAN, f64::INFINITY, -1e300);
     let (mut stream, mut other) = (Stream::new(block(), 0.0), Stream::new(block(), 0.0));
@@ -118,7 +118,7 @@ fn peek_foretells_step_and_run_is_step_in_a_loop() {
 fn delays_interpolate_between_samples() {
     let input = noise(50);
     for samples in [0.0, 0.25, 1.0, 1.75, 2.0, 17.5] {
-        let mut block = Delay::new(samples).unwrap().block();
+        let mut block = Delay::new(1e-4 * samples).unwrap().block(1e-4).unwrap();
         block.settle(0.5);
         for k in 0..input.len() {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
@@ -126,8 +126,9 @@ fn delays_interpolate_between_samples() {
             let at = |back: usize| k.checked_sub(back).map_or(0.5, |place| input[place]);
             let share = samples.fract();
             let expected = (1.0 - share) * at(whole) + share * at(whole + 1);
-            let (ahead, got) = (block.look_ahead(input[k]), block.advance(input[k]));
-            assert!((got - expected).abs() < 1e-15 && ahead == got, "{samples} {k}: {got} {expected}");
+            let (ahead, got) = (block.look_ahead(input[k]), block.step(input[k]));
+            // The dead time in seconds rounds, by 1e-16 of 17 samples.
+            assert!((got - expected).abs() < 1e-14 && ahead == got, "{samples} {k}: {got} {expected}");
         }
     }
 }
@@ -139,7 +140,7 @@ fn logarithmic_creep_follows_the_law() {
     for terms in [8, 16, 40] {
         let creep = Creep::logarithmic(gamma, start, end, terms).unwrap();
         let mut stream = Stream::new(creep.block(0.01).unwrap(), 0.0);
-        for k in 1..=2000 {
+        for k in 0..=2000 {
             let (position, time) = (stream.step(2.0), 0.01 * f64::from(k));
             // A decade from either end the tails of the sum are 1/10 of a term per e-fold: a few per cent of gamma.
             if (10.0 * start..0.1 * end).contains(&time) {
@@ -163,10 +164,13 @@ fn what_no_block_can_have_is_named() {
         assert_eq!(SecondOrder::new(1.0, 1.0).unwrap().block(bad).unwrap_err().to_string(), message("dt"));
     }
     assert!(SecondOrder::new(f64::NAN, 0.5).unwrap_err().to_string().ends_with("got NaN"));
-    let delay = |samples| Delay::new(samples).unwrap_err().to_string();
-    assert_eq!(delay(-0.5), "delay: expected 0 to 2^20 samples, got -0.5");
-    assert_eq!(delay(f64::NAN), "delay: expected 0 to 2^20 samples, got NaN");
-    assert!(Delay::new(1e300).is_err());
+    let delay = |seconds| Delay::new(seconds).unwrap_err().to_string();
+    assert_eq!(delay(-0.5), "dead_time: expected a finite number of seconds, 0 or more, got -0.5");
+    assert_eq!(delay(f64::NAN), "dead_time: expected a finite number of seconds, 0 or more, got NaN");
+    let long = Delay::new(106.0).unwrap();
+    let expected = "dead_time: expected at most 2^20 sampling intervals, got 106.0";
+    assert_eq!(long.block(1e-4).unwrap_err().to_string(), expected);
+    assert_eq!(LinearDynamics::from(long).block(1e-4).unwrap_err().to_string(), expected);
     let creep = |amplitudes: &[f64], times: &[f64]| Creep::new(amplitudes, times).unwrap_err().to_string();
     assert_eq!(
         creep(&[0.1], &[]),

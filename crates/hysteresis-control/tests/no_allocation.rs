@@ -4,16 +4,22 @@
 mod models;
 
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
-use hysteresis_control::linear::{Cascade, Creep, Delay, FirstOrder, SecondOrder, Stream};
+use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
 use hysteresis_control::{Observer, ObserverOptions};
 use hysteresis_core::{CompiledModel, Process};
 
 #[test]
 fn linear_streams_never_allocate() {
     let creep = Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap().block(1e-4).unwrap();
-    let lags = Cascade(FirstOrder::new(279.0).unwrap().block(1e-4).unwrap(), Delay::new(2.4).unwrap().block());
-    let stage = Cascade(SecondOrder::new(2000.0, 0.03).unwrap().block(1e-4).unwrap(), creep);
-    let mut stream = Stream::new(Cascade(lags, stage), 0.5);
+    let amplifier = LinearDynamics::from(FirstOrder::new(279.0).unwrap());
+    let stage = amplifier.then(SecondOrder::new(2000.0, 0.03).unwrap()).then(Delay::new(2.4e-4).unwrap());
+    runs_without_allocation(creep);
+    runs_without_allocation(Delay::new(2.4e-4).unwrap().block(1e-4).unwrap());
+    runs_without_allocation(stage.block(1e-4).unwrap());
+}
+
+fn runs_without_allocation(mut block: impl Block + Clone) {
+    let mut stream = Stream::new(block.clone(), 0.5);
     let input: Vec<f64> = (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) }).collect();
     let mut output = vec![0.0; input.len()];
     let count = allocations::count(|| {
@@ -22,6 +28,7 @@ fn linear_streams_never_allocate() {
         }
         stream.reset();
         stream.run(&input, &mut output).unwrap();
+        std::hint::black_box((block.look_ahead(1.0), block.advance(1.0)));
     });
     assert_eq!(count, 0);
     assert_eq!(stream.rejected(), 11);

@@ -4,7 +4,7 @@ mod support;
 
 use hysteresis_core::{CompiledModel, Process};
 
-use hysteresis_control::linear::{Block, Cascade, Delay, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{Block, Delay, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::{Observer, ObserverOptions};
 use support::models::actuator;
 use support::{DT, Loop, Noise, a1, reference_and_target};
@@ -19,10 +19,10 @@ fn what_the_model_knows_needs_no_measurement() {
     for dynamics in [a1(), FirstOrder::new(279.0).unwrap().into()] {
         let mut observer = observer(&dynamics, ObserverOptions { delay: 2.5, ..ObserverOptions::new(0.016, 0.5) });
         let mut plant = actuator().forward();
-        let mut path = Cascade(Delay::new(2.5).unwrap().block(), dynamics.block(DT).unwrap());
+        let (mut delay, mut path) = (Delay::new(2.5 * DT).unwrap().block(DT).unwrap(), dynamics.block(DT).unwrap());
         for k in 0..5000 {
             let drive = 400.0 * (2e-3 * f64::from(k)).sin() * (1.0 - 1e-4 * f64::from(k));
-            let position = path.advance(plant.step(drive));
+            let position = path.advance(delay.step(plant.step(drive)));
             let measurement = if k % 3 == 0 { position } else { f64::NAN };
             // Rounding only: both are the same recursion.
             assert!((observer.step(drive, measurement) - position).abs() < 1e-12, "{k}");
@@ -138,5 +138,5 @@ fn what_cannot_settle_is_refused() {
     let refused = |options| Observer::new(&compiled, &a1(), DT, &options).unwrap_err().parameter;
     assert_eq!(refused(ObserverOptions::new(0.0, 1.0)), "noise");
     assert_eq!(refused(ObserverOptions::new(1.0, f64::NAN)), "drift");
-    assert_eq!(refused(ObserverOptions { delay: -1.0, ..ObserverOptions::new(1.0, 1.0) }), "delay");
+    assert_eq!(refused(ObserverOptions { delay: -1.0, ..ObserverOptions::new(1.0, 1.0) }), "dead_time");
 }

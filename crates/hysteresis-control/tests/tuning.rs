@@ -1,24 +1,24 @@
 //! What the gains of the feedback keep.
 
-use hysteresis_control::linear::{Chain, Delay, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace};
 use hysteresis_control::tuning::{TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
-fn chains() -> impl Strategy<Value = Chain> {
+fn chains() -> impl Strategy<Value = LinearDynamics> {
     let frequency = || 20.0..4000.0;
     let dynamics = prop_oneof![
-        Just(None),
-        frequency().prop_map(|f| Some(Dynamics::from(FirstOrder::new(f).unwrap()))),
-        (frequency(), 0.01..2.0).prop_map(|(f, zeta)| Some(Dynamics::from(SecondOrder::new(f, zeta).unwrap()))),
+        Just(LinearDynamics::none()),
+        frequency().prop_map(|f| FirstOrder::new(f).unwrap().into()),
+        (frequency(), 0.01..2.0).prop_map(|(f, zeta)| SecondOrder::new(f, zeta).unwrap().into()),
     ];
-    let amplifier = prop::option::of(frequency().prop_map(|f| FirstOrder::new(f).unwrap()));
-    let delay = prop_oneof![Just(0.0), 0.0..6.0].prop_map(|samples| Delay::new(samples).unwrap());
-    (dynamics, amplifier, delay).prop_map(|(dynamics, amplifier, delay)| Chain { amplifier, dynamics, delay })
+    let amplifier = prop::option::of(frequency().prop_map(|f| LinearDynamics::from(FirstOrder::new(f).unwrap())));
+    let dead_time = prop_oneof![Just(0.0), 0.0..6.0].prop_map(|samples| Delay::new(samples * 1e-4).unwrap());
+    (dynamics, amplifier, dead_time)
+        .prop_map(|(dynamics, amplifier, delay)| amplifier.unwrap_or_default().then(dynamics).then(delay))
 }
 
-fn a1() -> Chain {
-    let dynamics = Some(SecondOrder::new(400.0, 0.95).unwrap().into());
-    Chain { amplifier: None, dynamics, delay: Delay::new(0.0).unwrap() }
+fn a1() -> LinearDynamics {
+    SecondOrder::new(400.0, 0.95).unwrap().into()
 }
 
 fn options() -> TuningOptions {
@@ -29,8 +29,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_bound_is_kept_and_met(chain in chains(), least in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
-        let slopes = (least, least * ratio);
+    fn the_bound_is_kept_and_met(chain in chains(), min in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
+        let slopes = (min, min * ratio);
         let tuning = tune(&chain, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: limit }).unwrap();
         prop_assert!(tuning.kp >= 0.0 && tuning.ki > 0.0);
         // The greatest ki meets the bound but for what the search leaves.
@@ -40,8 +40,8 @@ proptest! {
             let margins = loop_margins(&chain, 1e-4, tuning.kp, tuning.ki, slope).unwrap();
             prop_assert!(margins.peak_sensitivity <= limit * (1.0 + 1e-9), "{margins:?}");
             prop_assert!(margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6), "{margins:?}");
-            let least_phase = 2.0 * (0.5 / limit).asin().to_degrees();
-            prop_assert!(margins.phase_margin > least_phase * (1.0 - 1e-6), "{margins:?}");
+            let min_phase = 2.0 * (0.5 / limit).asin().to_degrees();
+            prop_assert!(margins.phase_margin > min_phase * (1.0 - 1e-6), "{margins:?}");
         }
     }
 }
@@ -49,9 +49,9 @@ proptest! {
 /// An integrator before a delay of one sample and the read-out: L = g z / ((z - 1) z^2), known in closed form.
 #[test]
 fn margins_of_an_integrator_are_those_of_the_textbook() {
-    let chain = Chain { amplifier: None, dynamics: None, delay: Delay::new(1.0).unwrap() };
     let (dt, gain) = (1e-3, 0.25);
-    let margins = loop_margins(&chain, dt, 0.0, gain, 1.0).unwrap();
+    let chain = LinearDynamics::from(Delay::new(dt).unwrap());
+    let margins = loop_margins(&chain, dt, 0.0, gain / dt, 1.0).unwrap();
     // |L| = g / (2 sin(w/2)), arg L = w/2 - pi/2 - 2 w per sample.
     let crossover = 2.0 * (0.5 * gain).asin();
     let phase_margin = 90.0 - (1.5 * crossover).to_degrees();
@@ -62,13 +62,29 @@ fn margins_of_an_integrator_are_those_of_the_textbook() {
     assert!((margins.gain_margin - gain_margin).abs() < 1e-9, "{margins:?}");
 }
 
+/// What a gain in the dynamics does, a gain of the hysteresis does too; and time has a unit.
+#[test]
+fn gains_follow_the_units() {
+    let tuned = tune(&a1(), &options()).unwrap();
+    let halved = a1().then(StateSpace::from_gain(0.01).unwrap());
+    let other = tune(&halved, &options()).unwrap();
+    assert!((other.kp / tuned.kp / 100.0 - 1.0).abs() < 1e-9 && (other.ki / tuned.ki / 100.0 - 1.0).abs() < 1e-9);
+    let ten_times_faster = SecondOrder::new(4000.0, 0.95).unwrap().into();
+    let other = tune(&ten_times_faster, &TuningOptions { dt: 1e-5, ..options() }).unwrap();
+    assert!((other.kp / tuned.kp - 1.0).abs() < 1e-6 && (other.ki / tuned.ki / 10.0 - 1.0).abs() < 1e-6);
+    let inverted = a1().then(StateSpace::from_gain(-1.0).unwrap());
+    assert!(
+        tune(&inverted, &options()).unwrap_err().to_string().starts_with("dynamics.static_gain: expected a finite")
+    );
+}
+
 /// The published gains are far slower than what the dynamics allow.
 #[test]
 fn the_published_gains_are_slow() {
     let (tuned, slopes) = (tune(&a1(), &options()).unwrap(), options().slopes);
-    let published = loop_margins(&a1(), 1e-4, 60.0, 0.6, slopes.1).unwrap();
+    let published = loop_margins(&a1(), 1e-4, 60.0, 6000.0, slopes.1).unwrap();
     assert!(published.crossover < 10.0 && tuned.at_max_slope.crossover > 300.0);
-    assert!(tuned.ki > 50.0 * 0.6);
+    assert!(tuned.ki > 50.0 * 6000.0);
 }
 
 #[test]
@@ -84,8 +100,11 @@ fn what_cannot_be_tuned_is_named() {
     assert_eq!(refused(&|o| o.slopes = (1.0, 0.5)), "slopes[1]: expected at least the first one, got 0.5");
     assert_eq!(refused(&|o| o.peak_sensitivity = 1.0), "peak_sensitivity: expected 1.05 to 5, got 1.0");
     assert_eq!(refused(&|o| o.dt = -1.0), format!("dt: {above}, got -1.0"));
-    let late = Chain { delay: Delay::new(1001.0).unwrap(), ..a1() };
-    assert_eq!(tune(&late, &options()).unwrap_err().to_string(), "delay: expected at most 1000 samples, got 1001.0");
+    let late = a1().then(Delay::new(0.1001).unwrap());
+    assert_eq!(
+        tune(&late, &options()).unwrap_err().to_string(),
+        "dead_time: expected at most 1000 samples, got 0.1001"
+    );
     assert!(loop_margins(&a1(), 1e-4, f64::NAN, 1.0, 1.0).unwrap_err().to_string().starts_with("kp: expected"));
     assert!(loop_margins(&a1(), 1e-4, 0.0, 0.0, 1.0).unwrap_err().to_string().starts_with("ki: expected"));
 }
@@ -106,10 +125,9 @@ fn what_is_too_slow_or_too_little_damped_is_refused() {
             "dt: expected at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier, got 0.0001",
         ),
     ] {
-        let dynamics = Some(SecondOrder::new(frequency, damping).unwrap().into());
-        let error = tune(&Chain { dynamics, ..a1() }, &options()).unwrap_err();
+        let stage = SecondOrder::new(frequency, damping).unwrap().into();
+        let error = tune(&stage, &options()).unwrap_err();
         assert_eq!(error.to_string(), message);
     }
-    let amplifier = Some(FirstOrder::new(1e-4).unwrap());
-    assert!(tune(&Chain { amplifier, ..a1() }, &options()).is_err());
+    assert!(tune(&a1().then(FirstOrder::new(1e-4).unwrap()), &options()).is_err());
 }

@@ -190,6 +190,25 @@ impl fmt::Display for Bound {
     }
 }
 
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match *self {
+            Self::Empty { parameter }
+            | Self::Length { parameter, .. }
+            | Self::Rows { parameter, .. }
+            | Self::Domain { parameter, .. } => Some(parameter),
+            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
+            Self::OtherModel { .. } | Self::State { .. } => Some("state"),
+            Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

@@ -11,7 +11,7 @@ fn plants_never_allocate() {
         amplifier: Some(FirstOrder::new(279.0).unwrap()),
         dynamics: Some(SecondOrder::new(2000.0, 0.03).unwrap().into()),
         creep: Some(Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap()),
-        delay: Delay::new(2.4).unwrap(),
+        delay: Delay::new(2.4e-4).unwrap(),
         noise: 0.016,
         limits: Some((-500.0, 500.0)),
         dac_bits: Some(16),

@@ -1,6 +1,6 @@
 //! Laws of plants and their converters, and the loops of the paper on its benchmark plants.
 
-use hysteresis_control::linear::{Block, Cascade, Creep, Delay, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, SecondOrder};
 use hysteresis_core::{CompiledModel, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process};
 use hysteresis_simulate::closed_loop::{TrackingTask, WATCH_INTERVAL, simulate};
 use hysteresis_simulate::metrics::{LoopRecord, Run};
@@ -84,7 +84,7 @@ fn everything(seed: u64) -> Plant {
         amplifier: Some(FirstOrder::new(279.0).unwrap()),
         dynamics: Some(SecondOrder::new(900.0, 0.1).unwrap().into()),
         creep: Some(Creep::logarithmic(0.02, 1e-3, 1.0, 6).unwrap()),
-        delay: Delay::new(2.5).unwrap(),
+        delay: Delay::new(2.5e-4).unwrap(),
         noise: 0.016,
         seed,
         limits: Some((-500.0, 500.0)),
@@ -136,17 +136,17 @@ fn without_an_amplifier_a_plant_is_the_model_and_the_blocks_one_after_the_other(
     let options = PlantOptions {
         dynamics: Some(SecondOrder::new(900.0, 0.1).unwrap().into()),
         creep: Some(Creep::new(&[0.1], &[0.01]).unwrap()),
-        delay: Delay::new(1.25).unwrap(),
+        delay: Delay::new(1.25e-4).unwrap(),
         ..PlantOptions::default()
     };
     let model = paper::table_1_recovered();
     let mut plant = Plant::new(&CompiledModel::new(&model), &options).unwrap();
-    let creep = Creep::new(&[0.1], &[0.01]).unwrap().block(1e-4).unwrap();
-    let linear = Cascade(SecondOrder::new(900.0, 0.1).unwrap().block(1e-4).unwrap(), creep);
-    let mut blocks = Cascade(linear, Delay::new(1.25).unwrap().block());
+    let mut creep = Creep::new(&[0.1], &[0.01]).unwrap().block(1e-4).unwrap();
+    let mut modes = SecondOrder::new(900.0, 0.1).unwrap().block(1e-4).unwrap();
+    let mut delay = Delay::new(1.25e-4).unwrap().block(1e-4).unwrap();
     let mut forward = model.forward();
     for u in walk(500, 500.0) {
-        assert_eq!(plant.step(u), blocks.advance(forward.step(u)));
+        assert_eq!(plant.step(u), delay.advance(creep.advance(modes.advance(forward.step(u)))));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Feed-forward through the inverse of linear dynamics: what the hysteresis has to put out, so that the position behind
 //! the dynamics follows the reference.
 //!
-//! A [`Chain`] of delay d T, amplifier pole and dynamics has the inverse (1 + a_1 s + a_2 s^2 + a_3 s^3) exp(s d T), and
+//! A [chain](LinearDynamics) of delay d T, amplifier pole and dynamics has the inverse (1 + a_1 s + a_2 s^2 + a_3 s^3) exp(s d T), and
 //! an output that is held from sample to sample lags by half a sample more. So the target at the sample k is
 //!
 //! target(k) = r + a_1 r' + a_2 r'' + a_3 r''' at the time t_k + T / 2 + d T.
@@ -22,18 +22,17 @@ pub use samples::{Miss, worst_miss};
 
 use core::f64::consts::TAU;
 
-use crate::linear::{Chain, Dynamics, Error};
+use crate::linear::{Error, LinearDynamics, Section};
 use crate::trajectory::Trajectory;
 
-/// The inverse of a [`Chain`] as a polynomial of derivatives at a later time.
+/// The inverse of [`LinearDynamics`] as a polynomial of derivatives at a later time.
 ///
 /// ```
-/// use hysteresis_control::linear::{Chain, Delay, SecondOrder};
+/// use hysteresis_control::linear::SecondOrder;
 /// use hysteresis_control::feedforward::Shaper;
 /// use hysteresis_control::trajectory::Sine;
-/// let stage = SecondOrder::new(400.0, 0.95)?;
-/// let chain = Chain { amplifier: None, dynamics: Some(stage.into()), delay: Delay::new(0.0)? };
-/// let shaper = Shaper::new(&chain, 1e-4)?;
+/// let stage = SecondOrder::new(400.0, 0.95)?.into();
+/// let shaper = Shaper::new(&stage, 1e-4)?;
 /// assert!((shaper.terms()[1] - 2.0 * 0.95 / (core::f64::consts::TAU * 400.0)).abs() < 1e-18);
 /// assert_eq!(shaper.lead(), 0.5e-4);
 /// let target = shaper.target(&Sine::new(3.3, 20.0, 0.0)?, 0.0);
@@ -54,26 +53,37 @@ impl Shaper {
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0 and the inverse has finite terms.
-    pub fn new(chain: &Chain, dt: f64) -> Result<Self, Error> {
+    pub fn new(dynamics: &LinearDynamics, dt: f64) -> Result<Self, Error> {
         crate::linear::check_positive("dt", None, dt)?;
-        let (mut terms, mut order) = match chain.dynamics {
-            None => ([1.0, 0.0, 0.0, 0.0], 0),
-            Some(Dynamics::FirstOrder(lag)) => ([1.0, lag.time_constant(), 0.0, 0.0], 1),
-            Some(Dynamics::SecondOrder(resonance)) => {
-                let w = TAU * resonance.frequency();
-                ([1.0, 2.0 * resonance.damping() / w, (1.0 / w).powi(2), 0.0], 2)
-            }
-        };
-        if let Some(amplifier) = chain.amplifier {
-            let tau = amplifier.time_constant();
-            terms = [1.0, terms[1] + tau, terms[2] + tau * terms[1], tau * terms[2]];
-            order += 1;
+        let (mut terms, mut order) = ([1.0, 0.0, 0.0, 0.0], 0);
+        for section in dynamics.sections() {
+            let [first, second] = match section {
+                Section::FirstOrder(lag) => [lag.time_constant(), 0.0],
+                Section::SecondOrder(resonance) => {
+                    let w = TAU * resonance.frequency();
+                    [2.0 * resonance.damping() / w, (1.0 / w).powi(2)]
+                }
+                _ => {
+                    let expected = "first-order and second-order sections";
+                    return Err(Error { parameter: "dynamics", index: None, expected, got: f64::NAN });
+                }
+            };
+            order += if second == 0.0 { 1 } else { 2 };
+            let product = |m: usize| {
+                let term = |back: usize| m.checked_sub(back).map_or(0.0, |i: usize| terms[i]);
+                term(0) + first * term(1) + second * term(2)
+            };
+            terms = [product(0), product(1), product(2), product(3)];
+        }
+        if order > 3 {
+            let expected = "an order of at most 3";
+            return Err(Error { parameter: "dynamics", index: None, expected, got: f64::NAN });
         }
         if terms.iter().any(|term| !term.is_finite()) {
             let expected = "dynamics and amplifier whose inverse has finite terms";
             return Err(Error { parameter: "dynamics", index: None, expected, got: terms[order] });
         }
-        Ok(Self { terms, order, lead: 0.5 + chain.delay.samples(), dt })
+        Ok(Self { terms, order, lead: 0.5 + dynamics.dead_time() / dt, dt })
     }
 
     /// 1, a_1, a_2, a_3: of the reference and its derivatives, in s^m.

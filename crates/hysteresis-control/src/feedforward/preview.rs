@@ -65,11 +65,10 @@ impl Shaper {
     /// extrapolates, which makes noise and errors larger.
     ///
     /// ```
-    /// use hysteresis_control::linear::{Chain, Delay, SecondOrder};
+    /// use hysteresis_control::linear::SecondOrder;
     /// use hysteresis_control::feedforward::{PreviewOptions, Shaper};
     /// let stage = SecondOrder::new(400.0, 0.95)?;
-    /// let chain = Chain { amplifier: None, dynamics: Some(stage.into()), delay: Delay::new(0.0)? };
-    /// let preview = Shaper::new(&chain, 1e-4)?.preview(&PreviewOptions::new(4))?;
+    /// let preview = Shaper::new(&stage.into(), 1e-4)?.preview(&PreviewOptions::new(4))?;
     /// assert_eq!(preview.coefficients.len(), 8);
     /// assert!((preview.coefficients.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     /// assert!(preview.error(20.0) < 1e-9 && preview.error(100.0) < 1e-6);

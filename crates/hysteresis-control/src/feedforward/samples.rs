@@ -1,10 +1,10 @@
 //! Feed-forward for a reference whose samples are all known.
 
-use hysteresis_core::{Process, is_admissible};
+use hysteresis_core::is_admissible;
 
 use super::Shaper;
 use super::preview::check_window;
-use crate::linear::{Block, Chain, Error, Stream};
+use crate::linear::{Block, Error, LinearDynamics};
 
 impl Shaper {
     /// The targets of a reference of which all samples are given, T apart.
@@ -17,12 +17,11 @@ impl Shaper {
     /// costs.
     ///
     /// ```
-    /// use hysteresis_control::linear::{Chain, Delay, FirstOrder};
+    /// use hysteresis_control::linear::FirstOrder;
     /// use hysteresis_control::feedforward::Shaper;
     /// let lag = FirstOrder::from_time_constant(2e-3)?;
-    /// let chain = Chain { amplifier: None, dynamics: Some(lag.into()), delay: Delay::new(0.0)? };
     /// let ramp: Vec<f64> = (0..20).map(f64::from).collect(); // one per sample of 1 ms
-    /// let targets = Shaper::new(&chain, 1e-3)?.shape(&ramp, 8)?;
+    /// let targets = Shaper::new(&lag.into(), 1e-3)?.shape(&ramp, 8)?;
     /// assert!((targets[7] - (7.0 + 0.5 + 2.0)).abs() < 1e-12); // half a sample and two of lag
     /// # Ok::<(), hysteresis_control::linear::Error>(())
     /// ```
@@ -88,20 +87,24 @@ pub struct Miss {
 /// How far from the reference the position behind the linear part comes that is driven by the targets, from rest at the
 /// first reference; nothing if all samples pass before the start has faded.
 ///
-/// The first samples are left out, the delay and 7 [settling times](Chain::settling_time): what rests cannot follow a
+/// The first samples are left out, the delay and 7 [settling times](LinearDynamics::settling_time): what rests cannot follow a
 /// reference that starts with a velocity, and exp(-7) of that is left.
 ///
 /// # Errors
-/// As for [`Chain::block`].
-pub fn worst_miss(chain: &Chain, dt: f64, trajectory: &[f64], targets: &[f64]) -> Result<Option<Miss>, Error> {
-    let mut block = chain.block(dt)?;
+/// As for [`LinearDynamics::block`].
+pub fn worst_miss(
+    dynamics: &LinearDynamics,
+    dt: f64,
+    trajectory: &[f64],
+    targets: &[f64],
+) -> Result<Option<Miss>, Error> {
+    let mut block = dynamics.block(dt)?;
     let Some(first) = trajectory.first() else { return Ok(None) };
     block.settle(*first);
-    let mut stage = Stream::new(block, *first);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let settled = (chain.delay.samples() + 7.0 * chain.settling_time() / dt).ceil() as usize;
+    let settled = ((dynamics.dead_time() + 7.0 * dynamics.settling_time()) / dt).ceil() as usize;
     // The position that a target leads to is read at the next sample.
     let errors = targets.iter().zip(trajectory.iter().enumerate().skip(1));
-    let errors = errors.map(|(target, (sample, r))| Miss { sample, error: (stage.step(*target) - r).abs() });
+    let errors = errors.map(|(target, (sample, r))| Miss { sample, error: (block.advance(*target) - r).abs() });
     Ok(errors.filter(|miss| miss.sample > settled).max_by(|a, b| a.error.total_cmp(&b.error)))
 }

@@ -2,7 +2,7 @@
 
 use hysteresis_core::is_admissible;
 
-use crate::linear::{Block, Cascade, Delay, DelayBlock, Dynamics, DynamicsBlock, Error};
+use crate::linear::{Block, Delay, Dynamics, Error, LinearBlock, LinearDynamics, check_positive};
 
 /// A response has died away when it stays below this share of its peak.
 const DIED_AWAY: f64 = 1e-12;
@@ -50,7 +50,7 @@ impl FeedbackLoop {
     pub fn impulse_response(&self, period: usize) -> Result<Vec<f64>, Error> {
         let mut path = self.path()?;
         // A delay alone is silent for as long as it lasts, also between two echoes.
-        let lull = period.max(1000) + path.1.samples();
+        let lull = period.max(1000) + path.samples();
         let mut folded = vec![0.0; period];
         let (mut y, mut integral, mut peak, mut quiet) = (0.0, 0.0, 0.0_f64, 0);
         for k in 0..MAX_SAMPLES {
@@ -70,13 +70,14 @@ impl FeedbackLoop {
         Err(Error { parameter: "kp", index: None, expected: "gains at which the loop is stable", got: self.kp })
     }
 
-    fn path(&self) -> Result<Cascade<DynamicsBlock, DelayBlock>, Error> {
+    fn path(&self) -> Result<LinearBlock, Error> {
         for (parameter, got) in [("kp", self.kp), ("ki", self.ki), ("slope", self.slope)] {
             if !(is_admissible(got) && got >= 0.0) {
                 let expected = "a finite number >= 0 (at most 1e100)";
                 return Err(Error { parameter, index: None, expected, got });
             }
         }
-        Ok(Cascade(self.dynamics.block(self.dt)?, Delay::new(self.delay)?.block()))
+        let delay = Delay::new(self.delay * check_positive("dt", None, self.dt)?)?;
+        LinearDynamics::from(self.dynamics).then(delay).block(self.dt)
     }
 }

@@ -1,8 +1,7 @@
 //! Creep.
 
-use super::error::check_positive;
-use super::{Block, Error, FirstOrder, FirstOrderBlock};
-use hysteresis_core::MAX_MAGNITUDE;
+use super::error::{check_finite, check_positive};
+use super::{Block, Error};
 
 /// Euler's constant (0.5772...), to the precision of a double.
 const EULER: f64 = 0.577_215_664_901_532_9;
@@ -10,7 +9,8 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Log-type creep as a sum of first-order lags: y = x + sum_k c_k x_k, tau_k x_k' + x_k = x.
 ///
 /// x is the position without creep, c_k the amplitude of the k-th term as a share of x, tau_k its time constant. After
-/// a step of x the output reaches it at once and then creeps on to (1 + sum_k c_k) x. Linear and with fading memory, so
+/// a step of x the output reaches it at once and then creeps on to (1 + sum_k c_k) x. At the samples of a record, for an
+/// x that is held, y(i) = x(i) + sum_k c_k q_k(i), q_k(i+1) = a_k q_k(i) + (1 - a_k) x(i), a_k = exp(-T / tau_k). Linear and with fading memory, so
 /// unlike the logarithm itself it works for any signal, not for steps alone. Sums of lags are the usual linear model of
 /// creep (Croft, Shed and Devasia, J. Dyn. Sys. Meas. Control 123(1), 35-43, 2001).
 ///
@@ -42,12 +42,7 @@ impl Creep {
             let got = time_constants.len() as f64;
             return Err(Error { parameter: "time_constants", index: None, expected, got });
         }
-        for (index, amplitude) in amplitudes.iter().enumerate() {
-            if amplitude.abs().partial_cmp(&MAX_MAGNITUDE).is_none_or(core::cmp::Ordering::is_gt) {
-                let expected = "a finite number (at most 1e100 in magnitude)";
-                return Err(Error { parameter: "amplitudes", index: Some(index), expected, got: *amplitude });
-            }
-        }
+        check_finite("amplitudes", amplitudes)?;
         check_time_constants(time_constants)?;
         Ok(Self { amplitudes: amplitudes.into(), time_constants: time_constants.into() })
     }
@@ -67,7 +62,7 @@ impl Creep {
     /// let creep = Creep::logarithmic(0.02, 0.01, 1000.0, 10)?;
     /// let mut stream = Stream::new(creep.block(0.01)?, 0.0);
     /// let position: Vec<f64> = (0..2000).map(|_| stream.step(1.0)).collect();
-    /// let after = |seconds: usize| position[100 * seconds - 1];
+    /// let after = |seconds: usize| position[100 * seconds];
     /// assert!((after(10) - after(1) - 0.02).abs() < 1e-4); // gamma per decade
     /// assert!((after(1) - (1.0 + 0.02 * 2.0)).abs() < 2e-4); // two decades after t0
     /// # Ok::<(), hysteresis_control::linear::Error>(())
@@ -110,9 +105,10 @@ impl Creep {
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn block(&self, dt: f64) -> Result<CreepBlock, Error> {
-        let term = |(amplitude, tau): (&f64, &f64)| Ok((*amplitude, FirstOrder::from_time_constant(*tau)?.block(dt)?));
-        let terms = self.amplitudes.iter().zip(&*self.time_constants).map(term);
-        Ok(CreepBlock { terms: terms.collect::<Result<_, _>>()? })
+        check_positive("dt", None, dt)?;
+        let terms = self.amplitudes.iter().zip(&*self.time_constants);
+        let term = |(amplitude, tau): (&f64, &f64)| Term { amplitude: *amplitude, decay: (-dt / tau).exp(), lag: 0.0 };
+        Ok(CreepBlock { terms: terms.map(term).collect() })
     }
 }
 
@@ -129,24 +125,83 @@ pub(super) fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> 
     Ok(())
 }
 
+/// One lag of creep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Term {
+    amplitude: f64,
+    decay: f64,
+    /// q_k.
+    lag: f64,
+}
+
+impl Term {
+    /// q_k at the end of the interval: the distance from rest decays, so at rest nothing moves, not even a rounding.
+    #[inline]
+    fn next(&self, input: f64) -> f64 {
+        input + self.decay * (self.lag - input)
+    }
+}
+
 /// The block of [`Creep`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CreepBlock {
-    terms: Box<[(f64, FirstOrderBlock)]>,
+    terms: Box<[Term]>,
+}
+
+impl CreepBlock {
+    /// sum_k c_k q_k: what creep adds to the input at t_k.
+    #[must_use]
+    #[inline]
+    pub fn excess(&self) -> f64 {
+        self.terms.iter().map(|term| term.amplitude * term.lag).sum()
+    }
+
+    /// q_k: all that the block remembers.
+    #[must_use]
+    pub fn lags(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.terms.iter().map(|term| term.lag)
+    }
+
+    /// Goes on from the lags of a block of the same creep.
+    ///
+    /// # Errors
+    /// [`Error`] if there are not as many as terms, or one is not finite; then nothing changes.
+    pub fn restore(&mut self, lags: &[f64]) -> Result<(), Error> {
+        #[expect(clippy::cast_precision_loss, reason = "only shown")]
+        if lags.len() != self.terms.len() {
+            let (expected, got) = ("as many as creep has terms", lags.len() as f64);
+            return Err(Error { parameter: "lags", index: None, expected, got });
+        }
+        check_finite("lags", lags)?;
+        for (term, lag) in self.terms.iter_mut().zip(lags) {
+            term.lag = *lag;
+        }
+        Ok(())
+    }
 }
 
 impl Block for CreepBlock {
     #[inline]
-    fn advance(&mut self, input: f64) -> f64 {
-        self.terms.iter_mut().fold(input, |sum, (amplitude, term)| sum + *amplitude * term.advance(input))
+    fn output(&self, input: f64) -> f64 {
+        self.terms.iter().fold(input, |sum, term| sum + term.amplitude * term.lag)
     }
 
     #[inline]
     fn look_ahead(&self, input: f64) -> f64 {
-        self.terms.iter().fold(input, |sum, (amplitude, term)| sum + amplitude * term.look_ahead(input))
+        self.terms.iter().fold(input, |sum, term| sum + term.amplitude * term.next(input))
+    }
+
+    #[inline]
+    fn hold(&mut self, input: f64) {
+        for term in &mut self.terms {
+            term.lag = term.next(input);
+        }
     }
 
     fn settle(&mut self, level: f64) -> f64 {
-        self.terms.iter_mut().fold(level, |sum, (amplitude, term)| sum + *amplitude * term.settle(level))
+        for term in &mut self.terms {
+            term.lag = level;
+        }
+        self.output(level)
     }
 }

@@ -1,99 +1,81 @@
-//! A constant delay.
+//! A dead time alone.
 
+use super::error::{check_dead_time, check_positive};
+use super::history::{History, Split};
 use super::{Block, Error};
 
-/// The longest delay, in samples: 8 MiB of numbers.
-const MAX_SAMPLES: f64 = 1_048_576.0;
-
-/// A delay of d samples, fractions included: y(k) = (1 - f) u(k - n) + f u(k - n - 1), d = n + f.
+/// A dead time d in seconds: y(t) = u(t - d).
 ///
-/// Between samples the input is taken as straight. That smooths what is faster than a sample: at the frequency F and
-/// the sampling interval T, half a sample passes cos(pi F T) of a sine, 0.98 at 600 Hz and 10 kHz. Whole delays are
-/// exact.
+/// Sampled every T seconds it is d = (n + f) T with 0 <= f < 1, and between samples the input is taken as straight:
+/// y(k) = (1 - f) u(k - n) + f u(k - n - 1). A whole number of samples is exact; half a sample passes cos(pi F T) of a
+/// sine of the frequency F, 0.98 at 600 Hz and 10 kHz. [`LinearDynamics`](super::LinearDynamics) behind a dead time
+/// need no such line: how they answer to an input that is held is known exactly at any time.
 ///
 /// ```
 /// use hysteresis_control::linear::{Block, Delay};
-/// let mut delay = Delay::new(1.25)?.block();
-/// assert_eq!([4.0, 8.0, 8.0].map(|u| delay.advance(u)), [0.0, 3.0, 7.0]);
+/// let mut delay = Delay::new(1.25e-4)?.block(1e-4)?;
+/// assert_eq!([4.0, 8.0, 8.0].map(|u| delay.step(u)), [0.0, 3.0, 7.0]);
 /// # Ok::<(), hysteresis_control::linear::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
-    samples: f64,
+    seconds: f64,
 }
 
 impl Delay {
-    /// A delay in samples.
+    /// A dead time in seconds.
     ///
     /// # Errors
-    /// [`Error`] unless it is from 0 to 2^20 samples.
-    pub fn new(samples: f64) -> Result<Self, Error> {
-        if (0.0..=MAX_SAMPLES).contains(&samples) {
-            Ok(Self { samples })
-        } else {
-            Err(Error { parameter: "delay", index: None, expected: "0 to 2^20 samples", got: samples })
-        }
+    /// [`Error`] unless it is finite and 0 or more.
+    pub fn new(seconds: f64) -> Result<Self, Error> {
+        Ok(Self { seconds: check_dead_time(seconds)? })
     }
 
-    /// No delay.
+    /// No dead time.
     #[must_use]
     pub const fn none() -> Self {
-        Self { samples: 0.0 }
+        Self { seconds: 0.0 }
     }
 
-    /// In samples.
+    /// d, in seconds.
     #[must_use]
-    pub fn samples(&self) -> f64 {
-        self.samples
+    pub fn seconds(&self) -> f64 {
+        self.seconds
     }
 
-    /// The block, at rest at zero; all its memory is taken here.
-    #[must_use]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the range is checked above")]
-    pub fn block(&self) -> DelayBlock {
-        let whole = self.samples.floor();
-        DelayBlock { past: vec![0.0; whole as usize + 1].into(), oldest: 0, share: self.samples - whole }
+    /// The block for a sampling interval in seconds, at rest at zero; all its memory is taken here.
+    ///
+    /// # Errors
+    /// [`Error`] unless `dt` is finite and above 0 and the dead time at most 2^20 of it.
+    pub fn block(&self, dt: f64) -> Result<DelayBlock, Error> {
+        let Split { whole, share } = Split::new(self.seconds, check_positive("dt", None, dt)?)?;
+        Ok(DelayBlock { past: History::new(whole), share })
     }
 }
 
 /// The block of a [`Delay`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DelayBlock {
-    /// The last n + 1 inputs, a ring.
-    past: Box<[f64]>,
-    oldest: usize,
+    past: History,
     share: f64,
-}
-
-impl DelayBlock {
-    /// How many samples it remembers: the delay rounded down, and one more.
-    pub(crate) fn samples(&self) -> usize {
-        self.past.len()
-    }
-
-    /// The output, with the place that follows the oldest input in the ring.
-    #[inline]
-    fn output(&self, input: f64) -> (f64, usize) {
-        let next = if self.oldest + 1 < self.past.len() { self.oldest + 1 } else { 0 };
-        // With one place in the ring, the input itself is the younger neighbour.
-        let younger = if self.past.len() == 1 { input } else { self.past[next] };
-        let older = self.past[self.oldest];
-        (if self.share == 0.0 { younger } else { younger + self.share * (older - younger) }, next)
-    }
 }
 
 impl Block for DelayBlock {
     #[inline]
-    fn advance(&mut self, input: f64) -> f64 {
-        let (output, next) = self.output(input);
-        self.past[self.oldest] = input;
-        self.oldest = next;
-        output
+    fn output(&self, input: f64) -> f64 {
+        let (younger, older) = self.past.pair(input);
+        if self.share == 0.0 { younger } else { younger + self.share * (older - younger) }
+    }
+
+    /// A straight line does not jump at a sample: just before the next one it is where [`output`](Self::output) is.
+    #[inline]
+    fn look_ahead(&self, input: f64) -> f64 {
+        self.output(input)
     }
 
     #[inline]
-    fn look_ahead(&self, input: f64) -> f64 {
-        self.output(input).0
+    fn hold(&mut self, input: f64) {
+        self.past.push(input);
     }
 
     fn settle(&mut self, level: f64) -> f64 {

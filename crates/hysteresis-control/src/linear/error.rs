@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use hysteresis_core::MAX_MAGNITUDE;
+use hysteresis_core::{MAX_MAGNITUDE, is_admissible};
 
 /// A parameter outside its domain: its name, what was expected, what came.
 ///
@@ -41,5 +41,25 @@ pub(crate) fn check_positive(parameter: &'static str, index: Option<usize>, got:
         Ok(got)
     } else {
         Err(Error { parameter, index, expected: "a finite number above 0 (1e-100 to 1e100)", got })
+    }
+}
+
+/// The number of seconds, if it can be a dead time.
+pub(crate) fn check_dead_time(got: f64) -> Result<f64, Error> {
+    if (0.0..=MAX_MAGNITUDE).contains(&got) {
+        Ok(got)
+    } else {
+        Err(Error { parameter: "dead_time", index: None, expected: "a finite number of seconds, 0 or more", got })
+    }
+}
+
+/// The numbers, if all are finite and at most 1e100 in magnitude.
+pub(crate) fn check_finite(parameter: &'static str, numbers: &[f64]) -> Result<(), Error> {
+    match numbers.iter().position(|number| !is_admissible(*number)) {
+        None => Ok(()),
+        Some(index) => {
+            let expected = "a finite number (at most 1e100 in magnitude)";
+            Err(Error { parameter, index: Some(index), expected, got: numbers[index] })
+        }
     }
 }

@@ -1,20 +1,22 @@
-//! A block as a process.
+//! A block as a process: the rows of a record.
 
 use hysteresis_core::{Process, is_admissible};
 
 use super::Block;
 
-/// A block that starts at rest and holds back samples that are not finite.
+/// A block that starts at rest and holds back samples that are not finite. Its outputs are the rows of a record, see
+/// [`Block::step`].
 ///
 /// ```
 /// use hysteresis_core::Process;
 /// use hysteresis_control::linear::{FirstOrder, Stream};
 /// let mut lag = Stream::new(FirstOrder::from_time_constant(1.0)?.block(2.0_f64.ln())?, 0.0);
+/// assert_eq!(lag.step(1.0), 0.0);
 /// assert!((lag.step(1.0) - 0.5).abs() < 1e-15);
-/// let held = lag.step(f64::NAN);
-/// assert!((held - 0.5).abs() < 1e-15 && lag.rejected() == 1);
+/// assert!((lag.step(f64::NAN) - 0.5).abs() < 1e-15 && lag.rejected() == 1);
+/// assert!((lag.peek(1.0) - 0.75).abs() < 1e-15);
 /// lag.reset();
-/// assert!((lag.peek(1.0) - 0.5).abs() < 1e-15);
+/// assert_eq!(lag.peek(1.0), 0.0);
 /// # Ok::<(), hysteresis_control::linear::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +49,7 @@ impl<B: Block> Process for Stream<B> {
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
         if is_admissible(input) {
-            self.output = self.block.advance(input);
+            self.output = self.block.step(input);
         } else {
             self.rejected = self.rejected.saturating_add(1);
         }
@@ -56,7 +58,7 @@ impl<B: Block> Process for Stream<B> {
 
     #[inline]
     fn peek(&self, input: f64) -> f64 {
-        if is_admissible(input) { self.block.look_ahead(input) } else { self.output }
+        if is_admissible(input) { self.block.output(input) } else { self.output }
     }
 
     fn reset(&mut self) {

@@ -114,7 +114,7 @@ impl Observer {
             present: None,
             rest: hysteresis.output(),
             hysteresis,
-            delay: Delay::new(options.delay)?.block(),
+            delay: Delay::new(options.delay * dt)?.block(dt)?,
             transition,
             input,
             state: Vector3::zeros(),

@@ -2,7 +2,9 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::{CompiledModel, Error as CoreError, Process, QuasiStaticForward, QuasiStaticState, is_admissible};
+use hysteresis_core::{
+    CompiledModel, Error as CoreError, Process, QuasiStaticForward, QuasiStaticState, is_admissible,
+};
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Stage, StageParts};

@@ -196,7 +196,9 @@ impl Stage {
     #[must_use]
     pub fn drive_range(&self) -> Option<(f64, f64)> {
         match (self.parts.limits, self.parts.identified.as_ref().map(|identified| identified.drive_range)) {
-            (Some((low, high)), Some((from, to))) if low.max(from) < high.min(to) => Some((low.max(from), high.min(to))),
+            (Some((low, high)), Some((from, to))) if low.max(from) < high.min(to) => {
+                Some((low.max(from), high.min(to)))
+            }
             (limits, range) => limits.or(range),
         }
     }

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use hysteresis_core::{Forward, Inverse, Model, Process};
 
-use hysteresis_control::linear::{Block, Dynamics, DynamicsBlock, SecondOrder};
+use hysteresis_control::linear::{Block, Dynamics, LinearBlock, SecondOrder};
 
 #[path = "../../../hysteresis-core/tests/support/models.rs"]
 pub(crate) mod models;
@@ -35,7 +35,7 @@ impl Noise {
 pub(crate) struct Loop {
     inverse: Inverse,
     actuator: Forward,
-    dynamics: DynamicsBlock,
+    dynamics: LinearBlock,
     noise: Noise,
     noise_rms: f64,
     integral: f64,

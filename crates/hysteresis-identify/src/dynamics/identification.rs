@@ -54,7 +54,7 @@ impl DynamicsIdentification {
         check_finite("input", input).map_err(|error| error.in_record(0))?;
         let mut output = hysteresis_output(&self.model, input);
         let Some(first) = output.first().copied() else { return Ok(output) };
-        let mut delay = Delay::new(self.delay)?.block();
+        let mut delay = Delay::new(self.delay * self.dt)?.block(self.dt)?;
         let mut dynamics = self.dynamics.block(self.dt)?;
         let mut creep = self.creep.as_ref().map(|creep| creep.block(self.dt)).transpose()?;
         delay.settle(first);
@@ -93,13 +93,12 @@ impl DynamicsIdentification {
 /// use hysteresis_core::{CompiledModel, Process};
 /// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{DynamicsOptions, Record, identify_dynamics};
-/// use hysteresis_control::linear::{Dynamics, SecondOrder, Stream};
+/// use hysteresis_control::linear::{Block, Dynamics, SecondOrder};
 ///
 /// let actuator = paper::table_1_recovered();
-/// let (mut hysteresis, mut stage) =
-///     (actuator.forward(), Stream::new(SecondOrder::new(800.0, 0.05)?.block(1e-4)?, 0.0));
+/// let (mut hysteresis, mut stage) = (actuator.forward(), SecondOrder::new(800.0, 0.05)?.block(1e-4)?);
 /// let input: Vec<f64> = (0..500).map(|k| if k < 10 { 0.0 } else { 400.0 }).collect(); // a step of 400 V
-/// let output: Vec<f64> = input.iter().map(|u| stage.step(hysteresis.step(*u))).collect();
+/// let output: Vec<f64> = input.iter().map(|u| stage.advance(hysteresis.step(*u))).collect();
 ///
 /// let record = Record::new(&input, &output, 0)?;
 /// let options = DynamicsOptions::new(1e-4);

@@ -1,7 +1,7 @@
 //! The simulated response, its linear coefficients, and its derivatives.
 
 use faer::Mat;
-use hysteresis_control::linear::{self, Block, Dynamics, DynamicsBlock, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{self, Block, Dynamics, FirstOrder, SecondOrder};
 
 use super::options::Order;
 use crate::fit::factor::TriangularFactor;
@@ -101,7 +101,7 @@ impl ResponseProblem<'_> {
 
     /// The response of the dynamics alone, without delay.
     pub(super) fn response(&self, point: &LinearPoint) -> Result<Vec<f64>, linear::Error> {
-        let mut block: DynamicsBlock = point.dynamics(self.order)?.block(self.dt)?;
+        let mut block = point.dynamics(self.order)?.block(self.dt)?;
         Ok(self.input.iter().map(|v| block.advance(*v)).collect())
     }
 

@@ -1,6 +1,6 @@
 //! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
 
-use hysteresis_control::linear::{Block, Dynamics, DynamicsBlock};
+use hysteresis_control::linear::{Block, Dynamics, LinearBlock, LinearState};
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
 };
@@ -35,7 +35,7 @@ pub(super) struct Regressors {
     outputs: Box<[f64]>,
     columns: Box<[Column]>,
     /// One for each column, or none.
-    lags: Box<[DynamicsBlock]>,
+    lags: Box<[LinearBlock]>,
     /// The scale of the inputs: a power of two, so that scaling rounds nothing.
     scale: f64,
 }
@@ -166,20 +166,22 @@ impl Regressors {
     }
 
     /// The operators' outputs, and the states of the lags.
-    pub(super) fn state(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
-        (self.outputs.to_vec(), self.lags.iter().map(DynamicsBlock::state).collect())
+    pub(super) fn state(&self) -> (Vec<f64>, Vec<LinearState>) {
+        (self.outputs.to_vec(), self.lags.iter().map(LinearBlock::state).collect())
     }
 
-    /// Whether there are as many numbers as [`state`](Self::state) gives.
-    pub(super) fn fits(&self, outputs: &[f64], lags: &[[f64; 2]]) -> bool {
-        outputs.len() == self.outputs.len() && lags.len() == self.lags.len()
+    /// Whether there are as many numbers as [`state`](Self::state) gives, and those of the lags are finite.
+    pub(super) fn fits(&self, outputs: &[f64], lags: &[LinearState]) -> bool {
+        let restores = |(lag, state): (&LinearBlock, _)| lag.clone().restore(state).is_ok();
+        let as_many = outputs.len() == self.outputs.len() && lags.len() == self.lags.len();
+        as_many && self.lags.iter().zip(lags).all(restores)
     }
 
     /// What fits.
-    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[[f64; 2]]) {
+    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[LinearState]) {
         self.outputs.copy_from_slice(outputs);
         for (lag, state) in self.lags.iter_mut().zip(lags) {
-            lag.restore(*state);
+            lag.restore(state).expect("a state that fits");
         }
     }
 }

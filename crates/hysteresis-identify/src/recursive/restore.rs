@@ -36,10 +36,10 @@ impl RecursiveIdentifier {
         let lengths = [state.estimate.len(), state.published.len(), state.diagonal.len()];
         let fits = self.regressors.fits(&state.outputs, &state.lags);
         if !fits || lengths != [m, m, m] || state.upper.len() != m * (m - 1) / 2 {
-            return wrong("one number for each operator, each unknown and each pair of unknowns, two for each lag");
+            return wrong("one number for each operator, each unknown and each pair of unknowns, a state for each lag");
         }
         let numbers = [&state.outputs, &state.estimate, &state.published, &state.upper, &state.diagonal];
-        let numbers = numbers.into_iter().flatten().chain(state.lags.iter().flatten()).chain([&state.last_error]);
+        let numbers = numbers.into_iter().flatten().chain([&state.last_error]);
         if !numbers.into_iter().all(|x| x.is_finite()) {
             return wrong("finite numbers");
         }

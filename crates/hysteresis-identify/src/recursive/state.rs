@@ -1,5 +1,7 @@
 //! What the identifier remembers, as a plain value.
 
+use hysteresis_control::linear::LinearState;
+
 /// Why the last sample changed no weight.
 ///
 /// ```
@@ -40,7 +42,7 @@ pub struct RecursiveState {
     pub outputs: Vec<f64>,
     /// The states of the dynamics behind them, in units of their largest threshold rounded up to a power of two; none
     /// without dynamics.
-    pub lags: Vec<[f64; 2]>,
+    pub lags: Vec<LinearState>,
     /// The estimate before the projection.
     pub estimate: Vec<f64>,
     /// The estimate within its bounds: that of the model.

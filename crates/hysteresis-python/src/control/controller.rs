@@ -85,10 +85,10 @@ pub(crate) struct HybridController(pub(crate) core::HybridController);
 fn source(value: Option<&Bound<'_, PyAny>>) -> PyResult<FeedForward> {
     let Some(value) = value else { return Ok(FeedForward::None) };
     if let Ok(stream) = value.cast::<Inverse>() {
-        return Ok(shared(stream)?.0.clone().into());
+        return Ok(shared(stream)?.stream.clone().into());
     }
     if let Ok(stream) = value.cast::<Forward>() {
-        return Ok(shared(stream)?.0.clone().into());
+        return Ok(shared(stream)?.stream.clone().into());
     }
     if is_word(value, "given") {
         return Ok(FeedForward::Given);

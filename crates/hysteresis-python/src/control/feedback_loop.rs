@@ -3,19 +3,19 @@
 use hysteresis_control::learning::FeedbackLoop;
 use pyo3::prelude::*;
 
-use super::linear::given_dynamics;
+use super::linear::part::given_dynamics;
 
-/// The loop with other dynamics, slope or delay, where they are given.
+/// The loop with other dynamics, slope or dead time, where they are given.
 pub(super) fn truth(
     feedback: FeedbackLoop,
     dynamics: Option<&Bound<'_, PyAny>>,
     slope: Option<f64>,
-    delay: Option<f64>,
+    dead_time: Option<f64>,
 ) -> PyResult<FeedbackLoop> {
     Ok(FeedbackLoop {
         dynamics: dynamics.map(given_dynamics).transpose()?.unwrap_or(feedback.dynamics),
         slope: slope.unwrap_or(feedback.slope),
-        delay: delay.unwrap_or(feedback.delay),
+        delay: dead_time.map_or(feedback.delay, |dead_time| dead_time / feedback.dt),
         ..feedback
     })
 }

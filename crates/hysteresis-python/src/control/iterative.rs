@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
-use super::linear::given_dynamics;
+use super::linear::part::given_dynamics;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
@@ -32,8 +32,8 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     The linear dynamics behind the hysteresis.
 /// bandwidth : float
 ///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
-/// delay : float
-///     What the position lags besides, in samples.
+/// dead_time : float
+///     What the sensor shows later than the dynamics explain, in seconds.
 /// dt : float
 ///     Sampling interval in seconds.
 /// min_gain : float
@@ -69,8 +69,8 @@ pub(crate) struct IterativeLearning {
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, min_gain=None, target_limits=None),
-        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, min_gain=0.15, target_limits=None)")]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -79,13 +79,13 @@ impl IterativeLearning {
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         bandwidth: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
         min_gain: Option<&Bound<'_, PyAny>>,
         target_limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, min_gain);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay: dead_time / dt, dt };
         let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
         let default = LearningOptions::new(bandwidth);
         let options = LearningOptions { min_gain: min_gain.unwrap_or(default.min_gain), target_limits, ..default };
@@ -121,14 +121,14 @@ impl IterativeLearning {
     /// By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
-    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
-        numbers!(slope, delay);
-        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        numbers!(slope, dead_time);
+        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, dead_time)?).map_err(raise)
     }
 }

@@ -3,7 +3,7 @@
 use hysteresis_control::ObserverOptions;
 use pyo3::prelude::*;
 
-use super::linear::given_dynamics;
+use super::linear::part::given_dynamics;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 use crate::convert::objects::exclusive;
@@ -28,10 +28,10 @@ use crate::model::object::kernel_of;
 /// drift : float
 ///     By how much what the model does not know changes in one second, root mean square: creep, temperature, and the
 ///     error of the model while the reference moves.
-/// delay : float
-///     What the measurement lags besides the dynamics, in samples.
 /// dt : float
 ///     Sampling interval in seconds.
+/// dead_time : float
+///     What the sensor shows later than the dynamics explain, in seconds.
 ///
 /// Raises
 /// ------
@@ -42,7 +42,7 @@ use crate::model::object::kernel_of;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> actuator = mh.paper.table_1_recovered()
-/// >>> observer = mh.control.Observer(actuator, dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
+/// >>> observer = mh.control.Observer(actuator, dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5, dt=1e-4)
 /// >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
 /// >>> 0.0 < estimate < 0.02
 /// True
@@ -52,18 +52,18 @@ pub(crate) struct Observer(pub(crate) hysteresis_control::Observer);
 #[pymethods]
 impl Observer {
     #[new]
-    #[pyo3(signature = (model, *, dynamics, noise, drift, delay=None, dt=None),
-        text_signature = "(model, *, dynamics, noise, drift, delay=0.0, dt=0.0001)")]
+    #[pyo3(signature = (model, *, dynamics, noise, drift, dt, dead_time=None),
+        text_signature = "(model, *, dynamics, noise, drift, dt, dead_time=0.0)")]
     fn new(
         model: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         noise: &Bound<'_, PyAny>,
         drift: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(noise, drift, delay = 0.0, dt = 1e-4);
-        let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
+        numbers!(noise, drift, dt, dead_time = 0.0);
+        let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay: dead_time / dt });
         let dynamics = given_dynamics(dynamics)?;
         hysteresis_control::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
     }

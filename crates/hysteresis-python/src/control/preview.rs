@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
@@ -84,8 +85,8 @@ impl Preview {
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, usize)> {
-        Ok((self.coefficients(py)?, self.ahead()))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead()), keywords!(py), None)
     }
 
     fn __repr__(&self) -> String {

@@ -3,14 +3,14 @@
 use hysteresis_control::feedforward::{PreviewOptions, Shaper};
 use pyo3::prelude::*;
 
-use super::linear_part::LinearPart;
+use super::linear::part::LinearPart;
 use super::preview::Preview;
 use crate::convert::arguments::{numbers, samples};
 use crate::convert::errors::raise;
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
 ///
-/// The target of the sample k is r + a_1 r' + a_2 r'' + a_3 r''' at t_k + dt/2 + delay dt: 1 + a_1 s + a_2 s^2 + a_3 s^3
+/// The target of the sample k is r + a_1 r' + a_2 r'' + a_3 r''' at t_k + dt/2 + dead_time: 1 + a_1 s + a_2 s^2 + a_3 s^3
 /// is the inverse of dynamics and amplifier, half a sample the lag of the hold. The derivatives are those of the
 /// polynomial that fits the window best (Savitzky and Golay), so polynomials up to the degree are exact; `error` of the
 /// result tells how well sines come through. With 4 ahead and the defaults that is 2e-11 at 20 Hz and 2e-7 at 100 Hz for
@@ -18,8 +18,7 @@ use crate::convert::errors::raise;
 ///
 /// Parameters
 /// ----------
-/// dynamics : SecondOrder, FirstOrder, DynamicsIdentification or None
-///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain, offset and creep.
+/// dynamics : SecondOrder, FirstOrder, a list of them in series, or None
 /// dt : float
 ///     Sampling interval in seconds.
 /// ahead : int
@@ -31,9 +30,8 @@ use crate::convert::errors::raise;
 ///     follows faster references.
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
-/// delay : float, optional
-///     Samples of dead time besides the hold. A record whose output was measured when its input was put out counts one
-///     too many: then give the identified delay less 1.
+/// dead_time : float, optional
+///     What the sensor shows later than the dynamics explain, in seconds.
 ///
 /// Returns
 /// -------
@@ -54,7 +52,7 @@ use crate::convert::errors::raise;
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
 /// (True, True)
 #[pyfunction]
-#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_bandwidth=None, delay=None))]
+#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_bandwidth=None, dead_time=None))]
 pub(crate) fn preview(
     dynamics: Option<&Bound<'_, PyAny>>,
     dt: &Bound<'_, PyAny>,
@@ -62,10 +60,10 @@ pub(crate) fn preview(
     window: Option<&Bound<'_, PyAny>>,
     degree: Option<&Bound<'_, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    delay: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Preview> {
-    numbers!(dt, amplifier_bandwidth, delay);
-    let chain = LinearPart { dynamics, amplifier_bandwidth, delay }.chain(dt)?;
+    numbers!(dt, amplifier_bandwidth, dead_time);
+    let chain = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,
         window: window.map(|window| samples("window", window)).transpose()?,

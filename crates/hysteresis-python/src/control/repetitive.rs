@@ -4,7 +4,7 @@ use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use pyo3::prelude::*;
 
 use super::feedback_loop::truth;
-use super::linear::given_dynamics;
+use super::linear::part::given_dynamics;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
 use crate::convert::objects::exclusive;
@@ -19,7 +19,7 @@ use crate::convert::objects::exclusive;
 /// ----------
 /// period : int
 ///     Samples in a period of the reference, 8 to 2^22.
-/// kp, ki, slope, dynamics, bandwidth, delay, dt
+/// kp, ki, slope, dynamics, bandwidth, dead_time, dt
 ///     As for `IterativeLearning`.
 /// gain : float
 ///     gamma, above 0 and at most 1: less averages noise over more periods.
@@ -57,8 +57,8 @@ pub(crate) struct RepetitiveControl {
 impl RepetitiveControl {
     #[new]
     #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, gain=None, settle=None, limit=None
-    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, gain=0.3, settle=1, \
+        period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None
+    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, gain=0.3, settle=1, \
         limit=inf)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
@@ -68,14 +68,14 @@ impl RepetitiveControl {
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         bandwidth: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
         gain: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain, limit);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay: dead_time / dt, dt };
         let default = RepetitiveOptions::new(bandwidth);
         let options = RepetitiveOptions {
             gain: gain.unwrap_or(default.gain),
@@ -112,14 +112,14 @@ impl RepetitiveControl {
     /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
-    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
-        numbers!(slope, delay);
-        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        numbers!(slope, dead_time);
+        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, dead_time)?).map_err(raise)
     }
 }

@@ -5,12 +5,12 @@
 
 use std::fmt::{self, Display};
 
-use hysteresis_control::linear;
+use hysteresis_control::{linear, sampling, stage};
 use hysteresis_core::{self as core, ActuatorError, JsonError};
 use hysteresis_identify::{self as identify, RecordError};
-use hysteresis_simulate::{plant, signals};
+use hysteresis_simulate::plant;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -87,13 +87,23 @@ pub(crate) trait Refusal: Display {
     fn is_not_invertible(&self) -> bool {
         false
     }
+
+    /// Whether there is no memory for what was asked.
+    fn is_out_of_memory(&self) -> bool {
+        false
+    }
 }
 
 /// An error of the crates as an exception.
 pub(crate) fn raise(error: impl Refusal) -> PyErr {
     let message = error.to_string();
-    let exception =
-        if error.is_not_invertible() { NotInvertibleError::new_err(message) } else { PyValueError::new_err(message) };
+    let exception = if error.is_not_invertible() {
+        NotInvertibleError::new_err(message)
+    } else if error.is_out_of_memory() {
+        PyMemoryError::new_err(message)
+    } else {
+        PyValueError::new_err(message)
+    };
     match error.parameter() {
         Some(parameter) => with_parameter(exception, parameter),
         None => exception,
@@ -102,15 +112,7 @@ pub(crate) fn raise(error: impl Refusal) -> PyErr {
 
 impl Refusal for core::Error {
     fn parameter(&self) -> Option<&str> {
-        match self {
-            Self::Empty { parameter }
-            | Self::Length { parameter, .. }
-            | Self::Rows { parameter, .. }
-            | Self::Domain { parameter, .. } => Some(parameter),
-            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
-            Self::State { .. } => Some("state"),
-            _ => None,
-        }
+        core::Error::parameter(self)
     }
 
     fn is_not_invertible(&self) -> bool {
@@ -134,9 +136,23 @@ impl Refusal for linear::Error {
     }
 }
 
-impl Refusal for signals::Error {
+impl Refusal for sampling::Error {
     fn parameter(&self) -> Option<&str> {
-        Some(self.parameter)
+        Some(sampling::Error::parameter(self))
+    }
+
+    fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::OutOfMemory { .. })
+    }
+}
+
+impl Refusal for stage::Error {
+    fn parameter(&self) -> Option<&str> {
+        stage::Error::parameter(self)
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        matches!(self, Self::Core(error) if error.is_not_invertible())
     }
 }
 

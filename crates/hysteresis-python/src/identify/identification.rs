@@ -246,7 +246,7 @@ impl Identification {
         let signals = signals(u, y)?;
         let records = checked(&signals, skips(skip, signals.len())?)?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
-        found.map_err(errors::identification)?.iter().map(|row| LeftOutLoop::new(py, row)).collect()
+        Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
     }
 
     fn __repr__(&self) -> String {

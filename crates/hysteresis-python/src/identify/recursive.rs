@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use pythonize::{depythonize, pythonize};
 
 use super::options::setting;
-use crate::control::linear::{self, given_dynamics};
+use crate::control::linear::part::{self, given_dynamics};
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::exclusive;
@@ -163,7 +163,7 @@ impl RecursiveIdentifier {
         keywords.set_item("covariance", covariance)?;
         keywords.set_item("covariance_limit", covariance_limit)?;
         if let Some((dynamics, dt)) = dynamics {
-            keywords.set_item("dynamics", linear::dynamics(py, dynamics)?)?;
+            keywords.set_item("dynamics", part::dynamics(py, dynamics)?)?;
             keywords.set_item("dt", dt)?;
         }
         Ok(((object(py, self.0.given().clone())?,), keywords))

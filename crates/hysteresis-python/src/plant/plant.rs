@@ -1,12 +1,13 @@
 //! Plants: an actuator between its converters.
 
-use hysteresis_control::linear::{Delay, FirstOrder};
+use hysteresis_control::linear::Delay;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::control::linear::{given_creep, given_dynamics};
+use crate::control::linear::creep::given_creep;
+use crate::control::linear::part::{amplifier, given_dynamics};
 use crate::convert::arguments::{count, numbers, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
@@ -18,7 +19,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
 /// An actuator between its two converters, as a controller sees it: drive in, measurement out.
 ///
-/// drive -> D/A converter, limits -> amplifier -> hysteresis -> dynamics -> creep -> delay -> position
+/// drive -> D/A converter, limits -> amplifier -> hysteresis -> dynamics -> creep -> dead time -> position
 /// -> noise -> A/D converter -> measurement
 ///
 /// `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement.
@@ -39,8 +40,8 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 ///     Cut-off frequency in Hz of the amplifier, a first-order lag before the hysteresis.
 /// creep : Creep, optional
 ///     Of the position.
-/// delay : float
-///     Samples by which the position lags besides; fractions interpolate.
+/// dead_time : float
+///     What the sensor shows later than hysteresis and dynamics explain, in seconds.
 /// noise : float
 ///     Rms of the white Gaussian measurement noise, um: xoshiro256++ seeded by SplitMix64, normal by the ziggurat
 ///     method, one number per sample.
@@ -64,7 +65,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> stage = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
-/// ...                  limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), seed=1)
+/// ...                  limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), dt=1e-4, seed=1)
 /// >>> measured, position = stage.run([300.0] * 100)
 /// >>> bool(measured[-1] == stage.measured), bool(position[-1] == stage.position)
 /// (True, True)
@@ -81,10 +82,10 @@ pub(crate) struct Plant(pub(crate) plant::Plant);
 impl Plant {
     #[new]
     #[pyo3(
-        signature = (hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=None, noise=None, dac_bits=None,
-            adc_bits=None, adc_range=None, limits=None, dt=None, seed=None),
-        text_signature = "(hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=0.0, noise=0.0, \
-            dac_bits=None, adc_bits=None, adc_range=None, limits=None, dt=0.0001, seed=0)"
+        signature = (hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, dead_time=None, noise=None, dac_bits=None,
+            adc_bits=None, adc_range=None, limits=None, dt, seed=None),
+        text_signature = "(hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, dead_time=0.0, noise=0.0, \
+            dac_bits=None, adc_bits=None, adc_range=None, limits=None, dt, seed=0)"
     )]
     #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
@@ -92,22 +93,22 @@ impl Plant {
         dynamics: Option<&Bound<'_, PyAny>>,
         amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
         creep: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
         noise: Option<&Bound<'_, PyAny>>,
         dac_bits: Option<&Bound<'_, PyAny>>,
         adc_bits: Option<&Bound<'_, PyAny>>,
         adc_range: Option<&Bound<'_, PyAny>>,
         limits: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let default = PlantOptions::default();
-        numbers!(amplifier_bandwidth, delay, noise = default.noise, dt = default.dt);
+        numbers!(amplifier_bandwidth, dead_time, noise = default.noise, dt);
         let design = PlantOptions {
             amplifier: amplifier_bandwidth.map(amplifier).transpose()?,
             dynamics: dynamics.map(given_dynamics).transpose()?,
             creep: creep.map(given_creep).transpose()?,
-            delay: delay.map_or(Ok(default.delay), Delay::new).map_err(raise)?,
+            delay: dead_time.map_or(Ok(default.delay), Delay::new).map_err(raise)?,
             noise,
             seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
             limits: limits.map(|limits| pair("limits", limits)).transpose()?,
@@ -211,12 +212,6 @@ impl Plant {
         let limits = self.limits().map_or("none".to_owned(), |(low, high)| format!("({low:?}, {high:?})"));
         format!("<Plant: dt {:?} s, limits {limits}, position {:?}>", self.dt(), self.position())
     }
-}
-
-/// The amplifier of a cut-off frequency.
-fn amplifier(frequency: f64) -> PyResult<FirstOrder> {
-    FirstOrder::new(frequency)
-        .map_err(|error| raise(hysteresis_control::linear::Error { parameter: "amplifier_bandwidth", ..error }))
 }
 
 /// A number of bits; the plant says how many there may be.

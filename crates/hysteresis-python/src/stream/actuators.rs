@@ -10,6 +10,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::stream_arrays::{ForwardArray, InverseArray};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
+use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::kernel;
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
@@ -153,7 +154,7 @@ impl ActuatorArray {
         format!("<ActuatorArray of {} actuators, {} {models}>", self.kernels.len(), self.distinct)
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyTuple>,) {
-        (self.models.bind(py).clone(),)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.models.bind(py).clone(),), keywords!(py), None)
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod actuators;
 pub(crate) mod blocks;
+pub(crate) mod made;
 pub(crate) mod process;
 mod rows;
 pub(crate) mod single_argument;

@@ -5,9 +5,7 @@ use core::f64::consts::TAU;
 use hysteresis_core::{CompiledModel, Forward, Process};
 
 use super::options::PlantOptions;
-use hysteresis_control::linear::{
-    Block, CreepBlock, DelayBlock, Dynamics, DynamicsBlock, Error, FirstOrder, FirstOrderBlock,
-};
+use hysteresis_control::linear::{Block, CreepBlock, DelayBlock, Dynamics, Error, FirstOrder, LinearBlock};
 
 /// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis.
 ///
@@ -28,11 +26,11 @@ fn sub_steps(amplifier: FirstOrder, dynamics: Dynamics, dt: f64) -> u32 {
 /// The drive after the D/A converter in, the position out.
 #[derive(Clone, Debug)]
 pub(super) struct Actuator {
-    amplifier: Option<FirstOrderBlock>,
+    amplifier: Option<LinearBlock>,
     hysteresis: Forward,
     /// The last output of the hysteresis.
     displacement: f64,
-    dynamics: Option<DynamicsBlock>,
+    dynamics: Option<LinearBlock>,
     creep: Option<CreepBlock>,
     delay: DelayBlock,
     sub_steps: u32,
@@ -63,7 +61,7 @@ impl Actuator {
             displacement: 0.0,
             dynamics: options.dynamics.map(|dynamics| dynamics.block(interval)).transpose()?,
             creep: options.creep.as_ref().map(|creep| creep.block(options.dt)).transpose()?,
-            delay: options.delay.block(),
+            delay: options.delay.block(options.dt)?,
             sub_steps,
         };
         actuator.settle(rest);

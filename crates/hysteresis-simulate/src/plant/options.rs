@@ -9,7 +9,7 @@ pub struct PlantOptions {
     pub dynamics: Option<Dynamics>,
     /// Creep of the position.
     pub creep: Option<Creep>,
-    /// By how much the position lags besides, in samples. Fractions interpolate the position.
+    /// By how much the position lags besides. Fractions of a sample interpolate it.
     pub delay: Delay,
     /// Rms of the measurement noise, in the unit of the position.
     pub noise: f64,

@@ -1,4 +1,4 @@
-use hysteresis_control::linear::Chain;
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_core::{Bound, CompiledModel, Error as CoreError, MAX_MAGNITUDE, is_admissible};
 
 use super::actuator::Actuator;
@@ -55,9 +55,16 @@ pub struct Plant {
     position: f64,
     measured: f64,
     events: Events,
-    linear_part: Chain,
+    linear_part: LinearDynamics,
     slopes: (f64, f64),
     dt: f64,
+}
+
+/// Amplifier, dynamics and delay of a plant.
+fn linear_part(options: &PlantOptions) -> LinearDynamics {
+    let amplifier = options.amplifier.map_or_else(LinearDynamics::none, LinearDynamics::from);
+    let dynamics = options.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
+    amplifier.then(dynamics).then(options.delay)
 }
 
 /// Limits that no admissible drive meets.
@@ -101,7 +108,7 @@ impl Plant {
             position: 0.0,
             measured: 0.0,
             events: Events::default(),
-            linear_part: Chain { amplifier: options.amplifier, dynamics: options.dynamics, delay: options.delay },
+            linear_part: linear_part(options),
             slopes: compiled.slope_range(),
             dt: options.dt,
         };
@@ -111,7 +118,7 @@ impl Plant {
 
     /// Amplifier, dynamics and delay: what feedback has to reckon with.
     #[must_use]
-    pub fn linear_part(&self) -> &Chain {
+    pub fn linear_part(&self) -> &LinearDynamics {
         &self.linear_part
     }
 

@@ -38,9 +38,11 @@ def test_warnings_are_those_of_diagnose() -> None:
     found = mh.identify(u, y, skip=100, **KNOWN)
     told = mh.diagnose(u, y, found.model, skip=100, delay=found.delay)
     assert [repr(finding) for finding in found.warnings] == [repr(finding) for finding in told]
-    assert {"no_minor_loops", "outliers"} <= {finding.name for finding in found.warnings}
+    assert {"no_minor_loops", "outliers"} <= {finding.code for finding in found.warnings}
     good = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
-    clean = mh.identify(good.drive, measured(good.drive, 2), skip=good.initialization_samples, operators=8)
+    clean = mh.identify(
+        good.drive, measured(good.drive, 2), skip=good.initialization_samples, operators=8
+    )
     assert clean.warnings == []
 
 

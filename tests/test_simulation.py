@@ -265,7 +265,11 @@ def test_the_printed_law_hits_the_rail() -> None:
     [
         ({"target": [0.0]}, ValueError, "target: expected 500 samples as in the reference, got 1"),
         ({"target": [math.nan] * 500}, ValueError, "target[0]: expected a finite number"),
-        ({"model_update_interval": 0}, ValueError, "model_update_interval: expected a whole number of at least one"),
+        (
+            {"model_update_interval": 0},
+            ValueError,
+            "model_update_interval: expected a whole number of at least one",
+        ),
         ({"observer": 3}, TypeError, ""),
         (
             {"identifier": mh.RecursiveIdentifier(mh.paper.table_2())},

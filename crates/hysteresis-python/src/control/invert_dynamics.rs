@@ -3,17 +3,17 @@
 use std::ffi::CString;
 
 use hysteresis_control::feedforward::{Shaper, worst_miss};
-use hysteresis_control::linear::Chain;
-use hysteresis_core::{Inverse, Process, is_admissible};
+use hysteresis_control::linear::LinearDynamics;
+use hysteresis_core::{Inverse, Process};
 use numpy::PyArray1;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
-use super::linear_part::LinearPart;
+use super::linear::part::LinearPart;
+use super::reference::positions;
 use super::trajectories::trajectory;
 use crate::convert::arguments::{numbers, pair, samples};
-use crate::convert::arrays::numbers;
-use crate::convert::errors::{self, Place, raise};
+use crate::convert::errors::raise;
 use crate::model::object::kernel_of;
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -34,36 +34,29 @@ struct Course<'a, 'py> {
 impl Course<'_, '_> {
     /// The positions at the sampling instants.
     fn positions(&self) -> PyResult<Vec<f64>> {
-        if let Some(trajectory) = trajectory(self.trajectory) {
-            let count = trajectory.samples(self.dt, self.seconds).map_err(raise)?;
-            return Ok((0..count).map(|k| trajectory.at(f64::from(k) * self.dt).position).collect());
-        }
-        if let Some(seconds) = self.seconds {
-            let expected = "None for samples, which have a length of their own";
-            return Err(errors::value("seconds", format_args!("expected {expected}, got {seconds:?}")));
-        }
-        let samples = numbers("trajectory", self.trajectory)?;
-        match samples.iter().position(|sample| !is_admissible(*sample)) {
-            None => Ok(samples),
-            Some(index) => {
-                let (expected, got) = ("a finite number (at most 1e100 in magnitude)", samples[index]);
-                let place = format!("trajectory[{index}]");
-                Err(errors::value(Place::part("trajectory", &place), format_args!("expected {expected}, got {got:?}")))
-            }
-        }
+        positions("trajectory", self.trajectory, self.dt, self.seconds)
     }
 
     /// The targets behind which the trajectory follows; warns where samples are too rough for that.
-    fn targets(&self, py: Python<'_>, chain: &Chain, window: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
-        let shaper = Shaper::new(chain, self.dt).map_err(raise)?;
+    fn targets(
+        &self,
+        py: Python<'_>,
+        dynamics: &LinearDynamics,
+        window: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<f64>> {
+        let shaper = Shaper::new(dynamics, self.dt).map_err(raise)?;
         let window = window.map_or(Ok(WINDOW), |window| samples("window", window))?;
         if let Some(trajectory) = trajectory(self.trajectory) {
-            let count = trajectory.samples(self.dt, self.seconds).map_err(raise)?;
-            return Ok((0..count).map(|k| shaper.target(trajectory, f64::from(k) * self.dt)).collect());
+            // As long as the positions, and their memory is known to be there.
+            let mut targets = self.positions()?;
+            for (target, k) in targets.iter_mut().zip(0_u32..) {
+                *target = shaper.target(trajectory, f64::from(k) * self.dt);
+            }
+            return Ok(targets);
         }
         let positions = self.positions()?;
         let targets = shaper.shape(&positions, window).map_err(raise)?;
-        let miss = worst_miss(chain, self.dt, &positions, &targets).map_err(raise)?;
+        let miss = worst_miss(dynamics, self.dt, &positions, &targets).map_err(raise)?;
         let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), r| (low.min(*r), high.max(*r)));
         if let Some(miss) = miss.filter(|miss| miss.error > ROUGH * (high - low)) {
             let (sample, error) = (miss.sample, miss.error);
@@ -79,7 +72,7 @@ impl Course<'_, '_> {
 
 /// The displacement that the hysteresis has to put out, so that the position behind the dynamics follows a trajectory.
 ///
-/// target[k] = r + a_1 r' + a_2 r'' + a_3 r''' at t_k + dt/2 + delay dt: 1 + a_1 s + a_2 s^2 + a_3 s^3 is the inverse of
+/// target[k] = r + a_1 r' + a_2 r'' + a_3 r''' at t_k + dt/2 + dead_time: 1 + a_1 s + a_2 s^2 + a_3 s^3 is the inverse of
 /// dynamics and amplifier, half a sample the lag of the hold.
 ///
 /// Parameters
@@ -89,14 +82,11 @@ impl Course<'_, '_> {
 ///     degree 5 that fits `window` samples best; a corner, which has no second derivative, is rounded over the window.
 /// dt : float
 ///     Sampling interval in seconds.
-/// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
-///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain and offset. With
-///     creep it is refused: only feedback removes that.
+/// dynamics : SecondOrder, FirstOrder, or a list of them in series, optional
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
-/// delay : float, optional
-///     Samples of dead time besides the hold. A record whose output was measured when its input was put out counts one
-///     too many: then give the identified delay less 1.
+/// dead_time : float, optional
+///     What the sensor shows later than the dynamics explain, in seconds.
 /// window : int
 ///     Samples that a derivative is taken from; more of them smooth more.
 /// seconds : float, optional
@@ -124,12 +114,12 @@ impl Course<'_, '_> {
 /// >>> scan = mh.trajectories.Sine(3.3, 20.0)
 /// >>> target = mh.control.invert_dynamics(scan, 1e-4, dynamics=stage)
 /// >>> position, _, _ = scan.sample(1e-4)
-/// >>> missed = stage.response(target, 1e-4)[:-1] - position[1:]
+/// >>> missed = stage.response(target, 1e-4) - position
 /// >>> bool(abs(missed[100:]).max() < 1e-4)  # um, once the start is over
 /// True
 #[pyfunction]
-#[pyo3(signature = (trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None,
-    window=None, seconds=None), text_signature = "(trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, \
+#[pyo3(signature = (trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None,
+    window=None, seconds=None), text_signature = "(trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, \
     window=8, seconds=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn invert_dynamics<'py>(
@@ -138,21 +128,20 @@ pub(crate) fn invert_dynamics<'py>(
     dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'py, PyAny>>,
-    delay: Option<&Bound<'py, PyAny>>,
+    dead_time: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
-    numbers!(dt, amplifier_bandwidth, delay, seconds);
-    let part = LinearPart { dynamics, amplifier_bandwidth, delay };
-    part.refuse_creep()?;
+    numbers!(dt, amplifier_bandwidth, dead_time, seconds);
+    let part = LinearPart { dynamics, amplifier_bandwidth, dead_time };
     let course = Course { trajectory, dt, seconds };
-    Ok(PyArray1::from_vec(py, course.targets(py, &part.chain(dt)?, window)?))
+    Ok(PyArray1::from_vec(py, course.targets(py, &part.dynamics()?, window)?))
 }
 
 /// The drive that makes the position follow a trajectory: the exact inverse of the hysteresis, after the inverse of the
 /// dynamics where there are any.
 ///
-/// With `dynamics`, `amplifier_bandwidth` or `delay` the hysteresis has to put out the target of `invert_dynamics`. Without any of them
+/// With `dynamics`, `amplifier_bandwidth` or `dead_time` the hysteresis has to put out the target of `invert_dynamics`. Without any of them
 /// the position is taken to follow the hysteresis at once, and the drive is the inverse of the samples as they are.
 /// The actuator starts from the virgin state.
 ///
@@ -164,12 +153,12 @@ pub(crate) fn invert_dynamics<'py>(
 ///     degree 5 that fits `window` samples best; a corner, which has no second derivative, is rounded over the window.
 /// dt : float
 ///     Sampling interval in seconds.
-/// dynamics : SecondOrder, FirstOrder or DynamicsIdentification, optional
+/// dynamics : SecondOrder, FirstOrder, or a list of them in series, optional
 ///     As for `invert_dynamics`.
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
-/// delay : float, optional
-///     Samples of dead time besides the hold, as for `invert_dynamics`.
+/// dead_time : float, optional
+///     In seconds, as for `invert_dynamics`.
 /// limits : (low, high), optional
 ///     Of the drive (V): where the target is out of reach, the drive stays at a limit.
 /// window : int
@@ -201,11 +190,11 @@ pub(crate) fn invert_dynamics<'py>(
 /// >>> moves = mh.trajectories.PointToPoint([0.0, 2.0], velocity=200.0, acceleration=2e5, jerk=4e8)
 /// >>> drive = mh.control.precompensate(model, moves, 1e-4, dynamics=stage, limits=(-500.0, 500.0))
 /// >>> position = stage.response(model.forward().run(drive), 1e-4)
-/// >>> bool(abs(position[:-1] - moves.sample(1e-4)[0][1:]).max() < 2e-3)  # um: starts from rest
+/// >>> bool(abs(position - moves.sample(1e-4)[0]).max() < 2e-3)  # um: starts from rest
 /// True
 #[pyfunction]
-#[pyo3(signature = (model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, limits=None,
-    window=None, seconds=None), text_signature = "(model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, delay=None, limits=None, \
+#[pyo3(signature = (model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, limits=None,
+    window=None, seconds=None), text_signature = "(model, trajectory, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, limits=None, \
     window=8, seconds=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn precompensate<'py>(
@@ -215,19 +204,18 @@ pub(crate) fn precompensate<'py>(
     dt: &Bound<'py, PyAny>,
     dynamics: Option<&Bound<'py, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'py, PyAny>>,
-    delay: Option<&Bound<'py, PyAny>>,
+    dead_time: Option<&Bound<'py, PyAny>>,
     limits: Option<&Bound<'py, PyAny>>,
     window: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
 ) -> Vector<'py> {
-    numbers!(dt, amplifier_bandwidth, delay, seconds);
-    let part = LinearPart { dynamics, amplifier_bandwidth, delay };
-    part.refuse_creep()?;
+    numbers!(dt, amplifier_bandwidth, dead_time, seconds);
+    let part = LinearPart { dynamics, amplifier_bandwidth, dead_time };
     let mut inverse =
         Inverse::new(&kernel_of("model", model)?, limits.map(|limits| pair("limits", limits)).transpose()?)
             .map_err(raise)?;
     let course = Course { trajectory, dt, seconds };
-    let chain = part.chain(dt)?;
+    let chain = part.dynamics()?;
     let targets = if part.is_absent() { course.positions()? } else { course.targets(py, &chain, window)? };
     Ok(PyArray1::from_iter(py, targets.into_iter().map(|target| inverse.step(target))))
 }

@@ -66,7 +66,12 @@ def test_the_shaped_target_of_a_polynomial_is_exact(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # short records of slow dynamics: followed, or not
         got = mh.control.invert_dynamics(
-            polynomial(t), DT, dynamics=dynamics, amplifier_bandwidth=pole, delay=delay, window=window
+            polynomial(t),
+            DT,
+            dynamics=dynamics,
+            amplifier_bandwidth=pole,
+            delay=delay,
+            window=window,
         )
     inverse = terms(dynamics, pole)
     aimed = np.minimum(t + (0.5 + delay) * DT, t[-1])

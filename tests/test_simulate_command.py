@@ -1,4 +1,4 @@
-"""`mpi-hyst track`: what it simulates, writes and says, and how it refuses."""
+"""`mpi-hyst simulate`: the run it writes, its summary and report, and its errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from test_report import parsed, sections, words
 RATE = 10_000.0
 LIMITS = (-400.0, 400.0)
 STAGE = ["--dynamics", "400,0.95"]
-TRACK = ["track", "stage.json", "reference.csv", "--limits", "-400,400"]
+SIMULATE = ["simulate", "stage.json", "reference.csv", "--limits", "-400,400"]
 FILES = {"stage.json", "reference.csv", "bare.csv", "other.json"}
 
 
@@ -39,7 +39,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_run_is_that_of_the_library(here: Path) -> None:
     more = ["--noise", "0.016", "--seed", "3", "--gains", "60,0.6", "-o", "run.csv"]
-    result = run(*TRACK, *STAGE, *more)
+    result = run(*SIMULATE, *STAGE, *more)
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     reference = column(here / "reference.csv", "target_um")
@@ -70,7 +70,7 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
 
 def errors(*arguments: str) -> float:
     """The largest true error that is told, um."""
-    result = run(*TRACK, *arguments)
+    result = run(*SIMULATE, *arguments)
     assert result.exit_code == 0, result.output
     (line,) = [line for line in result.stdout.splitlines() if "true position" in line]
     return float(line.split()[2])
@@ -83,13 +83,13 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert 5.0 * full < plain and 1.3 * plain < feedback
     # what the controller does not know of the stage
     assert errors(*STAGE, "--plant", "other.json") > 5.0 * full
-    delayed = [*STAGE, "--delay", "2.5", "--amplifier-bandwidth", "1000"]
+    delayed = [*STAGE, "--dead-time", "2.5e-4", "--amplifier-bandwidth", "1000"]
     assert errors(*delayed) < 0.2 * errors(*delayed, "--no-preview")
 
 
 def test_saturated_samples_and_the_rate_are_told(here: Path) -> None:
     arguments = ["--limits", "-100,100", "--rate", "10000", "--noise", "0.01"]
-    result = run(*TRACK[:2], "bare.csv", *arguments, *STAGE, "-o", "run.csv")
+    result = run(*SIMULATE[:2], "bare.csv", *arguments, *STAGE, "-o", "run.csv")
     assert result.exit_code == 0, result.output
     drive = column(here / "run.csv", "drive")
     limited = int(((drive == 100.0) | (drive == -100.0)).sum())
@@ -100,13 +100,18 @@ def test_saturated_samples_and_the_rate_are_told(here: Path) -> None:
 
 
 def test_the_report_shows_the_run(here: Path) -> None:
-    result = run(*TRACK, *STAGE, "--noise", "0.01", "--report", "run.html")
+    result = run(*SIMULATE, *STAGE, "--noise", "0.01", "--report", "run.html")
     assert result.exit_code == 0, result.output
     root = parsed(here / "run.html")
     assert sections(root) == ["tracking"]
     assert len(list(root.iter("img"))) == 1
     page = words(root)
-    for said in ("reference.csv on stage.json", "dynamics 400 Hz, 0.95", "true position", "tuned"):
+    for said in (
+        "reference.csv on stage.json",
+        "natural frequency 400 Hz, damping ratio 0.95",
+        "true position",
+        "tuned",
+    ):
         assert said in page
 
 
@@ -117,14 +122,14 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--limits", "5"], ["--limits", "LOW,HIGH"]),
         (["--dynamics", "0,1"], ["--dynamics: expected a finite number above 0", "got 0.0"]),
         (["--amplifier-bandwidth", "-1"], ["--amplifier-bandwidth: expected", "got -1.0"]),
-        (["--delay", "nan"], ["--delay: expected 0 to 2^20 samples, got NaN"]),
+        (["--dead-time", "nan"], ["--dead-time: expected a finite number >= 0, got nan"]),
         (["--noise", "-1"], ["--noise: expected a finite number >= 0, got -1.0"]),
         (["--seed", "-1"], ["--seed: expected", "-1"]),
         (["--seed", "x"], ["--seed", "'x'"]),
         (["--gains", "1"], ["--gains", "KP,KI"]),
         (["--gains", "1,-1"], ["--gains: expected a finite number >= 0, got -1.0"]),
         (["--feedforward", "both"], ["--feedforward", "both"]),
-        (["--rate", "100"], ["--rate: expected none beside the column time_s"]),
+        (["--rate", "100"], ["--rate: reference.csv has the time column time_s"]),
         (["--column", "y"], ["reference.csv: no column 'y'"]),
         (["--plant", "none.json"], ["none.json"]),
         (["-o", "reference.csv"], ["reference.csv: is an input file"]),
@@ -133,32 +138,32 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--report", "no/run.html"], ["does not exist"]),
     ],
 )
-def test_track_refuses(here: Path, arguments: list[str], said: list[str]) -> None:
-    assert_refused(run(*TRACK, *arguments), here, FILES, *said)
+def test_simulate_refuses(here: Path, arguments: list[str], said: list[str]) -> None:
+    assert_refused(run(*SIMULATE, *arguments), here, FILES, *said)
 
 
 @pytest.mark.parametrize(
     ("rate", "said"),
     [
-        ([], "bare.csv: expected a column time_s or time, or --time, which tells"),
+        ([], "bare.csv: expected a time column (time_s, time, or --time NAME) or --rate"),
         (["--rate", "0"], "--rate: expected a finite number above 0, got 0.0"),
         (["--rate", "nan"], "--rate: expected a finite number above 0, got nan"),
         (["--rate", "1e-200"], "--rate: "),
     ],
 )
 def test_a_reference_without_time_needs_a_rate(here: Path, rate: list[str], said: str) -> None:
-    result = run(*TRACK[:2], "bare.csv", *TRACK[3:], *rate)
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], *rate)
     assert_refused(result, here, FILES, said)
 
 
 def test_what_cannot_be_inverted_or_named_is_refused(here: Path) -> None:
     falling = mh.PrandtlIshlinskii([1e-3, -2e-3], [0.0, 100.0])
     falling.save(here / "other.json")
-    result = run("track", "other.json", *TRACK[2:])
+    result = run("simulate", "other.json", *SIMULATE[2:])
     assert_refused(result, here, FILES, "other.json: ")
     write_csv(here / "bare.csv", "time_s,drive", [[k / RATE, math.sin(k)] for k in range(50)])
-    result = run(*TRACK[:2], "bare.csv", *TRACK[3:], "-o", "run.csv")
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], "-o", "run.csv")
     assert_refused(result, here, FILES, "bare.csv: expected other columns", "drive")
     (here / "bare.csv").write_text("time_s,y\n0,0\n0.1,nan\n")
-    result = run(*TRACK[:2], "bare.csv", *TRACK[3:])
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:])
     assert_refused(result, here, FILES, "bare.csv, line 3, column y: not finite")
