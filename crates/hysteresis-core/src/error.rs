@@ -200,6 +200,9 @@ impl Error {
             | Self::Rows { parameter, .. }
             | Self::Domain { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
             Self::OtherLimits { .. } => Some("feedforward"),
             Self::CannotFollow => Some("drives"),
