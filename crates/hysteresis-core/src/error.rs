@@ -204,9 +204,6 @@ impl Error {
             Self::CannotFollow => Some("drives"),
             Self::StopWithoutRate => Some("mode"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
-            Self::OtherLimits { .. } => Some("feedforward"),
-            Self::CannotFollow => Some("drives"),
-            Self::StopWithoutRate => Some("mode"),
             Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }
