@@ -2,7 +2,6 @@
 
 mod design;
 pub(crate) mod file;
-pub(crate) mod made;
 pub(crate) mod object;
 pub(crate) mod parts;
 pub(crate) mod precompensate;
