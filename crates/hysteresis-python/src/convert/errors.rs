@@ -187,6 +187,7 @@ impl Refusal for identify::Error {
             Self::Record { error, .. } => error.parameter(),
             Self::NoOperators => Some("operators"),
             Self::SplitConventional => Some("weights"),
+            Self::NoInterval { .. } => Some("dt"),
             Self::Domain { parameter, .. } => Some(parameter),
             Self::Core(error) => error.parameter(),
             _ => None,
