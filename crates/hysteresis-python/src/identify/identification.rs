@@ -55,6 +55,14 @@ impl Identification {
         (ra, rb, rc)
     }
 
+    /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
+    ///
+    /// Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+    #[getter]
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
+    }
+
     /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
