@@ -225,21 +225,21 @@ proptest! {
 #[test]
 fn the_inverse_is_the_least_squares() {
     let direct = gain(0.5).parallel(&lag(900.0)).unwrap();
-    for (dynamics, smoothing) in [
-        (direct.then(delay(0.3)), 1e-3),
-        (gain(2.0).then(resonance(1500.0, 0.3)).then(delay(2.0)), 1e-4),
-        (resonance(2000.0, 0.2).into(), 1e-2),
-        (gain(-0.5).then(lag(700.0)).then(delay(1.75)), 1e-4),
-        (LinearDynamics::from(delay(0.4)), 1e-1),
+    // With the whole samples of the dead time.
+    for (dynamics, late, smoothing) in [
+        (direct.then(delay(0.3)), 0, 1e-3),
+        (gain(2.0).then(resonance(1500.0, 0.3)).then(delay(2.0)), 2, 1e-4),
+        (resonance(2000.0, 0.2).into(), 0, 1e-2),
+        (gain(-0.5).then(lag(700.0)).then(delay(1.75)), 1, 1e-4),
+        (LinearDynamics::from(delay(0.4)), 0, 1e-1),
     ] {
-        let (count, all, start, k) = (40, 340, 0.3, dynamics.static_gain());
-        let reference: Vec<f64> = (0..count).map(|k| f64::from(k * k * 7 % 23) / 10.0).collect();
-        let at = |i: usize| if i < count as usize { reference[i] } else { reference[count as usize - 1] };
+        let (all, start, k) = (340, 0.3, dynamics.static_gain());
+        let reference: Vec<f64> = (0..40_u32).map(|k| f64::from(k * k * 7 % 23) / 10.0).collect();
+        let at = |i: usize| reference[i.min(39)];
         let mut pulse = vec![0.0; all];
         pulse[0] = 1.0;
         let pulse = positions(&dynamics, &pulse, 0.0, DT);
         // Inputs count from that of the rest; positions come a dead time later.
-        let late = (dynamics.dead_time() / DT).floor() as usize;
         let answer = DMatrix::from_fn(all - late, all - late, |i, j| if i >= j { pulse[i + late - j] } else { 0.0 });
         let wanted = DVector::from_fn(all - late, |i, _| at(i + late) - start);
         let second = DMatrix::from_fn(all - late, all - late, |i, j| match i.wrapping_sub(j) {

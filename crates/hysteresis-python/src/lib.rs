@@ -89,9 +89,11 @@ mod _core {
     #[pymodule_export]
     use crate::stage::object::Stage;
     #[pymodule_export]
-    use crate::stage::streams::{Bracket, StageForward, StageInverse};
+    use crate::stage::streams::{StageForward, StageInverse};
     #[pymodule_export]
     use crate::stream::actuators::ActuatorArray;
+    #[pymodule_export]
+    use crate::stream::bracket::Bracket;
     #[pymodule_export]
     use crate::stream::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]

@@ -16,9 +16,9 @@ pub(super) fn riccati(a: &DMatrix<f64>, b: &DVector<f64>, q: DMatrix<f64>, rho: 
     for _ in 0..DOUBLINGS {
         let lu = (&identity + &g * &p).lu();
         let (next_a, next_g) = (lu.solve(&a)?, lu.solve(&g)?);
-        let added = symmetric(a.transpose() * &p * &next_a);
+        let added = symmetric(&(a.transpose() * &p * &next_a));
         p += &added;
-        g += symmetric(&a * next_g * a.transpose());
+        g += symmetric(&(&a * next_g * a.transpose()));
         a *= next_a;
         if added.amax() <= SETTLED * p.amax() {
             return Some(p);
@@ -27,8 +27,8 @@ pub(super) fn riccati(a: &DMatrix<f64>, b: &DVector<f64>, q: DMatrix<f64>, rho: 
     None
 }
 
-fn symmetric(matrix: DMatrix<f64>) -> DMatrix<f64> {
-    (&matrix + matrix.transpose()) * 0.5
+fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    (matrix + matrix.transpose()) * 0.5
 }
 
 #[cfg(test)]

@@ -92,6 +92,20 @@ pub(crate) struct HybridController {
     preview: Option<Py<Preview>>,
 }
 
+impl HybridController {
+    /// A controller with a copy of the feed-forward.
+    pub(crate) fn of(
+        feedforward: Option<&Bound<'_, PyAny>>,
+        preview: Option<Py<Preview>>,
+        options: &ControllerOptions,
+    ) -> PyResult<Self> {
+        let (feedforward, source) = source(feedforward)?;
+        let window = preview.as_ref().map(|made| made.get().preview.clone());
+        let controller = core::HybridController::new(feedforward, window, options).map_err(raise)?;
+        Ok(Self { controller, source, preview })
+    }
+}
+
 #[pymethods]
 impl HybridController {
     #[new]
@@ -132,10 +146,13 @@ impl HybridController {
             start_drive,
         };
         let options = given.over(ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
-        let (feedforward, source) = source(feedforward)?;
-        let window = preview.as_ref().map(|made| made.get().preview.clone());
-        let controller = core::HybridController::new(feedforward, window, &options).map_err(raise)?;
-        Ok(Self { controller, source, preview })
+        Self::of(feedforward, preview, &options)
+    }
+
+    /// The preview, or None.
+    #[getter]
+    fn preview(&self, py: Python<'_>) -> Option<Py<Preview>> {
+        self.preview.as_ref().map(|preview| preview.clone_ref(py))
     }
 
     /// Takes a sample and returns the drive in volts.

@@ -70,6 +70,15 @@ pub(crate) struct IterativeLearning {
     first: Vec<f64>,
 }
 
+impl IterativeLearning {
+    /// Learning in this loop, from this target on.
+    pub(crate) fn of(feedback: FeedbackLoop, target: &Bound<'_, PyAny>, options: LearningOptions) -> PyResult<Self> {
+        let first = numbers("target", target)?;
+        let learning = learning::IterativeLearning::new(&feedback, &first, &options).map_err(raise)?;
+        Ok(Self { learning, feedback, options, first })
+    }
+}
+
 #[pymethods]
 impl IterativeLearning {
     #[new]
@@ -94,9 +103,7 @@ impl IterativeLearning {
         let default = LearningOptions::new(bandwidth);
         let min_gain = min_gain.unwrap_or(default.min_gain);
         let options = LearningOptions { bandwidth, min_gain, target_limits };
-        let first = numbers("target", target)?;
-        let learning = learning::IterativeLearning::new(&feedback, &first, &options).map_err(raise)?;
-        Ok(Self { learning, feedback, options, first })
+        Self::of(feedback, target, options)
     }
 
     /// One period of the target for the feed-forward, read-only.

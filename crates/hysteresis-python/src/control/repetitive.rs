@@ -55,6 +55,14 @@ pub(crate) struct RepetitiveControl {
     options: RepetitiveOptions,
 }
 
+impl RepetitiveControl {
+    /// Learning in this loop, of a period of so many samples.
+    pub(crate) fn of(feedback: FeedbackLoop, period: usize, options: RepetitiveOptions) -> PyResult<Self> {
+        let control = learning::RepetitiveControl::new(&feedback, period, &options).map_err(raise)?;
+        Ok(Self { control, feedback, options })
+    }
+}
+
 #[pymethods]
 impl RepetitiveControl {
     #[new]
@@ -85,8 +93,7 @@ impl RepetitiveControl {
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
             limit: limit.or(default.limit),
         };
-        let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
-        Ok(Self { control: control.map_err(raise)?, feedback, options })
+        Self::of(feedback, count("period", period)?, options)
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.

@@ -39,20 +39,19 @@ impl Identification {
         object(py, self.found.model.clone())
     }
 
-    /// The stage: hysteresis, creep, dynamics, dead time and noise, with ranges, errors, covariance and findings. What is
-    /// made from it stays within the drives of the records.
-    ///
-    /// Raises ValueError that names `dt` for records without a sampling interval.
-    #[getter]
-    fn stage(&self) -> PyResult<Stage> {
-        self.found.stage().map(Stage).map_err(raise)
-    }
-
     /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
     #[getter]
     fn ratios(&self) -> (f64, f64, f64) {
         let Ratios { ra, rb, rc } = self.found.ratios;
         (ra, rb, rc)
+    }
+
+    /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
+    ///
+    /// Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+    #[getter]
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
     }
 
     /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.

@@ -110,6 +110,14 @@ macro_rules! model_methods {
                 $crate::model::methods::inverse(slf.as_any(), &slf.get().kernel, limits, initial)
             }
 
+            /// How uncertain the output is when the history between the limits (low, high) is unknown.
+            ///
+            /// Raises ValueError for a model with a negative weight.
+            fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<$crate::stream::bracket::Bracket> {
+                let limits = $crate::convert::arguments::pair("limits", limits)?;
+                $crate::stream::bracket::Bracket::of(slf.as_any(), &slf.get().kernel, limits)
+            }
+
             /// Writes the model to a JSON file; the file appears only when it is complete.
             fn save(&self, path: PathBuf) -> PyResult<()> {
                 $crate::model::methods::save(&self.model.clone().into(), path)

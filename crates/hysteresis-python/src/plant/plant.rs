@@ -1,5 +1,6 @@
 //! Plants: an actuator between its converters.
 
+use hysteresis_control::stage;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
@@ -58,6 +59,29 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 #[pyclass(module = "mpi_hyst.plant")]
 pub(crate) struct Plant(pub(crate) plant::Plant);
 
+/// What a plant has besides its stage, as it came.
+pub(crate) struct Converters<'a, 'py> {
+    pub(crate) seed: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) dac_bits: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) adc_bits: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) adc_range: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Plant {
+    /// The plant around a stage.
+    pub(crate) fn of(stage: &stage::Stage, dt: f64, converters: &Converters<'_, '_>) -> PyResult<Self> {
+        let Converters { seed, dac_bits, adc_bits, adc_range } = converters;
+        let default = PlantOptions::new(dt);
+        let options = PlantOptions {
+            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
+            dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
+            adc: adc(*adc_bits, *adc_range)?,
+            ..default
+        };
+        plant::Plant::new(stage, &options).map(Self).map_err(raise)
+    }
+}
+
 #[pymethods]
 impl Plant {
     #[new]
@@ -92,14 +116,8 @@ impl Plant {
             limits,
             ..StageKeywords::default()
         };
-        let default = PlantOptions::new(dt);
-        let options = PlantOptions {
-            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
-            dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
-            adc: adc(adc_bits, adc_range)?,
-            ..default
-        };
-        plant::Plant::new(&parts.stage_or_around("stage", stage)?, &options).map(Self).map_err(raise)
+        let converters = Converters { seed, dac_bits, adc_bits, adc_range };
+        Self::of(&parts.stage_or_around("stage", stage)?, dt, &converters)
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.

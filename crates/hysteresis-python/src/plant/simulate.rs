@@ -213,7 +213,7 @@ fn checked_target(target: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64
 
 /// Looks at signals and tells the fraction done.
 #[expect(clippy::cast_precision_loss, reason = "a fraction for the eye")]
-fn watch<'py>(
+pub(crate) fn watch<'py>(
     py: Python<'py>,
     samples: usize,
     progress: Option<&'py Bound<'py, PyAny>>,

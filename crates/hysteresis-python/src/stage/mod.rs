@@ -1,7 +1,7 @@
 //! The stage: one object that holds all parts, its file, and what runs that is made from it.
 
+mod design;
 pub(crate) mod file;
-pub(crate) mod made;
 pub(crate) mod object;
 pub(crate) mod parts;
 pub(crate) mod precompensate;

@@ -12,14 +12,15 @@ use pythonize::pythonize;
 use super::object::Stage;
 use super::parts::{StageKeywords, points};
 use super::precompensate::{Keywords, precompensate};
-use super::streams::{Bracket, StageForward, StageInverse};
+use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::{numbers, pair};
-use crate::convert::errors::raise;
+use crate::convert::errors::{raise, wrong_type};
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
+use crate::stream::bracket::Bracket;
 
 #[pymethods]
 impl Stage {
@@ -166,9 +167,15 @@ impl Stage {
 
     /// How uncertain the output of the hysteresis is when its history between the limits is unknown.
     #[pyo3(signature = (limits=None))]
-    fn bracket(&self, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
+    fn bracket(&self, py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
         let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
-        self.0.bracket(limits).map(Bracket).map_err(raise)
+        let limits = self
+            .0
+            .limits(limits)
+            .map_err(raise)?
+            .ok_or_else(|| wrong_type("limits", "expected (low, high), got None"))?;
+        let model = Bound::new(py, self.hysteresis())?;
+        Bracket::of(model.as_any(), self.0.model(), limits)
     }
 
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].

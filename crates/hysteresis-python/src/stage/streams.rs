@@ -5,7 +5,6 @@ use hysteresis_core::{self as core, Process};
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use pythonize::pythonize;
 
 use super::object::Stage;
@@ -181,71 +180,3 @@ stage_stream!(StageInverse {
         reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(this.state(py)?))
     }
 });
-
-/// How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
-/// `stage.bracket()`.
-///
-/// Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
-/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more.
-///
-/// Examples
-/// --------
-/// >>> import mpi_hyst as mh
-/// >>> bracket = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]).bracket(limits=(-10.0, 10.0))
-/// >>> bracket.step(3.0), bracket.width
-/// ((3.5, 5.5), 2.0)
-/// >>> bracket.step(10.0), bracket.width  # a full stroke
-/// ((14.0, 14.0), 0.0)
-#[pyclass(module = "mpi_hyst")]
-pub(crate) struct Bracket(pub(crate) core::Bracket);
-
-#[pymethods]
-impl Bracket {
-    /// Takes a drive; the lowest and the highest output that there can be.
-    fn step(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-        numbers!(drive);
-        Ok(exclusive(slf)?.0.step(drive))
-    }
-
-    /// Takes over what was driven before, oldest drive first.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = history(drives)?;
-        exclusive(slf)?.0.follow(&drives).map_err(raise)
-    }
-
-    /// The lowest and the highest output that there can be now.
-    #[getter]
-    fn outputs(&self) -> (f64, f64) {
-        self.0.outputs()
-    }
-
-    /// The highest minus the lowest output.
-    #[getter]
-    fn width(&self) -> f64 {
-        self.0.width()
-    }
-
-    /// The limits (low, high) between which the unknown history lies.
-    #[getter]
-    fn limits(&self) -> (f64, f64) {
-        self.0.limits()
-    }
-
-    /// Nothing is known of the history.
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn __copy__(&self) -> Self {
-        Self(self.0.clone())
-    }
-
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyDict>) -> Self {
-        self.__copy__()
-    }
-
-    fn __repr__(&self) -> String {
-        let (low, high) = self.0.outputs();
-        format!("<Bracket: output from {low} to {high}>")
-    }
-}

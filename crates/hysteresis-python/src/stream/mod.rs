@@ -3,6 +3,7 @@
 pub(crate) mod actuators;
 mod array_file;
 pub(crate) mod blocks;
+pub(crate) mod bracket;
 pub(crate) mod made;
 pub(crate) mod process;
 mod rows;

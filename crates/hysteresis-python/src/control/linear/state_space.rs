@@ -85,12 +85,12 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
     }
 
     /// The same as a StateSpace of the package control, which must be installed.
-    fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("control")?.call_method1("ss", self.matrices(py)?)
     }
 
     /// The same as a scipy.signal.StateSpace; scipy must be installed.
-    fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("scipy.signal")?.call_method1("StateSpace", self.matrices(py)?)
     }
 
