@@ -3,8 +3,9 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
-    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Process, QuasiStatic, Ratios, StreamArray,
+    AntiWindup, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
+    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
+    QuasiStaticForward, QuasiStaticInverse, Ratios, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -119,6 +120,44 @@ fn controller_follow(controller: &mut HybridController, drives: &[f64]) -> Resul
     controller.follow(drives)
 }
 
+#[no_panic]
+#[inline(never)]
+fn quasi_static_forward(stream: &mut QuasiStaticForward, sample: f64) -> (f64, f64, f64) {
+    (stream.peek(sample), stream.step(sample), stream.settle(sample))
+}
+
+#[no_panic]
+#[inline(never)]
+fn quasi_static_inverse(stream: &mut QuasiStaticInverse, sample: f64) -> (f64, f64, f64) {
+    (stream.peek(sample), stream.step(sample), stream.follow_drive(sample))
+}
+
+#[no_panic]
+#[inline(never)]
+fn inverse_follow(stream: &mut Inverse, drives: &[f64]) -> Result<(), Error> {
+    stream.follow(drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn bracket_step(bracket: &mut Bracket, sample: f64) -> (f64, f64) {
+    bracket.step(sample)
+}
+
+fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> {
+    let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]);
+    let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
+    let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
+    let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
+    let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
+    for sample in samples {
+        black_box(quasi_static_forward(&mut forward, *sample));
+        black_box(quasi_static_inverse(&mut inverse, *sample));
+        black_box(bracket_step(&mut bracket, *sample));
+    }
+    Ok(())
+}
+
 fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
     let set = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
@@ -181,7 +220,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
         }
         inverse_run(&mut stream, &samples, &mut output)?;
+        inverse_follow(&mut stream, &samples[..4])?;
     }
+    quasi_static(&compiled, &samples)?;
     controllers(&compiled)?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);

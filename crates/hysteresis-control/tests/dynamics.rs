@@ -142,6 +142,24 @@ proptest! {
     }
 
     #[test]
+    fn sections_in_series_may_change_places(
+        (one, other) in (dynamics(), dynamics()), dead_time in dead_time(), input in input()
+    ) {
+        let late = one.clone().with_dead_time(dead_time).unwrap();
+        let matrices = LinearDynamics::from(other.state_space().then(&one.state_space()));
+        let all = [
+            late.clone().then(other.clone()),
+            other.clone().then(late),
+            matrices.then(Delay::new(dead_time).unwrap()),
+        ];
+        prop_assert!(all.iter().all(|dynamics| dynamics.dead_time() == dead_time));
+        let [first, second, third] = all.map(|dynamics| rows(dynamics.block(DT).unwrap(), &input));
+        for (k, y) in first.iter().enumerate() {
+            prop_assert!((y - second[k]).abs() < 1e-9 && (y - third[k]).abs() < 1e-9, "{k}");
+        }
+    }
+
+    #[test]
     fn matrices_and_polynomials_are_the_same_dynamics((dynamics, zeros, poles) in parts(), f in 1.0..5000.0) {
         let product = |roots: &[Complex<f64>], s: Complex<f64>| -> Complex<f64> {
             roots.iter().map(|root| Complex::from(1.0) - s / root).product()
@@ -222,6 +240,21 @@ fn modes_in_parallel_add_up() {
         // With gains of opposite sign there is a zero in the right half plane, and none on the imaginary axis.
         assert!(zero.im.abs() < 1e-6 && modes.zeros().iter().any(|zero| zero.re > 0.0), "{zero}");
     }
+}
+
+/// Poles on both sides of critical damping and far above it: their sum and their product.
+#[test]
+fn poles_are_the_roots_of_the_denominator() {
+    for (frequency, zeta) in [(400.0, 0.02), (400.0, 1.0), (3.0, 1.7), (50.0, 1e7)] {
+        let stage = LinearDynamics::from(resonance(frequency, zeta));
+        let w = TAU * frequency;
+        let [one, other] = stage.poles()[..] else { unreachable!() };
+        assert!((one + other + 2.0 * zeta * w).norm() < 1e-12 * zeta * w);
+        assert!((one * other - w * w).norm() < 1e-12 * w * w);
+        let slowest = if zeta < 1.0 { 1.0 / (zeta * w) } else { (zeta + (zeta * zeta - 1.0).sqrt()) / w };
+        assert!((stage.settling_time() - slowest).abs() < 1e-12 * slowest);
+    }
+    assert_eq!(LinearDynamics::none().settling_time(), 0.0);
 }
 
 #[test]

@@ -114,6 +114,37 @@ fn peek_foretells_step_and_run_is_step_in_a_loop() {
     assert_eq!((output[6], stream.rejected()), (output[9], 3));
 }
 
+/// y(i) = x(i) + sum_k c_k q_k(i), q_k(i+1) = a_k q_k(i) + (1 - a_k) x(i).
+#[test]
+fn creep_at_the_samples_is_what_its_lags_were_before() {
+    let (amplitudes, times) = ([0.02, -0.05, 0.3], [0.5e-3, 0.02, 4.0]);
+    let creep = Creep::new(&amplitudes, &times).unwrap();
+    let (mut block, mut lags) = (creep.block(1e-3).unwrap(), [0.5; 3]);
+    assert!((block.settle(0.5) - 0.5 * 1.27).abs() < 1e-15);
+    for x in noise(200) {
+        let excess = |lags: [f64; 3]| -> f64 { amplitudes.iter().zip(lags).map(|(c, q)| c * q).sum() };
+        let now = excess(lags);
+        for (q, tau) in lags.iter_mut().zip(times) {
+            let a = (-1e-3_f64 / tau).exp();
+            *q = a * *q + (1.0 - a) * x;
+        }
+        assert!((block.excess() - now).abs() < 1e-14 && (block.output(x) - x - now).abs() < 1e-14);
+        let ahead = block.look_ahead(x);
+        assert!((block.clone().advance(x) - x - excess(lags)).abs() < 1e-14 && ahead == block.clone().advance(x));
+        assert_eq!(block.output(x), block.step(x));
+        assert!(block.lags().zip(lags).all(|(q, expected)| (q - expected).abs() < 1e-14));
+    }
+    let saved: Vec<f64> = block.lags().collect();
+    let mut other = creep.block(1e-3).unwrap();
+    other.restore(&saved).unwrap();
+    assert_eq!(other, block);
+    assert_eq!(
+        other.restore(&saved[1..]).unwrap_err().to_string(),
+        "lags: expected as many as creep has terms, got 2.0"
+    );
+    assert_eq!(other.restore(&[0.0, f64::NAN, 0.0]).unwrap_err().index, Some(1));
+}
+
 #[test]
 fn delays_interpolate_between_samples() {
     let input = noise(50);

@@ -200,10 +200,10 @@ impl Error {
             | Self::Rows { parameter, .. }
             | Self::Domain { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
-            Self::OtherModel { .. } | Self::State { .. } => Some("state"),
             Self::OtherLimits { .. } => Some("feedforward"),
             Self::CannotFollow => Some("drives"),
             Self::StopWithoutRate => Some("mode"),
+            Self::OtherModel { .. } | Self::State { .. } => Some("state"),
             Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }

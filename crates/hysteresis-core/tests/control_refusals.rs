@@ -88,6 +88,7 @@ fn changes_that_cannot_be_are_refused_and_change_nothing() {
     assert!(controller.follow(&[0.0, 501.0]).unwrap_err().to_string().starts_with("drives[1]: expected a number from"));
     let mut parametric = made(Source::Parametric(0).make(LIMITS), ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     assert_eq!(parametric.follow(&[1.0]), Err(Error::CannotFollow));
+    assert_eq!([Error::CannotFollow, Error::StopWithoutRate].map(|e| e.parameter()), [Some("drives"), Some("mode")]);
     assert_eq!(parametric.drive(), 0.0);
     let mut without = made(FeedForward::None, ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     assert_eq!(without.set_model(&other), Err(Error::NoModel));
@@ -117,7 +118,7 @@ fn an_inverse_with_other_limits_is_refused_by_both() {
     let expected = "feedforward: expected an inverse with the limits of the controller, (-500.0, 500.0), got one ";
     for (limits, got) in [(Some((-500.0, 499.0)), "with the limits (-500.0, 499.0)"), (None, "without limits")] {
         let error = HybridController::new(inverse(limits), None, &options).unwrap_err();
-        assert_eq!(error.to_string(), format!("{expected}{got}"));
+        assert_eq!((error.parameter(), error.to_string()), (Some("feedforward"), format!("{expected}{got}")));
         let mut controller = made(inverse(Some(LIMITS)), options);
         controller.step(0.5.into(), 0.0);
         controller.plan(0.5.into(), 0.0);

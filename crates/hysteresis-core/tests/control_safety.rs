@@ -84,12 +84,15 @@ fn out_of_range_stays_out_and_feedforward_goes_on_alone() {
         moving(ControllerOptions { measurement_range: Some((-4.0, 4.0)), max_missing: 3, ..options() });
     let held = controller.drive();
     for k in 0..200 {
-        controller.step((0.5 + 1e-3 * f64::from(k)).into(), 4.0 + 1e-12);
+        let outside = if k % 2 == 0 { 4.0 } else { -4.0 } * (1.0 + 1e-12);
+        controller.step((0.5 + 1e-3 * f64::from(k)).into(), outside);
     }
     assert!(controller.drive() > held + 10.0, "the reference is followed");
     assert_eq!(controller.terms().proportional, 0.0);
     assert_eq!(controller.counters(), Counters { implausible_count: 200, ..Counters::default() });
-    controller.step(0.7.into(), 4.0);
+    for bound in [4.0, -4.0] {
+        controller.step(0.7.into(), bound);
+    }
     assert_eq!(controller.counters().implausible_count, 200, "the bounds belong to the range");
 }
 
@@ -121,6 +124,12 @@ fn exactly_max_missing_measurements_hold_the_drive() {
             controller.step(0.5.into(), f64::NAN);
             assert_eq!(acted(&controller), k == max_missing, "sample {k} of {max_missing}");
         }
+    }
+    // In a row: a measurement between two gaps ends the count.
+    let mut controller = moving(ControllerOptions { max_missing: 3, ..options() });
+    for measurement in [f64::NAN, f64::NAN, 0.5, f64::NAN, f64::NAN] {
+        controller.step(0.5.into(), measurement);
+        assert_eq!(acted(&controller), measurement == 0.5);
     }
 }
 

@@ -5,7 +5,7 @@ mod models;
 
 use hysteresis_core::{
     Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse, Mode,
-    Preview, Process, QuasiStatic, StreamArray,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -22,7 +22,12 @@ fn the_hot_path_never_allocates() {
     let compiled = CompiledModel::new(&actuator());
     let zeros = vec![0.0; compiled.operators()];
     let limits = Some((-500.0, 500.0));
-    let streams: [Box<dyn Process>; 4] = [
+    let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]).unwrap();
+    let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
+    let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
+    let streams: [Box<dyn Process>; 6] = [
+        Box::new(stage.forward()),
+        Box::new(stage.inverse(limits).unwrap()),
         Box::new(Forward::new(&compiled)),
         Box::new(Inverse::new(&compiled, limits).unwrap()),
         Box::new(Forward::with_initial(&compiled, &zeros).unwrap()),

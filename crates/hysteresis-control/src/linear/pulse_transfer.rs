@@ -56,6 +56,11 @@ impl PulseTransfer {
         (back * self.gain + seen * (back - 1.0) + direct) * dead_time
     }
 
+    /// P(1).
+    pub(crate) fn static_gain(&self) -> f64 {
+        self.gain
+    }
+
     /// P(exp(2 pi i F T)), with F T the frequency in cycles per sample.
     #[must_use]
     pub fn at_cycles(&self, cycles_per_sample: f64) -> Complex<f64> {

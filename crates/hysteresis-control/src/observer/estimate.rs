@@ -1,11 +1,9 @@
-use core::f64::consts::TAU;
-
-use hysteresis_core::{Error as CoreError, Fingerprint, is_admissible};
+use hysteresis_core::{Error as CoreError, is_admissible};
 
 use super::filter::Filter;
 use super::options::ObserverOptions;
 use super::state::ObserverState;
-use crate::saved::{check_model, check_numbers, check_same};
+use crate::saved::{check_numbers, check_same};
 use crate::stage::{Error, Stage, StageForward};
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
@@ -37,9 +35,7 @@ pub struct Observer {
     model: StageForward,
     filter: Filter,
     rest_drive: f64,
-    dt: f64,
     options: ObserverOptions,
-    fingerprint: u64,
     rejected: u64,
 }
 
@@ -51,19 +47,7 @@ impl Observer {
     /// not settle.
     pub fn new(stage: &Stage, dt: f64, options: &ObserverOptions) -> Result<Self, Error> {
         let filter = Filter::new(&stage.parts().dynamics, dt, options)?;
-        let amplifier = stage.parts().amplifier.map_or(0.0, |lag| TAU * lag.frequency());
-        let mut fingerprint = Fingerprint::new();
-        fingerprint.numbers(&[amplifier, stage.parts().dead_time]);
-        filter.fingerprint(&mut fingerprint);
-        Ok(Self {
-            model: stage.forward(dt)?,
-            filter,
-            rest_drive: stage.rest_drive(),
-            dt,
-            options: *options,
-            fingerprint: fingerprint.finish(),
-            rejected: 0,
-        })
+        Ok(Self { model: stage.forward(dt)?, filter, rest_drive: stage.rest_drive(), options: *options, rejected: 0 })
     }
 
     /// Takes the drive that was put out at the last sample and held until now, and the measurement of now, read just before
@@ -109,7 +93,7 @@ impl Observer {
     /// The sampling interval in seconds.
     #[must_use]
     pub fn dt(&self) -> f64 {
-        self.dt
+        self.model.dt()
     }
 
     /// Back to rest at the rest drive of the stage.
@@ -131,8 +115,6 @@ impl Observer {
     #[must_use]
     pub fn state(&self) -> ObserverState {
         ObserverState {
-            model: self.fingerprint,
-            dt: self.dt,
             options: self.options,
             stage: self.model.state(),
             unknown: self.filter.state().to_vec(),
@@ -146,16 +128,16 @@ impl Observer {
     /// # Errors
     /// [`Error`] that names what differs, or a number that is not finite; nothing changes then.
     pub fn set_state(&mut self, state: &ObserverState) -> Result<(), Error> {
-        check_same("state.dt", self.dt, state.dt)?;
         check_same("state.noise", self.options.noise, state.options.noise)?;
         check_same("state.drift", self.options.drift, state.options.drift)?;
-        check_model(self.fingerprint, state.model)?;
+        let mut model = self.model.clone();
+        model.set_state(&state.stage)?;
         let order = self.filter.state().len();
         check_numbers("state.unknown", order, &state.unknown)?;
         if let Some(covariance) = &state.covariance {
             check_numbers("state.covariance", order * order, covariance)?;
         }
-        self.model.set_state(&state.stage)?;
+        self.model = model;
         self.filter.restore(&state.unknown, state.covariance.as_deref());
         self.rejected = state.rejected;
         Ok(())

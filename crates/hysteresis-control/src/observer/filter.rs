@@ -1,6 +1,6 @@
 //! A Kalman filter for a random walk at the input of linear dynamics.
 
-use hysteresis_core::{Fingerprint, is_admissible};
+use hysteresis_core::is_admissible;
 use nalgebra::{DMatrix, DVector};
 
 use super::options::ObserverOptions;
@@ -12,7 +12,7 @@ const SLOWEST: f64 = 1e6;
 
 /// The covariance has settled again when it differs from the stationary one by no more than this share of the largest
 /// entry: far above what rounding leaves between the two, far below what matters.
-const SETTLED: f64 = 1e-10;
+const SETTLED: f64 = 1e-8;
 
 /// What dynamics make of a disturbance d at their input, as far as measurements of their output tell.
 ///
@@ -178,13 +178,6 @@ impl Filter {
         self.present.copy_from_slice(&self.stationary);
         self.settled = true;
         self.renew_gain();
-    }
-
-    /// Takes in what the filter depends on.
-    pub(super) fn fingerprint(&self, fingerprint: &mut Fingerprint) {
-        fingerprint.numbers(&self.transition);
-        fingerprint.numbers(&self.output);
-        fingerprint.numbers(&self.input);
     }
 
     /// e and d.

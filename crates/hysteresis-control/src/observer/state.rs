@@ -7,10 +7,6 @@ use crate::stage::StageState;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObserverState {
-    /// The fingerprint of amplifier, modes and dead time.
-    pub model: u64,
-    /// The sampling interval in seconds.
-    pub dt: f64,
     /// How much is believed.
     pub options: ObserverOptions,
     /// The model of the stage.

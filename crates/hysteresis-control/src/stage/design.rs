@@ -3,7 +3,7 @@
 use hysteresis_core::{ControllerOptions, Error as CoreError, HybridController, Preview};
 
 use super::{Error, Stage, rest_drive};
-use crate::feedforward::{PreviewCoefficients, PreviewOptions, Shaper};
+use crate::feedforward::{PreviewCoefficients, PreviewOptions};
 use crate::learning::FeedbackLoop;
 use crate::tuning::{Tuning, TuningOptions, tune};
 
@@ -43,7 +43,7 @@ impl Stage {
     /// # Errors
     /// [`Error`] for a window that cannot be.
     pub fn preview(&self, dt: f64, options: &PreviewOptions) -> Result<PreviewCoefficients, Error> {
-        Ok(Shaper::new(&self.linear_part()?, dt)?.preview(options)?)
+        Ok(PreviewCoefficients::new(&self.linear_part()?, dt, options)?)
     }
 
     /// The linear model of the loop around this stage with its inverse: for learning. Its slope is the geometric mean of
@@ -90,7 +90,7 @@ impl Stage {
             FeedForwardKind::Inverse => (inverse()?.into(), None),
             FeedForwardKind::Preview { ahead } => {
                 let window = self.preview(options.dt, &PreviewOptions::new(ahead))?;
-                (inverse()?.into(), Some(Preview::new(&window.coefficients, window.ahead)?))
+                (inverse()?.into(), Some(Preview::new(window.coefficients(), window.ahead())?))
             }
             FeedForwardKind::Given => (hysteresis_core::FeedForward::Given, None),
         };

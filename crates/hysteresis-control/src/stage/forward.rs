@@ -3,12 +3,13 @@
 use core::f64::consts::TAU;
 
 use hysteresis_core::{
-    CompiledModel, Error as CoreError, Process, QuasiStaticForward, QuasiStaticState, is_admissible,
+    CompiledModel, Error as CoreError, Fingerprint, Process, QuasiStaticForward, QuasiStaticState, is_admissible,
 };
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Stage, StageParts};
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
+use crate::saved::{check_model, check_same};
 
 /// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, creep and modes.
 ///
@@ -31,12 +32,19 @@ pub struct StageForward {
     position: f64,
     drive: f64,
     rejected: u64,
+    dt: f64,
+    /// Of amplifier, modes and dead time.
+    fingerprint: u64,
 }
 
 /// Everything that a [`StageForward`] remembers: restored, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageState {
+    /// The fingerprint of amplifier, modes and dead time.
+    pub model: u64,
+    /// The sampling interval in seconds.
+    pub dt: f64,
     /// Maps, hysteresis and creep.
     pub quasi_static: QuasiStaticState,
     /// Modes and dead time.
@@ -64,6 +72,17 @@ fn sub_steps(parts: &StageParts, dt: f64) -> u32 {
     (16.0 * radians).ceil().clamp(8.0, 64.0) as u32
 }
 
+/// Of amplifier, modes and dead time. Maps, hysteresis and creep have their own in their state.
+fn fingerprint(parts: &StageParts) -> u64 {
+    let modes = parts.dynamics.state_space();
+    let mut fingerprint = Fingerprint::new();
+    fingerprint.numbers(&[parts.amplifier.map_or(0.0, |lag| lag.frequency()), parts.dead_time, modes.d()]);
+    fingerprint.numbers(modes.a().as_slice());
+    fingerprint.numbers(modes.b().as_slice());
+    fingerprint.numbers(modes.c().as_slice());
+    fingerprint.finish()
+}
+
 impl StageForward {
     pub(super) fn new(stage: &Stage, dt: f64) -> Result<Self, Error> {
         Self::with_sub_steps(stage, dt, sub_steps(stage.parts(), dt))
@@ -84,6 +103,8 @@ impl StageForward {
             position: 0.0,
             drive: 0.0,
             rejected: 0,
+            dt,
+            fingerprint: fingerprint(parts),
         };
         forward.settle(stage.rest_drive());
         Ok(forward)
@@ -145,6 +166,12 @@ impl StageForward {
         self.position
     }
 
+    /// The sampling interval in seconds.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
     /// The last drive.
     #[must_use]
     pub fn drive(&self) -> f64 {
@@ -190,6 +217,8 @@ impl StageForward {
     #[must_use]
     pub fn state(&self) -> StageState {
         StageState {
+            model: self.fingerprint,
+            dt: self.dt,
             quasi_static: self.quasi_static.state(),
             linear: self.linear.state(),
             amplifier: self.amplifier.as_ref().map(LinearBlock::state),
@@ -203,8 +232,10 @@ impl StageForward {
     /// Continues from a state of the same stage at the same sampling interval, bit for bit.
     ///
     /// # Errors
-    /// [`Error`] for a state that this stream cannot be in; it is as before then.
+    /// [`Error`] that names what differs, or for a state that this stream cannot be in; it is as before then.
     pub fn set_state(&mut self, state: &StageState) -> Result<(), Error> {
+        check_same("state.dt", self.dt, state.dt)?;
+        check_model(self.fingerprint, state.model)?;
         let mut next = self.clone();
         match (&mut next.amplifier, &state.amplifier) {
             (None, None) => {}

@@ -3,7 +3,7 @@
 use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, is_admissible};
 
 use super::{Error, Stage, rest_drive};
-use crate::feedforward::Shaper;
+use crate::feedforward::DynamicsInverse;
 use crate::linear::check_positive;
 
 /// A reference begins where the stage is if it is no farther from there than this share of the range of positions: what a
@@ -81,7 +81,7 @@ impl Stage {
         let first = path[0];
         path.rotate_right(rows);
         path[..rows].fill(first);
-        Ok(Shaper::new(&dynamics, dt)?.shape(&path, 8)?)
+        Ok(DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?)
     }
 
     /// Lead-in and reference in one.

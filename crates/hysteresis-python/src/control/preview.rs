@@ -16,8 +16,8 @@ use crate::convert::pickling::{Reduced, keywords, reduce};
 /// target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
 /// feedback uses r(k), from the same window, which at the start is full of the first reference.
 ///
-/// A window that fills anew, at the start, after a hold and after a rejected reference, is full of one reference: the next
-/// ones make differentiating coefficients ask for a kick, which only limits and slew bound.
+/// While the window fills anew, at the start, after a hold and after a rejected reference, the target rests at the first
+/// reference.
 ///
 /// Parameters
 /// ----------
@@ -50,7 +50,7 @@ pub(crate) struct Preview {
 
 impl Preview {
     pub(crate) fn made(made: PreviewCoefficients) -> PyResult<Self> {
-        let preview = core::Preview::new(&made.coefficients, made.ahead).map_err(raise)?;
+        let preview = core::Preview::new(made.coefficients(), made.ahead()).map_err(raise)?;
         Ok(Self { preview, made: Some(made) })
     }
 }
@@ -76,13 +76,13 @@ impl Preview {
         self.preview.ahead()
     }
 
-    /// The error of the target for a sine of this frequency in Hz, relative to the target that the inverse dynamics want.
+    /// The error of the position for a sine of this frequency in Hz, relative to the sine.
     ///
     /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
     /// was pickled.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
         numbers!(frequency);
-        let expected = "error: expected a preview that was made by mpi_hyst.preview, got coefficients alone";
+        let expected = "error: expected a preview that was made by mpi_hyst.control.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 

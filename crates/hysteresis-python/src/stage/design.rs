@@ -5,8 +5,6 @@ use hysteresis_control::learning::{LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -14,6 +12,7 @@ use super::object::Stage;
 use super::streams::StageInverse;
 use crate::control::controller::HybridController;
 use crate::control::iterative::IterativeLearning;
+use crate::control::linear::state_space::StateSpace;
 use crate::control::observer::Observer;
 use crate::control::preview::Preview;
 use crate::control::reference;
@@ -24,9 +23,6 @@ use crate::convert::errors::{self, raise};
 use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
-
-type Matrix<'py> = Bound<'py, PyArray2<f64>>;
-type Matrices<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>);
 
 /// How many samples a preview looks ahead of the dead time, unless told.
 const AHEAD: f64 = 4.0;
@@ -75,17 +71,9 @@ impl Stage {
         HybridController::of(Some(&source), preview, &options)
     }
 
-    /// A, B, C and D of amplifier and modes, as matrices.
-    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<Matrices<'py>> {
-        let linear = self.0.linear_part().map_err(raise)?.state_space();
-        let n = linear.order();
-        let matrix = |rows, columns, values: Vec<f64>| PyArray1::from_vec(py, values).reshape([rows, columns]);
-        Ok((
-            matrix(n, n, linear.a().transpose().iter().copied().collect())?,
-            matrix(n, 1, linear.b().iter().copied().collect())?,
-            matrix(1, n, linear.c().iter().copied().collect())?,
-            matrix(1, 1, vec![linear.d()])?,
-        ))
+    /// Amplifier and modes in matrices.
+    fn state_space<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, StateSpace>> {
+        Bound::new(py, StateSpace(self.0.linear_part().map_err(raise)?.state_space()))
     }
 
     /// Gains that were given, or tuned ones.
@@ -126,6 +114,7 @@ impl Stage {
             ahead: ahead.map_or_else(|| Ok(self.ahead(dt)), |ahead| samples("ahead", ahead))?,
             window: window.map(|window| samples("window", window)).transpose()?,
             degree: degree.map(|degree| samples("degree", degree)).transpose()?,
+            band: None,
         };
         self.made_preview(dt, &options)
     }
@@ -290,11 +279,11 @@ impl Stage {
 
     /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.
     fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import(intern!(py, "control"))?.call_method1(intern!(py, "ss"), self.matrices(py)?)
+        self.state_space(py)?.get().to_control(py)
     }
 
     /// The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it.
     fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import(intern!(py, "scipy.signal"))?.call_method1(intern!(py, "StateSpace"), self.matrices(py)?)
+        self.state_space(py)?.get().to_scipy(py)
     }
 }

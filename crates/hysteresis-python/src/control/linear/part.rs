@@ -124,11 +124,6 @@ pub(crate) struct LinearPart<'a, 'py> {
 }
 
 impl LinearPart<'_, '_> {
-    /// Whether nothing was given: what follows its input at once.
-    pub(crate) fn is_absent(&self) -> bool {
-        self.dynamics.is_none() && self.amplifier_bandwidth.is_none() && self.dead_time.is_none()
-    }
-
     /// Amplifier, dynamics and dead time in series.
     pub(crate) fn dynamics(&self) -> PyResult<LinearDynamics> {
         let amplifier = self.amplifier_bandwidth.map(amplifier).transpose()?;

@@ -84,6 +84,16 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
         PyArray1::from_iter(py, self.0.c().iter().copied())
     }
 
+    /// The same as a StateSpace of the package control, which must be installed.
+    pub(crate) fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("control")?.call_method1("ss", self.matrices(py)?)
+    }
+
+    /// The same as a scipy.signal.StateSpace; scipy must be installed.
+    pub(crate) fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("scipy.signal")?.call_method1("StateSpace", self.matrices(py)?)
+    }
+
     /// d: what passes at once.
     #[getter]
     fn d(&self) -> f64 {
@@ -106,3 +116,13 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
         reduce(py.get_type::<Self>().into_any(), (self.a(py)?, self.b(py), self.c(py), self.d()), keywords!(py), None)
     }
 });
+
+impl StateSpace {
+    /// (A, b as a column, c as a row, d), as other packages take them.
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<(Matrix<'py>, Matrix<'py>, Matrix<'py>, f64)> {
+        let n = self.0.order();
+        Ok((self.a(py)?, self.b(py).reshape([n, 1])?, self.c(py).reshape([1, n])?, self.0.d()))
+    }
+}
+
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
