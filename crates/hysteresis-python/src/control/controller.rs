@@ -1,20 +1,16 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
 use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
-use pyo3::intern;
 use pyo3::prelude::*;
-use pythonize::{depythonize, pythonize};
 
 use super::controller_options::{Given, as_keywords, mode_name, unknown};
 use super::preview::Preview;
 use super::source::source;
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
-use crate::convert::arrays::vector;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, reduce};
-use crate::model::object::kernel_of;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
