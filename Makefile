@@ -44,7 +44,7 @@ test-rust: ## the Rust tests, the documentation's examples, the proofs that the 
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 
 test-python: $(PACKAGE) ## the Python tests against the compiled package
-	$(BIN)/python -m pytest --numprocesses=2
+	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile
 
 ifndef SEED
 SEED := $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
@@ -55,7 +55,7 @@ test-random: $(PACKAGE) ## the laws on many more examples: SEED=n repeats a run,
 	@echo "make test-random SEED=$(SEED) CASES=$(CASES)"
 	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
 		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features
-	$(BIN)/python -m pytest --numprocesses=2 --hypothesis-profile=random --hypothesis-seed=$(SEED)
+	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED)
 
 lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, stubtest
 

@@ -29,7 +29,7 @@ def test_identify_recovers_the_model_of_a_record(there: Path) -> None:
     drive = column(there / "record.csv", "drive_v")
     measured = column(there / "record.csv", "position_um")
     assert np.abs(found.forward().run(drive) - measured).max() < 1e-2 * np.ptp(measured)
-    for words in ("modified", "4 coupled plays", "record.csv", "1000", "rms um", "% of range"):
+    for words in ("modified", "4 coupled plays", "record.csv", "1000", "rms (µm)", "of the range"):
         assert words in result.stdout
     assert "found.json" in result.stdout
     assert result.stderr == ""
@@ -46,7 +46,7 @@ def test_identify_without_a_file_says_how_to_save(there: Path) -> None:
 def test_identify_keeps_what_is_given(there: Path) -> None:
     result = run(
         *("identify", "record.csv", *COLUMNS, "--operators", "4", "--ratios", "0.9,0.3,0.4"),
-        *("--input-offset", "-1.5", "--delay", "0", "-o", "found.json"),
+        *("--input-offset", "-1.5", "--dead-time", "0", "-o", "found.json"),
     )
     found = mh.load(there / "found.json")
     assert isinstance(found, mh.ModifiedPrandtlIshlinskii)
@@ -179,14 +179,17 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
         ),
         (
             ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-skip", "1000"],
-            ["record.csv: --validate-skip 1000 leaves nothing of 1000 samples"],
+            ["record.csv: --validate-skip 1000 leaves none of 1000 samples"],
         ),
-        (["record.csv", *COLUMNS, "--validate-skip", "10"], ["--validate-skip", "no --validate"]),
+        (
+            ["record.csv", *COLUMNS, "--validate-skip", "10"],
+            ["--validate-skip: no --validate file"],
+        ),
         (["record.csv", *COLUMNS, "--validate-from", "5s"], ["record.csv", "--validate-from 5s"]),
-        (["record.csv", *COLUMNS, "--validate-from", "0"], ["leaves nothing to fit"]),
+        (["record.csv", *COLUMNS, "--validate-from", "0"], ["leaves no samples to fit"]),
         (
             ["record.csv", *COLUMNS, "--validate-from", "40", "--skip", "40"],
-            ["record.csv: --validate-from 40 leaves nothing to fit"],
+            ["record.csv: --validate-from 40 leaves no samples to fit"],
         ),
         (["record.csv", *COLUMNS, "--validate-from", "half"], ["--validate-from", "'half'"]),
         (
@@ -198,12 +201,16 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["overwritten"],
         ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
-        (["record.csv", *COLUMNS, "--delay", "-1"], ["--delay", "-1"]),
+        (["record.csv", *COLUMNS, "--dead-time", "-1"], ["--dead-time: expected", "-1"]),
+        (["record.csv", *COLUMNS, "--dead-time", "1e9"], ["--dead-time: expected", "got"]),
         (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
         (["record.csv", *COLUMNS, "--skip", "5 minutes"], ["--skip", "'5 minutes'"]),
         (["record.csv", *COLUMNS, "--skip", "1.5"], ["--skip", "'1.5'"]),
         (["record.csv", *COLUMNS, "--skip", "5s"], ["record.csv", "--skip 5s"]),
-        (["record.csv", *COLUMNS, "--skip", "1", "--skip", "2"], ["--skip", "2 times"]),
+        (
+            ["record.csv", *COLUMNS, "--skip", "1", "--skip", "2"],
+            ["--skip", "2 times", "expected once"],
+        ),
         (["record.csv", *COLUMNS, "--model", "preisach"], ["--model", "'preisach'"]),
         (["record.csv", "--input", "drive_v"], ["--output"]),
         ([*COLUMNS], ["DATA"]),
@@ -230,7 +237,7 @@ def test_the_wrong_one_of_two_held_out_records_is_named(there: Path) -> None:
     slow = [[10 * k, *row[1:]] for k, row in enumerate(record_rows())]
     write_csv(there / "slow.csv", HEADER, slow)
     before = names_in(there)
-    for wrong, said in (("wrong.csv", "not sampled at the rate"), ("slow.csv", "not sampled")):
+    for wrong, said in (("wrong.csv", "sampling interval"), ("slow.csv", "sampling interval")):
         result = run(
             *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
             *("--validate", "record.csv", "--validate", wrong),
@@ -269,7 +276,7 @@ def test_the_end_of_a_record_is_predicted_and_not_fitted(there: Path, begin: str
     assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
     row = next(line.split() for line in result.stdout.splitlines() if "held out: " in line)
     assert row[2:4] == ["record.csv", "400"]
-    assert "loops, each left out in turn" in result.stdout
+    assert "loops, each left out of the fit in turn" in result.stdout
 
 
 @pytest.mark.usefixtures("there")
@@ -293,7 +300,7 @@ def test_records_of_different_rates_are_refused(there: Path) -> None:
     write_csv(there / "slow.csv", HEADER, rows)
     before = names_in(there)
     result = run("identify", "record.csv", "slow.csv", *COLUMNS, "-o", "out.json")
-    assert_refused(result, there, before, "slow.csv", "0.005000 s and 0.01000 s")
+    assert_refused(result, there, before, "slow.csv", "of record.csv, 0.005000 s, got 0.01000 s")
 
 
 @pytest.mark.parametrize(
@@ -317,7 +324,7 @@ def test_the_law_and_the_smoothness_are_chosen(there: Path) -> None:
         *("--report", "report.html"),
     )
     assert result.exit_code == 0, result.output
-    assert "weights chosen by cross-validation: the simplest that predicts" in result.stdout
-    assert "smoothness 0 chosen by cross-validation: that which predicts" in result.stdout
+    assert "weights chosen by cross-validation: the simplest candidate" in result.stdout
+    assert "smoothness 0 chosen by cross-validation: the candidate that predicts" in result.stdout
     page = (there / "report.html").read_text("utf-8")
-    assert "Chosen by cross-validation" in page and "held-out stretches: smoothness" in page
+    assert "Chosen by cross-validation" in page and "held-out folds: smoothness" in page

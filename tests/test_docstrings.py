@@ -56,7 +56,7 @@ def members() -> dict[str, Any]:
         f"{owner}.{name}": getattr(value, name)
         for owner, value in PUBLIC.items()
         if inspect.isclass(value) and not issubclass(value, BaseException)
-        for name in vars(value)
+        for name in sorted(vars(value))
         if not name.startswith("_")
     }
 

@@ -84,7 +84,7 @@ def test_parameters_compare_hash_copy_and_show_themselves(value: Any) -> None:
     for twin_of in (pickle.loads(pickle.dumps(value)), copy.copy(value), copy.deepcopy(value)):
         assert twin_of == value and hash(twin_of) == hash(value)
     assert sum(value == other for other in VALUES) == 1
-    assert eval(repr(value), vars(mh)) == value
+    assert eval(repr(value), vars(mh.plant)) == value
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,7 @@ def test_an_interrupt_keeps_the_best_if_told_to(tmp_path: Path, operators: str) 
         tmp_path, "--operators", operators, "--report", "out.html", "--keep-partial"
     )
     assert status == 130, said
-    assert said == "mpi-hyst: interrupted, what was found until then is kept\n"
+    assert said == "mpi-hyst: interrupted, the partial result is written\n"
     assert told.startswith("PARTIAL, the search was interrupted: ")
     assert names_in(tmp_path) == {"long.csv", "out.json", "out.html"}
     found = mh.load(tmp_path / "out.json")

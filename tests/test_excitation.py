@@ -27,8 +27,8 @@ def plans(draw: st.DrawFn) -> dict[str, Any]:
     low = draw(st.floats(-1e3, 1e3))
     width = draw(st.floats(1e-3, 1e3))
     high, cycles = low + width, draw(st.integers(1, 12))
-    around = low + width * draw(st.floats(0.05, 0.95))
-    decrement = min(high - around, around - low) / (2 * cycles)
+    center = low + width * draw(st.floats(0.05, 0.95))
+    decrement = min(high - center, center - low) / (2 * cycles)
     slew = draw(st.floats(1e-2, 1e4))
     return {
         "limits": (low, high),
@@ -37,7 +37,7 @@ def plans(draw: st.DrawFn) -> dict[str, Any]:
         "rate": slew / decrement * draw(st.floats(1.000001, 20.0)),
         "cycles": cycles,
         "shape": draw(st.sampled_from(["triangle", "sine"])),
-        "around": around,
+        "center": center,
         "start": min(max(low + width * draw(st.floats(0.0, 1.0)), low), high),
     }
 
@@ -67,11 +67,14 @@ def test_both_limits_are_reached_then_reversals_shrink(plan: dict[str, Any]) -> 
     low, high = plan["limits"]
     assert got.reversals[:4].tolist() == [high, low, high, low]
     assert got.reversals.size == 2 + 2 + 2 * plan["cycles"] - 1
-    swings = np.abs(got.reversals[2:] - plan["around"])
+    swings = np.abs(got.reversals[2:] - plan["center"])
     assert np.all(np.diff(swings[::2]) < 0) and np.all(np.diff(swings[1::2]) < 0)
     assert np.all(swings > 0)
     # the lead-in ends where both limits were reached, and not before
-    assert got.drive[got.initialization_samples] == low and got.drive[: got.initialization_samples].max(initial=low) == high
+    assert (
+        got.drive[got.initialization_samples] == low
+        and got.drive[: got.initialization_samples].max(initial=low) == high
+    )
     stroke = got.drive[int(got.drive.argmax()) : got.initialization_samples]
     assert stroke.size and stroke.min() > low
     # every reversal is met by a sample, in this order
@@ -97,7 +100,11 @@ def test_two_reversals_fall_between_any_two_uniform_thresholds(
 def test_every_operator_moves_both_ways_in_what_is_fitted() -> None:
     got = signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
     for r in 25.0 * np.arange(20):
-        z = np.diff(mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[got.initialization_samples :])
+        z = np.diff(
+            mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(got.drive)[
+                got.initialization_samples :
+            ]
+        )
         assert (z > 0).any() and (z < 0).any()
 
 
@@ -183,7 +190,8 @@ def test_what_is_made_cannot_be_changed() -> None:
     assert not got.drive.flags.writeable and not got.reversals.flags.writeable
     assert (
         repr(got)
-        == f"<Excitation: {got.drive.size} samples, {got.initialization_samples} of them to initialize, 7 reversals>"
+        == f"<Excitation: {got.drive.size} samples, {got.initialization_samples} of them to "
+        "initialize, 7 reversals>"
     )
 
 
@@ -199,7 +207,7 @@ def test_what_is_made_cannot_be_changed() -> None:
         ({"limits": (1.0, 1.0)}, "high: expected a number above low = 1.0, got 1.0"),
         ({"limits": (math.nan, 1.0)}, "low: expected a finite number, got NaN"),
         ({"limits": (0.0, math.inf)}, "high: expected a finite number, got inf"),
-        ({"around": 2.0}, "around: expected a number between low = -2.0 and high = 2.0, got 2.0"),
+        ({"center": 2.0}, "center: expected a number between low = -2.0 and high = 2.0, got 2.0"),
         ({"start": 2.1}, "start: expected a number from low = -2.0 to high = 2.0, got 2.1"),
         ({"cycles": 0}, "cycles: expected a whole number of at least one, got 0"),
         ({"cycles": 2.5}, "cycles: expected a whole number of at least one, got 2.5"),

@@ -20,7 +20,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_drive_is_that_of_the_library(here: Path) -> None:
-    options = ["--shape", "sine", "--around", "40", "--start", "10"]
+    options = ["--shape", "sine", "--center", "40", "--start", "10"]
     result = run("excite", *PLAN, *options, "-o", "drive.csv")
     assert result.exit_code == 0, result.output
     made = mh.signals.excitation(
@@ -33,7 +33,7 @@ def test_the_drive_is_that_of_the_library(here: Path) -> None:
     assert names_in(here) == {"drive.csv"}
     for said in (
         *(f"{made.drive.size} at 100.0 Hz", f"{(made.drive.size - 1) / 100:.2f} s"),
-        *("-20.00 to 120.0 V", f"--skip {made.initialization_samples} ", "23, of them 19 decaying"),
+        *("-20.00 to 120.0 V", f"--skip {made.initialization_samples} ", "23, 19 of them decaying"),
     ):
         assert said in result.stdout
 
@@ -52,7 +52,11 @@ def test_the_drive_can_be_played_recorded_and_identified(here: Path) -> None:
         f"{u!r},{y!r}" for u, y in zip(drive.tolist(), stream.run(drive).tolist(), strict=True)
     ]
     (here / "record.csv").write_text("\n".join(lines))
-    skip = str(mh.signals.excitation(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10).initialization_samples)
+    skip = str(
+        mh.signals.excitation(
+            -20.0, 120.0, slew=200.0, rate=100.0, cycles=10
+        ).initialization_samples
+    )
     result = run(
         *("identify", "record.csv", "--input", "drive_v", "--output", "position_um"),
         *("--skip", skip, "--operators", "10", "-o", "stage.json"),
@@ -63,13 +67,13 @@ def test_the_drive_can_be_played_recorded_and_identified(here: Path) -> None:
     assert np.abs(found - measured)[int(skip) :].max() < 2e-3 * np.ptp(measured)
 
 
-def test_the_demagnetising_sequence(here: Path) -> None:
-    result = run("excite", *PLAN, "--demagnetize", "--around", "40", "-o", "drive.csv")
+def test_the_demagnetizing_sequence(here: Path) -> None:
+    result = run("excite", *PLAN, "--demagnetize", "--center", "40", "-o", "drive.csv")
     assert result.exit_code == 0, result.output
     made = mh.signals.demagnetize(-20.0, 120.0, slew=200.0, rate=100.0, cycles=10, center=40.0)
     np.testing.assert_array_equal(column(here / "drive.csv", "voltage_v"), made)
     assert made.max() == 100.0  # as far above 40 as the limits allow below
-    assert "input offset is 40.00 V" in result.stdout and "skip" not in result.stdout
+    assert "input offset 40.00 V" in result.stdout and "skip" not in result.stdout
 
 
 @pytest.mark.parametrize("more", [[], ["--demagnetize"]])
@@ -80,7 +84,7 @@ def test_the_report_shows_the_drive(here: Path, more: list[str]) -> None:
     assert len(list(root.iter("img"))) == 1
     page = words(root)
     assert "drive.csv, voltage (V)" in page and "V/s" in page
-    assert ("lead-in" in page) == (not more)
+    assert ("initialization" in page) == (not more)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +100,7 @@ def test_the_report_shows_the_drive(here: Path, more: list[str]) -> None:
         (["--slew", "1e-9"], ["--rate", "2^30 samples"]),
         (["--cycles", "0"], ["--cycles"]),
         (["--shape", "square"], ["--shape", "square"]),
-        (["--around", "120"], ["--around: expected a number between low = -20.0 and"]),
+        (["--center", "120"], ["--center: expected a number between low = -20.0 and"]),
         (["--start", "-21"], ["--start: expected a number from low = -20.0"]),
         (["--column", ""], ["--column", "''"]),
         (["--column", "time_s"], ["--column", "time_s"]),

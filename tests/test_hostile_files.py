@@ -94,7 +94,7 @@ def test_precompensate_loses_no_column(there: Path, taken: str, role: str) -> No
 
 
 @posix
-@pytest.mark.parametrize("command", ["precompensate", "track"])
+@pytest.mark.parametrize("command", ["precompensate", "simulate"])
 def test_a_pipe_is_read_once(there: Path, command: str) -> None:
     arguments = [command, "stage.json", "/dev/stdin", "-o", "out.csv", "--limits", "-500,500"]
     done = subprocess.run(

@@ -88,7 +88,9 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
             "target[1]: expected a finite number",
         ),
         (
-            lambda: mh.control.IterativeLearning(WAVE, bandwidth=150.0, target_limits=(1.0, 0.0), **LOOP),
+            lambda: mh.control.IterativeLearning(
+                WAVE, bandwidth=150.0, target_limits=(1.0, 0.0), **LOOP
+            ),
             ValueError,
             "target_limits[1]: expected finite limits, the high one above the low one, got 0.0",
         ),

@@ -171,9 +171,12 @@ def test_an_interrupt_while_files_are_written_waits(
         os.kill(os.getpid(), signal.SIGINT)
         write_file(path, text)
 
-    before = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr("mpi_hyst._cli.outputs.write_file", interrupted)
-    result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert (result.exit_code, result.stderr) == (0, "")
     assert "drive.csv" in result.stdout and (there / "drive.csv").exists()
-    assert signal.getsignal(signal.SIGINT) is before

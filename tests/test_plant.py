@@ -258,7 +258,11 @@ def test_linear_parts_are_their_responses() -> None:
     ("arguments", "error", "message"),
     [
         ({"dynamics": 400.0}, TypeError, "dynamics: expected a SecondOrder or a FirstOrder, got"),
-        ({"amplifier_bandwidth": 0.0}, ValueError, "amplifier_bandwidth: expected a finite number above 0"),
+        (
+            {"amplifier_bandwidth": 0.0},
+            ValueError,
+            "amplifier_bandwidth: expected a finite number above 0",
+        ),
         ({"creep": 0.01}, TypeError, "creep: expected a Creep, got 0.01"),
         ({"delay": -1.0}, ValueError, "delay: expected 0 to 2"),
         ({"noise": math.nan}, ValueError, "noise: expected a finite number >= 0, got NaN"),
@@ -311,7 +315,9 @@ def test_benchmark_plants_are_those_of_the_table() -> None:
         plant = mh.paper.plant(name, seed=2)
         assert (plant.limits, plant.dt) == ((-560.0, 560.0), 1e-4)
         stage = mh.plant.SecondOrder(frequency, damping)
-        other = mh.plant.Plant(ACTUATOR, dynamics=stage, amplifier_bandwidth=pole, limits=(-560, 560))
+        other = mh.plant.Plant(
+            ACTUATOR, dynamics=stage, amplifier_bandwidth=pole, limits=(-560, 560)
+        )
         assert np.array_equal(plant.run(WALK)[1], other.run(WALK)[1])
         # 20 000 samples tell an rms to 0.5 %
         assert noise_of(plant).std() == pytest.approx(rms, rel=0.02)

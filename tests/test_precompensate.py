@@ -29,7 +29,7 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, from rest" in result.stdout
+    assert "300, starting from rest" in result.stdout
 
 
 def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
@@ -50,7 +50,7 @@ def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
 def test_precompensate_inverts_dynamics(there: Path) -> None:
     result = run(
         *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
-        *("--dynamics", "40,0.7", "--delay", "1", "--amplifier-bandwidth", "60"),
+        *("--dynamics", "40,0.7", "--dead-time", "0.005", "--amplifier-bandwidth", "60"),
     )
     assert result.exit_code == 0, result.output
     target = column(there / "trajectory.csv", "target_um")
@@ -62,7 +62,9 @@ def test_precompensate_inverts_dynamics(there: Path) -> None:
     )
     # the times in the file are rounded, and with them the sampling interval
     np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
-    assert "inverse dynamics, 5 ms per sample" in result.stdout and "warning" not in result.stdout
+    assert (
+        "through the inverse dynamics at 200 Hz" in result.stdout and "warning" not in result.stdout
+    )
 
 
 def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
@@ -79,9 +81,13 @@ def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
     ("options", "said"),
     [
         (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
-        (["--dynamics", "400"], ["FREQ,DAMPING"]),
-        (["--delay", "-1"], ["--delay: expected 0 to 2^20 samples"]),
-        (["--amplifier-bandwidth", "0"], ["--amplifier-bandwidth: expected a finite number above 0"]),
+        (["--dynamics", "400"], ["FREQUENCY,DAMPING"]),
+        (["--dead-time", "-1"], ["--dead-time: expected a finite number >= 0, got -1.0"]),
+        (["--dead-time", "1e9"], ["--dead-time: expected 0 to 2^20 samples"]),
+        (
+            ["--amplifier-bandwidth", "0"],
+            ["--amplifier-bandwidth: expected a finite number above 0"],
+        ),
     ],
 )
 def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: list[str]) -> None:
@@ -92,7 +98,10 @@ def test_precompensate_refuses_dynamics(there: Path, options: list[str], said: l
 
 @pytest.mark.parametrize(
     ("header", "times", "said"),
-    [("target_um", None, "expected a column time_s"), ("time_s,target_um", 0.7, "equal steps")],
+    [
+        ("target_um", None, "expected a time column (time_s, time"),
+        ("time_s,target_um", 0.7, "equal time steps"),
+    ],
 )
 def test_precompensate_needs_to_know_the_sampling(
     there: Path, header: str, times: float | None, said: str
@@ -100,7 +109,7 @@ def test_precompensate_needs_to_know_the_sampling(
     rows: list[list[object]] = [[0.0] if times is None else [k**times, 0.0] for k in range(20)]
     write_csv(there / "other.csv", header, rows)
     before = names_in(there)
-    given = ("precompensate", "stage.json", "other.csv", "-o", "drive.csv", "--delay", "0")
+    given = ("precompensate", "stage.json", "other.csv", "-o", "drive.csv", "--dead-time", "0")
     assert_refused(run(*given), there, before, "other.csv", said)
 
 

@@ -23,7 +23,7 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._report.demo.figures import STAIRCASE, _lives
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
-from mpi_hyst._report.identify.records import judge
+from mpi_hyst._report.identify.records import evaluate
 from mpi_hyst._report.page import Card, Pairs, Report, Section, Table, render
 from mpi_hyst._report.walk import moves
 from mpi_hyst._text import digits, text_table
@@ -218,17 +218,17 @@ def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Pa
     left_out = found.leave_one_loop_out(records.fitted[0].input, records.fitted[0].output)
     assert len(left_out) == 2
     for said in (
-        *("held out", "NRMSE", digits(validation.rmse, 3), digits(validation.nrmse, 3)),
+        *("Validation errors", "NRMSE", digits(validation.rmse, 3), digits(validation.nrmse, 3)),
         *(digits(row.left_out.rmse, 3) for row in left_out),
         *(digits(rmse) for _, rmse in found.cross_validation),
         *(digits(weight, 5) for weight in found.model.weights_negative.tolist()),
         *(digits(std, 2) for std in found.weights_negative_std.tolist() if std > 0.0),
-        *(finding.name for finding in found.warnings),
+        *(finding.code for finding in found.warnings),
     ):
         assert said in page, said
     assert "v (µm/V)" in page
     figures = [image.get("alt") or "" for image in root.iter("img")]
-    assert any("held out" in words for words in figures)
+    assert any("validation" in words for words in figures)
 
 
 def test_a_report_without_time_or_units(tmp_path: Path) -> None:
@@ -249,7 +249,7 @@ def test_a_report_without_time_or_units(tmp_path: Path) -> None:
 def test_a_long_record_makes_no_larger_report(tmp_path: Path) -> None:
     path = record_csv(tmp_path / "long.csv", 400.0, scale=60)
     report = tmp_path / "report.html"
-    arguments = ["--ratios", "0.95,0.3,0.35", "--delay", "0", "--input-offset", "0"]
+    arguments = ["--ratios", "0.95,0.3,0.35", "--dead-time", "0", "--input-offset", "0"]
     result = CliRunner().invoke(
         commands,
         [
@@ -260,7 +260,7 @@ def test_a_long_record_makes_no_larger_report(tmp_path: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     page = words(parsed(report))
-    assert "Loop width" in page and "Nothing was found." in page
+    assert "Loop width" in page and "No warnings." in page
     assert "warnings: none" in result.stdout
 
 
@@ -279,7 +279,7 @@ def test_warnings_are_told_by_name_in_the_terminal_and_in_the_report(tmp_path: P
         commands,
         [
             *("identify", *map(str, paths), "--input", "drive_v", "--output", "position_um"),
-            *("--report", str(report), "--ratios", "0.95,0.3,0.35", "--delay", "0"),
+            *("--report", str(report), "--ratios", "0.95,0.3,0.35", "--dead-time", "0"),
             *("--input-offset", "0", "--operators", "16"),
         ],
         catch_exceptions=False,
@@ -307,7 +307,7 @@ def test_the_residuals_are_those_of_the_fit(tmp_path: Path, hold_out: str) -> No
     )
     records = read(request)
     found = fit(records, request, lambda _fraction, _best: None)
-    fitted, held_out = judge(records, found)
+    fitted, held_out = evaluate(records, found)
     assert [one.record for one in fitted] == records.fitted and len(held_out) == 2 * (
         hold_out != "nothing"
     )

@@ -17,7 +17,7 @@ from mpi_hyst._paper.benchmark import (
     AMPLITUDE,
     STAGE,
     TRIANGLE,
-    beliefs,
+    assumptions,
     mismatch_percent,
     part,
     whole_sine,
@@ -47,7 +47,7 @@ def test_it_writes_its_files_and_says_what_it_found(made: tuple[Path, Result]) -
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     assert names_in(directory) == {"report.html", "results.json"}
-    for said in ("Fig. 17, P3", "paper's law", "repetitive", "back-calculation", "3 seeds"):
+    for said in ("Fig. 17, P3", "published law", "repetitive", "back-calculation", "3 seeds"):
         assert said in result.stdout
     for caveat in published.CAVEATS:
         assert caveat in result.stdout
@@ -70,7 +70,7 @@ def test_the_results_have_their_schema(results: Results) -> None:
     assert all(len(trial["max_measured_error_um"]) == 3 for trial in results["closed_loop"])
 
 
-def ours(results: Results, figure: str, plant: str | None, unit: str = "um") -> float:
+def ours(results: Results, figure: str, plant: str | None, unit: str = "µm") -> float:
     (found,) = [
         one["ours"]
         for one in results["comparisons"]
@@ -95,8 +95,8 @@ def test_tables_and_walk_are_exact(results: Results) -> None:
             assert (one["published"], one["deviation_percent"]) == ([one["ours"]] * 2, 0.0)
 
 
-def test_the_models_are_as_far_off_as_the_digest_says(results: Results) -> None:
-    percent = "% of peak-to-peak"
+def test_the_models_are_as_far_off_as_computed_elsewhere(results: Results) -> None:
+    percent = "% of range"
     # of 16 nm noise on 6.2 um: 0.26 % rms, so 4 rms at most among 10 000 samples
     assert 0.7 < ours(results, "Fig. 8", None, percent) < 1.3
     identified, unfitted = (
@@ -109,12 +109,12 @@ def test_the_models_are_as_far_off_as_the_digest_says(results: Results) -> None:
     assert 3.5 < unfitted < 4.5
 
 
-def error(results: Results, scheme: str, believes: str, motion: str) -> float:
+def error(results: Results, scheme: str, assumed: str, motion: str) -> float:
     """The largest true error in nm."""
     (found,) = [
         one["true_error_um"][motion]["max"]
         for one in results["beyond"]
-        if (one["scheme"], one["believes"]) == (scheme, believes)
+        if (one["scheme"], one["assumed"]) == (scheme, assumed)
     ]
     return 1e3 * float(found)
 
@@ -123,38 +123,38 @@ FULL = "exact inverse, inverse dynamics + same P-I"
 
 
 @pytest.mark.parametrize(
-    ("scheme", "believes", "expected"),
+    ("scheme", "assumed", "expected"),
     [
-        ("the paper's law: Table II + P-I", "-", (18, 56, 118, 182, 244, 608, 1221)),
-        ("exact inverse + same P-I", "right", (20, 55, 121, 186, 249, 613, 1227)),
-        (FULL, "right", (6.6, 9.8, 9.0, 7.3, 8.3, 7.0, 9.6)),
-        (FULL, "model wrong", (12, 26, 30, 31, 31, 34, 39)),
-        (FULL, "dynamics wrong", (8.6, 17, 31, 45, 59, 140, 277)),
+        ("published law: Table II + P-I", "-", (18, 56, 118, 182, 244, 608, 1221)),
+        ("exact inverse + same P-I", "exact", (20, 55, 121, 186, 249, 613, 1227)),
+        (FULL, "exact", (6.6, 9.8, 9.0, 7.3, 8.3, 7.0, 9.6)),
+        (FULL, "wrong model", (12, 26, 30, 31, 31, 34, 39)),
+        (FULL, "wrong dynamics", (8.6, 17, 31, 45, 59, 140, 277)),
     ],
 )
-def test_true_errors_are_those_of_the_digest(
-    results: Results, scheme: str, believes: str, expected: tuple[float, ...]
+def test_true_errors_are_those_computed_elsewhere(
+    results: Results, scheme: str, assumed: str, expected: tuple[float, ...]
 ) -> None:
-    # the digest's mismatch is another one of the same size, its records are shorter and its
-    # triangle has exact corners; where lag dominates, none of that counts
-    noisy = believes in ("right", "model wrong")
+    # the numbers come from an independent program with another mismatch of the same size, shorter
+    # records and a triangle with exact corners; none of that matters where lag dominates
+    noisy = assumed in ("exact", "wrong model")
     for motion, nanometres in zip(MOTIONS, expected, strict=True):
         factor = 1.5 if noisy or motion is TRIANGLE else 1.1
-        got = error(results, scheme, believes, motion.name)
+        got = error(results, scheme, assumed, motion.name)
         assert nanometres / factor < got < nanometres * factor, motion.name
 
 
 def test_what_learns_beats_what_does_not(results: Results) -> None:
     for motion in ("5 Hz", "10 Hz", "15 Hz", "20 Hz"):
-        wrong = error(results, FULL, "both wrong", motion)
+        wrong = error(results, FULL, "wrong model and dynamics", motion)
         for scheme in ("iterative learning, 3 periods", "repetitive control, 3 s"):
-            assert error(results, scheme, "both wrong", motion) < 0.5 * wrong
-        adapted = error(results, "adaptation, 3 s", "model wrong", motion)
-        assert adapted < 0.5 * error(results, FULL, "model wrong", motion)
-        observed = error(results, "observer", "right", motion)
-        assert observed < error(results, FULL, "right", motion)
+            assert error(results, scheme, "wrong model and dynamics", motion) < 0.5 * wrong
+        adapted = error(results, "adaptation, 3 s", "wrong model", motion)
+        assert adapted < 0.5 * error(results, FULL, "wrong model", motion)
+        observed = error(results, "observer", "exact", motion)
+        assert observed < error(results, FULL, "exact", motion)
         # the start of the shortest records apart, what is left is noise
-        assert error(results, "floor: right, without noise", "right", motion) < 0.5
+        assert error(results, "bound: exact, without noise", "exact", motion) < 0.5
 
 
 def test_saturation_is_left_without_a_lasting_error(results: Results) -> None:
@@ -196,9 +196,9 @@ def test_deviations_are_from_the_nearest_published_number() -> None:
 
 
 def test_the_mismatch_is_as_large_as_it_says() -> None:
-    # the digest's 0.76 % are of a mismatch like this one, on a stroke that it does not name
+    # an independent program found 0.76 % for a mismatch like this one
     assert mismatch_percent() == pytest.approx(0.76, abs=0.03)
-    assert beliefs()["dynamics wrong"].dynamics == mh.plant.SecondOrder(420.0, 0.76)
+    assert assumptions()["wrong dynamics"].dynamics == mh.plant.SecondOrder(420.0, 0.76)
 
 
 def test_motions_repeat_after_whole_periods() -> None:

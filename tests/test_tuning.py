@@ -186,7 +186,11 @@ def test_a_plant_knows_everything_but_the_sensitivity() -> None:
         MODEL, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_bandwidth=279.0, delay=2.0
     )
     expected = mh.control.tune(
-        MODEL, dt=1e-4, dynamics=mh.plant.SecondOrder(2000.0, 0.03), amplifier_bandwidth=279.0, delay=2.0
+        MODEL,
+        dt=1e-4,
+        dynamics=mh.plant.SecondOrder(2000.0, 0.03),
+        amplifier_bandwidth=279.0,
+        delay=2.0,
     )
     tuning = mh.control.tune(plant)
     assert (tuning.kp, tuning.ki) == (expected.kp, expected.ki)

@@ -37,6 +37,8 @@ pub enum What {
     Forward,
     /// Its exact inverse, along the outputs of the model.
     Inverse,
+    /// The exact inverse through two maps of three lines and three creep terms, along the outputs of that stage.
+    StageInverse,
     /// The hybrid controller with its exact inverse, along the outputs of the model.
     Controller,
     /// The yardstick: all operators evaluated for every sample.
@@ -90,6 +92,10 @@ impl Case {
     pub const CONTROLLER: Self =
         Self { signal: Signal::SlowSine, operators: 20, what: What::Controller, mode: Mode::Step };
 
+    /// A sample of the inverse of a stage with maps and creep.
+    pub const STAGE_INVERSE: Self =
+        Self { signal: Signal::SlowSine, operators: 20, what: What::StageInverse, mode: Mode::Step };
+
     /// Every case, the plain loop first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
@@ -110,7 +116,7 @@ impl Case {
                 cases.extend(kinds.map(|(what, mode)| Self { signal, operators, what, mode }));
             }
         }
-        cases.push(Self::CONTROLLER);
+        cases.extend([Self::STAGE_INVERSE, Self::CONTROLLER]);
         cases
     }
 

@@ -2,7 +2,10 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{CompiledModel, ControllerOptions, Forward, HybridController, Inverse, Process, StreamArray};
+use hysteresis_core::{
+    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, PiecewiseLinearMap, Process,
+    QuasiStatic, StreamArray,
+};
 
 use crate::cases::{ARRAY, Case, Mode, What, actuator};
 use crate::pass::Pass;
@@ -33,6 +36,15 @@ impl Workload {
                 let mut stream = Inverse::new(&compiled, None).expect("the weights are positive");
                 let targets = periodic_targets(&compiled, &drive, |target| _ = stream.step(target));
                 Self::stream(case.mode, stream, targets)
+            }
+            What::StageInverse => {
+                let stage = stage(&compiled);
+                let mut stream = stage.inverse(Some((-REACH, REACH))).expect("the weights are positive");
+                let mut forward = stage.forward();
+                let mut periods = (0..2).map(|_| drive.iter().map(|second| through(&mut forward, second)).collect());
+                let (before, targets): (Vec<Vec<f64>>, _) = (periods.next().unwrap_or_default(), periods.next());
+                before.iter().flatten().for_each(|target| _ = stream.step(*target));
+                Self::stream(case.mode, stream, targets.unwrap_or_default())
             }
             What::Controller => {
                 let mut tracking = Tracking::new(&compiled);
@@ -71,6 +83,22 @@ impl Workload {
     }
 }
 
+/// The outputs of a stream.
+fn through(stream: &mut impl Process, input: &[f64]) -> Vec<f64> {
+    input.iter().map(|x| stream.step(*x)).collect()
+}
+
+/// Hysteresis between two maps, with creep of 1.2 % per decade over 10 ms to 10 s at 10 kHz.
+fn stage(compiled: &CompiledModel) -> QuasiStatic {
+    let input_map = PiecewiseLinearMap::new(&[-REACH, -150.0, 150.0, REACH], &[-REACH, -160.0, 155.0, REACH]);
+    let output_map = PiecewiseLinearMap::new(&[-3.0, -1.0, 1.0, 3.0], &[-3.0, -1.05, 1.1, 3.0]);
+    let creep = CreepTerms::new(&[0.012; 3], &[0.9944, 0.999_44, 0.999_944]);
+    QuasiStatic::new(compiled)
+        .with_input_map(input_map.expect("the points rise"))
+        .with_output_map(output_map.expect("the points rise"))
+        .with_creep(creep.expect("the decays are between 0 and 1"))
+}
+
 /// A controller whose measurement lags by a sample: the error never rests.
 #[derive(Clone)]
 struct Tracking {
@@ -82,7 +110,7 @@ impl Tracking {
     fn new(compiled: &CompiledModel) -> Self {
         let limits = (-1.1 * REACH, 1.1 * REACH);
         let inverse = Inverse::new(compiled, Some(limits)).expect("the weights are positive");
-        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 0.6, limits) };
+        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
         let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
         Self { controller, last: 0.0 }
     }

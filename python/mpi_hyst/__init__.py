@@ -1,13 +1,14 @@
 """Piezo hysteresis: coupled-play models, their exact inverse, identification and compensation.
 
-Here are models, streams and identification. Control laws are in `control`, simulation in `plant`,
-test signals in `signals`, references in `trajectories`, what identification returns in `results`,
-CSV files in `io`, and the published actuator in `paper`.
+This module has stages, models, streams and identification. Control laws are in `control`, linear
+dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
+results of identification in `results`, CSV files in `io`, and the published actuator in `paper`.
 """
 
 from mpi_hyst import control, io, paper, plant, results, signals, trajectories
 from mpi_hyst._core import (
     ActuatorArray,
+    Bracket,
     CoupledPlay,
     Forward,
     ForwardArray,
@@ -18,6 +19,9 @@ from mpi_hyst._core import (
     Play,
     PrandtlIshlinskii,
     RecursiveIdentifier,
+    Stage,
+    StageForward,
+    StageInverse,
     diagnose,
     identify,
     identify_dynamics,
@@ -26,6 +30,7 @@ from mpi_hyst._core import (
 
 __all__ = [
     "ActuatorArray",
+    "Bracket",
     "CoupledPlay",
     "Forward",
     "ForwardArray",
@@ -36,6 +41,9 @@ __all__ = [
     "Play",
     "PrandtlIshlinskii",
     "RecursiveIdentifier",
+    "Stage",
+    "StageForward",
+    "StageInverse",
     "control",
     "diagnose",
     "identify",

@@ -1,7 +1,7 @@
-"""Records in CSV files: columns of numbers below a header, read strictly, in one pass.
+"""CSV files with columns of numbers below a header.
 
-Every error is a ReadError or an OSError that names the file, and the line and the column if it
-has one.
+A file is read once, from start to end, so that it may be a pipe. Every error is a ReadError or an
+OSError that names the file, and line and column if there are any.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ import numpy as np
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._types import Samples
 
-# What the library refuses too, but there without the line.
+# The library has the same bound, but cannot name the line.
 MAX_MAGNITUDE = 1e100
 TIME_COLUMNS = ("time_s", "time")
-# An endless file, such as a device, has to end somewhere before memory does.
+# Bounds for endless files such as devices.
 _MAX_LINE = 1_000_000  # characters
 _MAX_ROWS = 100_000_000
 
@@ -32,12 +32,12 @@ _Choice = Callable[["_Rows", "list[str] | None"], Sequence[str]]
 
 
 class ReadError(ValueError):
-    """A file that does not hold the columns of numbers that were asked for."""
+    """A file without the requested columns of numbers."""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of a file by their names, and which of them is the time.
+    """Columns of a file by their names.
 
     Attributes
     ----------
@@ -60,15 +60,15 @@ class Columns:
 
     @property
     def samples(self) -> int:
-        """How many rows there are."""
+        """The number of rows."""
         return next(iter(self.values.values())).size
 
     @property
     def seconds(self) -> Samples | None:
-        """The time column in seconds: its name may end in _s, _ms or _us."""
+        """The time column in seconds; a name that ends in _ms or _us is converted."""
         if self.time_column is None:
             return None
-        return self.values[self.time_column] * SECONDS.get(Quantity(self.time_column).unit, 1.0)
+        return self.values[self.time_column] * SECONDS.get(Quantity(self.time_column).suffix, 1.0)
 
     @property
     def sample_time(self) -> float | None:
@@ -135,7 +135,7 @@ def read(
 def read_trajectory(
     path: Path, column: str | None, *, time: str | None = None
 ) -> tuple[Columns, str]:
-    """Read one column and the time; without a name, the only numeric column beside the time."""
+    """Read one column and the time. Without a name: the only numeric column but the time."""
 
     def choose(table: _Rows, first: list[str] | None) -> list[str]:
         if column is not None:
@@ -147,10 +147,10 @@ def read_trajectory(
 
 
 def _read(path: Path, choose: _Choice, time: str | None, rows: int | None) -> Columns:
-    # utf-8-sig drops the byte order mark that spreadsheets put in front.
+    # utf-8-sig drops the byte order mark that spreadsheets write.
     with path.open(encoding="utf-8-sig", newline="") as file:
         table = _Rows(path, file)
-        # A pipe can be read only once: the first row is looked at and kept.
+        # The first row is kept for later, as a pipe can be read only once.
         first = next(iter(table), None)
         time = time or next((name for name in TIME_COLUMNS if name in table.header), None)
         chosen = choose(table, None if first is None else first[1])
@@ -180,7 +180,7 @@ def _only_numeric(table: _Rows, first: list[str] | None, times: set[str]) -> str
 
 
 def write_table(columns: Mapping[str, Sequence[float] | Samples]) -> str:
-    """Return the text of a CSV file; every number reads back to the same bits."""
+    """Return the text of a CSV file. Every number reads back to the same bits."""
     lines = [",".join(_quoted(name) for name in columns)]
     lists = [np.asarray(column).tolist() for column in columns.values()]
     lines.extend(",".join(map(repr, row)) for row in zip(*lists, strict=True))
@@ -192,13 +192,13 @@ def _quoted(name: str) -> str:
 
 
 class _Rows:
-    """The rows after the header, each with its line number and as long as the header."""
+    """The rows after the header, with their line numbers. Their length is checked."""
 
     def __init__(self, path: Path, file: TextIO) -> None:
         self.path = path
         lines = self._bounded(file)
         first = next(lines, "")
-        # Where the comma is the decimal mark, spreadsheets put semicolons between the cells.
+        # Spreadsheets separate by semicolons where the comma is the decimal mark.
         delimiter = next((mark for mark in ",;\t" if mark in first), ",")
         self._reader = csv.reader(chain([first], lines), delimiter=delimiter)
         header = next(self._cells(), None)
@@ -222,7 +222,7 @@ class _Rows:
             raise ReadError(f"{self.path}, line {self._reader.line_num}: {error}") from error
 
     def _bounded(self, file: TextIO) -> Iterator[str]:
-        """Yield lines, none of them longer than a record can need."""
+        """Yield lines up to a bounded length."""
         number = 0
         while True:
             number += 1
@@ -239,7 +239,7 @@ class _Rows:
             yield line
 
     def index(self, name: str) -> int:
-        """Where the column is."""
+        """Return the index of a column."""
         if name not in self.header:
             raise ReadError(f"{self.path}: no column {name!r}; {_there_are(self.header)}")
         if self.header.count(name) > 1:
@@ -301,7 +301,7 @@ def _later(time: float, previous: float) -> float:
 
 
 def _is_number(text: str) -> bool:
-    # float() also takes 1_000, which in a data file is a slip.
+    # float() also accepts 1_000, which is an error in a data file.
     try:
         float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the column of a record holds: its name and its unit."""
+"""The quantity in a column of a record: its name and its unit, from the name of the column."""
 
 from __future__ import annotations
 
@@ -13,32 +13,38 @@ _UNITS = {
         *SECONDS,
     )
 }
+_MICRO = ("um", "us", "urad", "uC")
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a column holds, told by its name: `displacement_um` is displacement in um."""
+    """A quantity by the name of its column: `displacement_um` is a displacement in µm."""
 
     column: str
 
     @property
+    def suffix(self) -> str:
+        """The unit as column names end with it, in ASCII: um. Empty if there is none."""
+        name, _, last = self.column.rpartition("_")
+        return _UNITS.get(last.lower(), "") if name else ""
+
+    @property
     def unit(self) -> str:
-        """The unit that ends the name after an underscore, or nothing."""
-        name, _, suffix = self.column.rpartition("_")
-        return _UNITS.get(suffix.lower(), "") if name else ""
+        """The unit as text shows it: µm."""
+        return f"µ{self.suffix[1:]}" if self.suffix in _MICRO else self.suffix
 
     @property
     def name(self) -> str:
-        """The name without its unit."""
-        name = self.column.rpartition("_")[0] if self.unit else self.column
+        """The name without the unit."""
+        name = self.column.rpartition("_")[0] if self.suffix else self.column
         return name.replace("_", " ")
 
     @property
     def label(self) -> str:
-        """For an axis: displacement (µm)."""
-        return f"{self.name} ({self.shown_unit})" if self.unit else self.column
+        """The name with its unit, for an axis: displacement (µm)."""
+        return f"{self.name} ({self.unit})" if self.suffix else self.column
 
     @property
-    def shown_unit(self) -> str:
-        """The unit with the micro sign: um becomes µm."""
-        return f"µ{self.unit[1:]}" if self.unit in ("um", "us", "urad", "uC") else self.unit
+    def in_parentheses(self) -> str:
+        """The unit for the end of a label or of a column header: a space and (µm), or nothing."""
+        return f" ({self.unit})" if self.unit else ""

@@ -1,4 +1,4 @@
-"""Numbers and tables as text for the terminal."""
+"""Numbers, tables and names as text."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import math
 import re
 from collections.abc import Sequence
 
-# Control characters, bidirectional and invisible marks, and the halves of a pair that stand for
-# bytes of a name that are not UTF-8.
+# Control characters, invisible and bidirectional marks, and surrogates, which stand for bytes of a
+# name that are not UTF-8.
 _UNPRINTABLE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufffe\uffff]"
 )
 
 
 def printable(text: str) -> str:
-    """Replace what a terminal would obey and a page cannot hold by its escape sequence."""
+    """Escape characters that control a terminal or that a page cannot contain."""
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 def printable_lines(text: str) -> str:
-    """Do the same line by line."""
+    """Escape the same characters, but keep line breaks."""
     return "\n".join(map(printable, text.split("\n")))
 
 
 def digits(value: float, count: int = 4) -> str:
-    """Format with `count` significant digits, without an exponent where that stays readable."""
+    """Format with `count` significant digits, without an exponent for usual magnitudes."""
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     exponent = math.floor(math.log10(abs(value)))
@@ -39,7 +39,7 @@ def in_unit(value: float, unit: str, count: int = 4) -> str:
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Align a table in columns, the first to the left, the others to the right."""
+    """Align a table: the first column to the left, the others to the right."""
     lines = [list(header), *(list(row) for row in rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     return "\n".join(
@@ -53,6 +53,6 @@ def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def text_pairs(pairs: Sequence[tuple[str, str]]) -> str:
-    """Align names and what they are, one pair a line."""
+    """Align names and values, one pair per line."""
     width = max(len(name) for name, _ in pairs)
     return "\n".join(f"  {name.ljust(width)}  {value}" for name, value in pairs)

@@ -1,9 +1,33 @@
-"""Simulated stages: hysteresis with amplifier, dynamics, dead time, creep, noise and limits.
+"""Linear dynamics and simulated stages.
 
-`Plant` answers one drive sample at a time; `simulate` runs a controller on it and returns a `Run`,
-whose `metrics` give the errors.
+`SecondOrder`, `FirstOrder`, `Modes` and `StateSpace` describe the dynamics behind the hysteresis,
+`Creep` slow drift after a change of the drive. `Plant` simulates a stage with converters, noise
+and limits, one drive at a time. `simulate` runs a controller on a plant and returns a `Run` with
+the errors.
 """
 
-from mpi_hyst._core import Creep, FirstOrder, Metrics, Plant, Run, SecondOrder, simulate
+from mpi_hyst._core import (
+    Antiresonance,
+    Creep,
+    FirstOrder,
+    Metrics,
+    Modes,
+    Plant,
+    Run,
+    SecondOrder,
+    StateSpace,
+    simulate,
+)
 
-__all__ = ["Creep", "FirstOrder", "Metrics", "Plant", "Run", "SecondOrder", "simulate"]
+__all__ = [
+    "Antiresonance",
+    "Creep",
+    "FirstOrder",
+    "Metrics",
+    "Modes",
+    "Plant",
+    "Run",
+    "SecondOrder",
+    "StateSpace",
+    "simulate",
+]

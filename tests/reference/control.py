@@ -1,7 +1,7 @@
 """The hybrid controller, equation (8) with errata 10 to 12, in plain Python.
 
 One float at a time and as plain as it gets: the feed-forward is any function with a memory, the
-incremental laws add increments to the last drive. Clarity before speed.
+incremental law adds increments to the last drive. Clarity before speed.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ def is_good(x: float) -> bool:
 
 
 class Controller:
-    """u = H^-1[target] + kp e + sum of ki e + transition, e = reference - measurement.
+    """u = H^-1[target] + kp e + ki dt sum of e + bumpless, e = reference - measurement.
 
     feedforward: target in, volts out, once per sample; None for 0 V; "given" if they come with
-    every sample. Positions in um, drives in volts, ki per sample.
+    every sample. Positions in um, drives in V, times in s, ki in V/um/s.
     """
 
     def __init__(
@@ -31,43 +31,58 @@ class Controller:
         *,
         kp: float,
         ki: float,
-        dt: float = 1e-4,
+        dt: float,
         limits: tuple[float, float],
         slew: float = math.inf,
         law: str = "positional",
         anti_windup: str = "conditional",
         tracking_time: float | None = None,
-        transition: float = 0.005,
+        bumpless_time: float = 0.005,
         max_missing: int = 10,
+        measurement_range: tuple[float, float] = (-math.inf, math.inf),
+        max_measurement_step: float = math.inf,
         window: tuple[Sequence[float], int] | None = None,
     ) -> None:
-        """As mh.HybridController."""
-        self.feedforward, self.kp, self.ki = feedforward, kp, ki
-        self.limits, self.step_limit = limits, slew * dt
+        """As mh.HybridController; what is not limited is infinite."""
+        self.feedforward, self.kp, self.ki, self.dt = feedforward, kp, ki, dt
+        self.limits, self.slew = limits, slew
         self.law, self.anti_windup = law, anti_windup
-        integral_time = dt * kp / ki if ki else 0.0
+        integral_time = kp / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
-        self.fading = int(transition / dt + 0.5)  # samples
-        self.left = 0  # samples until the transition is gone
-        self.resting = MANY  # samples in which the integral rests; no more than a start takes
+        self.bumpless_samples = int(bumpless_time / dt + 0.5)
+        self.left = 0  # samples until the bumpless term is gone
+        self.resting = MANY  # samples for which the integral rests; a start shortens it
         self.max_missing, self.window = max_missing, window
+        self.measurement_range, self.max_measurement_step = measurement_range, max_measurement_step
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
         self.resumes = "run"
-        self.integral = self.transition = 0.0
+        self.ramp: tuple[float, float] | None = None  # of a stop: rate, rest drive
+        self.integral = self.bumpless = 0.0
         self.proportional: Number = None  # of the last sample, if it had a measurement
+        self.error = 0.0
         self.volts = 0.0  # the last feed-forward
         self.started = False
         self.missing_in_a_row = 0
-        self.references: list[float] = []  # newest first
-        self.rejected = self.missing = self.saturated = self.slewing = 0
+        self.last_measurement: Number = None
+        self.references: list[float] = []  # since the window began to fill, newest first
+        self.rejected_count = self.missing_count = self.implausible_count = 0
+        self.saturated_count = self.slewing_count = 0
 
     def set_mode(self, mode: str) -> None:
         if mode == "hold":
-            self.started, self.references, self.resting = False, [], MANY
+            self.end_motion()
         else:
             self.resumes = mode
         self.mode = mode
+
+    def stop(self, rate: float, rest_drive: float) -> None:
+        self.end_motion()
+        self.mode, self.ramp = "stop", (rate, rest_drive)
+
+    def end_motion(self) -> None:
+        self.started, self.references, self.resting = False, [], MANY
+        self.last_measurement = None
 
     def set_gains(self, kp: float, ki: float) -> None:
         """For anti-windup without a share of the gains."""
@@ -80,20 +95,25 @@ class Controller:
     def step(
         self, reference: float, measurement: float, given: Number = None, target: Number = None
     ) -> float:
+        if self.mode == "stop":
+            assert self.ramp is not None
+            rate, rest = self.ramp
+            self.limit(within(rest, self.drive, rate * self.dt))
+            return self.drive
         if self.mode == "hold":
             return self.drive
         good = all(is_good(x) for x in (reference, given, target) if x is not None)
         if not good or (given is None and self.feedforward == "given"):
-            self.rejected += 1
+            self.rejected_count += 1
             self.started, self.references = False, []
             return self.drive
-        reference, seen = self.look(reference)
+        reference, seen, filled = self.look(reference)
+        filled = filled and target is None and given is None
         target = seen if target is None else target
-        measured = is_good(measurement)
+        measured = self.is_usable(measurement)
         if measured:
-            self.missing_in_a_row = 0
+            self.last_measurement, self.missing_in_a_row = measurement, 0
         else:
-            self.missing += 1
             self.missing_in_a_row += 1
             if self.mode == "run" and self.missing_in_a_row <= self.max_missing:
                 self.started = False
@@ -102,77 +122,94 @@ class Controller:
         volts = volts if given is None else given
         if measured:
             self.error = reference - measurement
-        self.act(volts, self.error if measured and self.mode == "run" else None)
+        self.act(volts, self.error if measured and self.mode == "run" else None, filled)
         return self.drive
 
-    def look(self, newest: float) -> tuple[float, float]:
-        """The reference of the feedback and the target, out of the window."""
-        coefficients, ahead = self.window or ([1.0], 0)
-        known = self.references or [newest] * len(coefficients)
-        self.references = [newest, *known][: len(coefficients)]
-        target = sum(c * r for c, r in zip(coefficients, self.references, strict=True))
-        return self.references[ahead], target
+    def is_usable(self, measurement: float) -> bool:
+        """Whether a measurement is finite and plausible; counts it if not."""
+        if not is_good(measurement):
+            self.missing_count += 1
+            return False
+        low, high = self.measurement_range
+        plausible = low <= measurement <= high
+        if self.last_measurement is not None and self.missing_in_a_row < max(1, self.max_missing):
+            allowed = self.max_measurement_step * (self.missing_in_a_row + 1)
+            plausible = plausible and abs(measurement - self.last_measurement) <= allowed
+        self.implausible_count += not plausible
+        return plausible
 
-    def act(self, volts: float, error: Number) -> None:
+    def look(self, newest: float) -> tuple[float, float, bool]:
+        """The reference of the feedback, the target, and whether the window is just full."""
+        coefficients, ahead = self.window or ([1.0], 0)
+        self.references = [newest, *self.references][: len(coefficients) + 1]
+        come, size = len(self.references), len(coefficients)
+        first = self.references[-1]
+        seen = [first] * size if come < size else self.references[:size]
+        target = sum(c * r for c, r in zip(coefficients, seen, strict=True))
+        return self.references[min(ahead, come - 1)], target, come == size
+
+    def act(self, volts: float, error: Number, filled: bool) -> None:
+        jump = volts - self.volts if filled else 0.0  # the target takes over from the first one
         if self.law == "positional":
-            self.positional(volts, error)
+            self.positional(volts, error, jump)
         else:
-            self.incremental(volts, error)
+            self.incremental(volts, error, jump)
         self.volts = volts
         self.proportional = None if error is None else self.kp * error
         self.started = True
 
-    def limit(self, demanded: float) -> float:
-        """What is cut off the demand."""
+    def limit(self, unlimited: float) -> float:
+        """What is cut off the drive that is asked for."""
         low, high = self.limits
-        allowed = min(max(demanded, low), high)
-        drive = min(max(allowed, self.drive - self.step_limit), self.drive + self.step_limit)
-        self.saturated += allowed != demanded
-        self.slewing += drive != allowed
+        allowed = min(max(unlimited, low), high)
+        drive = within(allowed, self.drive, self.slew * self.dt)
+        self.saturated_count += allowed != unlimited
+        self.slewing_count += drive != allowed
         self.drive = drive
-        return demanded - drive
+        return unlimited - drive
 
     def carry(self, volts: float) -> None:
-        """A difference that would be a jump, for the transition to take."""
+        """A difference that would be a jump, for the bumpless term to take."""
         if volts != 0.0:
-            self.transition += volts
-            self.left = self.fading
+            self.bumpless += volts
+            self.left = self.bumpless_samples
 
-    def fade(self, error: Number) -> None:
+    def fade(self, error: Number, jump: float) -> None:
         """One sample of a straight line to zero."""
-        self.transition -= self.transition / self.left if self.left > 1 else self.transition
+        self.bumpless -= self.bumpless / self.left if self.left > 1 else self.bumpless
         self.left = max(0, self.left - 1)
         if error is None and self.proportional is not None:
-            self.transition, self.left = self.transition + self.proportional, self.fading
+            jump -= self.proportional
         elif error is not None and self.proportional is None:
-            self.transition, self.left = self.transition - self.kp * error, self.fading
+            jump += self.kp * error
+        self.carry(-jump)
 
     def integrand(self, error: Number) -> float:
-        """Nothing at the first start and after a hold, and until the transition is gone."""
-        return 0.0 if error is None or self.resting > 0 else self.ki * error
+        """Nothing at a start or after a hold or a stop, until the bumpless term is gone."""
+        return 0.0 if error is None or self.resting > 0 else self.ki * self.dt * error
 
     def begin(self, wanted: float) -> None:
         """A motion, from the present drive."""
-        self.transition = self.drive - wanted
-        self.left = self.fading if self.transition != 0.0 else 0
+        self.bumpless = self.drive - wanted
+        self.left = self.bumpless_samples if self.bumpless != 0.0 else 0
         self.resting = min(self.resting, self.left)
 
-    def positional(self, volts: float, error: Number) -> None:
+    def positional(self, volts: float, error: Number, jump: float) -> None:
         proportional = 0.0 if error is None else self.kp * error
         change = self.integrand(error)
         wanted = volts + proportional + self.integral + change
         if self.started:
-            self.fade(error)
+            self.fade(error, jump)
             self.resting = max(0, self.resting - 1)
         else:
             self.begin(wanted)
-        excess = self.limit(wanted + self.transition if self.started else self.drive)
+        excess = self.limit(wanted + self.bumpless if self.started else self.drive)
         if self.anti_windup == "back_calculation":
             self.integral += change - (0.0 if error is None else self.share * excess)
         elif not (excess > 0.0 < change or excess < 0.0 > change):
             self.integral += change
 
-    def incremental(self, volts: float, error: Number) -> None:
+    def incremental(self, volts: float, error: Number, jump: float) -> None:
         """Increments of the last drive, for one motion: no hold, no measurement missing."""
         assert error is not None
         if not self.started:
@@ -180,9 +217,18 @@ class Controller:
             self.limit(self.drive)
             return
         assert self.proportional is not None
-        before, integrand = self.transition, self.integrand(error)
-        self.fade(error)
+        before, integrand = self.bumpless, self.integrand(error)
+        self.fade(error, jump)
         self.resting = max(0, self.resting - 1)
-        change = volts - self.volts if self.law == "incremental" else volts
-        change += self.kp * error - self.proportional
-        self.limit(self.drive + change + integrand + self.transition - before)
+        change = volts - self.volts + self.kp * error - self.proportional
+        self.limit(self.drive + change + integrand + self.bumpless - before)
+
+
+def within(x: float, center: float, step: float) -> float:
+    """The nearest to x that is at most a step from the center, also when computed in doubles."""
+    low, high = center - step, center + step
+    if center - low > step:
+        low = math.nextafter(low, math.inf)
+    if high - center > step:
+        high = math.nextafter(high, -math.inf)
+    return min(max(x, low), high)

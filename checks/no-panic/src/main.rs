@@ -3,8 +3,9 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Command, CompiledModel, ControllerOptions, Error, FeedForward, Forward, HybridController, Inverse, Law,
-    Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Process, Ratios, StreamArray,
+    AntiWindup, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
+    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
+    QuasiStaticForward, QuasiStaticInverse, Ratios, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -101,22 +102,77 @@ fn controller_commit(controller: &mut HybridController) -> bool {
 #[no_panic]
 #[inline(never)]
 fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, ki: f64) -> Result<(), Error> {
-    controller.set_mode(mode);
+    controller.hold();
+    controller.set_mode(mode)?;
     controller.release();
     controller.set_gains(kp, ki)
 }
 
+#[no_panic]
+#[inline(never)]
+fn controller_stop(controller: &mut HybridController, rate: f64, rest_drive: f64) -> Result<(), Error> {
+    controller.stop(rate, rest_drive)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_follow(controller: &mut HybridController, drives: &[f64]) -> Result<(), Error> {
+    controller.follow(drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn quasi_static_forward(stream: &mut QuasiStaticForward, sample: f64) -> (f64, f64, f64) {
+    (stream.peek(sample), stream.step(sample), stream.settle(sample))
+}
+
+#[no_panic]
+#[inline(never)]
+fn quasi_static_inverse(stream: &mut QuasiStaticInverse, sample: f64) -> (f64, f64, f64) {
+    (stream.peek(sample), stream.step(sample), stream.follow_drive(sample))
+}
+
+#[no_panic]
+#[inline(never)]
+fn inverse_follow(stream: &mut Inverse, drives: &[f64]) -> Result<(), Error> {
+    stream.follow(drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn bracket_step(bracket: &mut Bracket, sample: f64) -> (f64, f64) {
+    bracket.step(sample)
+}
+
+fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> {
+    let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]);
+    let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
+    let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
+    let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
+    let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
+    for sample in samples {
+        black_box(quasi_static_forward(&mut forward, *sample));
+        black_box(quasi_static_inverse(&mut inverse, *sample));
+        black_box(bracket_step(&mut bracket, *sample));
+    }
+    Ok(())
+}
+
 fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
-    let conditional = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let set = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
+    let conditional =
+        ControllerOptions { measurement_range: Some((-5.0, 5.0)), max_measurement_step: Some(1.0), ..set };
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
+    let creep = CreepTerms::new(&[0.1], &[0.9])?;
     let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
     let cases = [
         (FeedForward::from(Inverse::new(compiled, Some(limits))?), Some(preview), conditional),
         (Forward::new(compiled).into(), None, back_calculation),
         (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
-        (FeedForward::None, None, ControllerOptions { law: Law::Printed, ..conditional }),
+        (FeedForward::None, None, set),
+        (QuasiStatic::new(compiled).with_creep(creep).inverse(Some(limits))?.into(), None, set),
     ];
     for (source, preview, options) in black_box(cases) {
         let mut controller = HybridController::new(source, preview, &options)?;
@@ -130,6 +186,14 @@ fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
             }
             controller_changes(&mut controller, Mode::Feedforward, 2.0, 0.1)?;
             black_box(controller_step(&mut controller, x.into(), 1.0));
+            controller_stop(&mut controller, 1e5, 10.0)?;
+            for _ in 0..3 {
+                black_box(controller_peek(&controller, x.into(), x));
+                black_box(controller_step(&mut controller, x.into(), x));
+                black_box(controller_plan(&mut controller, x.into(), x));
+                black_box(controller_commit(&mut controller));
+            }
+            _ = black_box(controller_follow(&mut controller, &[x, 1.0]));
             controller_changes(&mut controller, Mode::Run, 2.0, 0.1)?;
         }
     }
@@ -150,12 +214,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         forward_run(&mut stream, &samples, &mut output)?;
     }
-    for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?] {
+    for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?]
+    {
         for sample in samples {
             black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
         }
         inverse_run(&mut stream, &samples, &mut output)?;
+        inverse_follow(&mut stream, &samples[..4])?;
     }
+    quasi_static(&compiled, &samples)?;
     controllers(&compiled)?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);

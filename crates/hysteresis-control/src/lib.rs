@@ -9,7 +9,9 @@ pub mod learning;
 pub mod linear;
 mod observer;
 pub mod sampling;
+mod saved;
+pub mod stage;
 pub mod trajectory;
 pub mod tuning;
 
-pub use observer::{Observer, ObserverOptions};
+pub use observer::{Observer, ObserverOptions, ObserverState};

@@ -3,47 +3,132 @@
 use core::fmt;
 use std::borrow::Cow;
 
-/// A parameter that no signal, excitation or trajectory can have.
+/// The longest signal, excitation or trajectory, in samples: 2^27. That is 1 GiB of numbers, 3.7 hours at 10 kHz.
+pub const MAX_SAMPLES: u32 = 1 << 27;
+
+/// Why a signal, an excitation or a trajectory could not be made.
+///
+/// ```
+/// use hysteresis_control::trajectory::{Sine, Trajectory};
+/// let sine = Sine::new(3.0, 2.0, 1.0)?;
+/// let error = sine.sample(1e-4, Some(1e5)).unwrap_err();
+/// assert_eq!(error.to_string(), "seconds: expected at most 134217728 samples (2^27), got 1000000000");
+/// assert_eq!(error.parameter(), "seconds");
+/// # Ok::<(), hysteresis_control::sampling::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Error {
-    /// The name of the argument.
-    pub parameter: &'static str,
-    /// The domain in words.
-    pub expected: Cow<'static, str>,
-    /// The number that came.
-    pub got: f64,
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter outside its domain.
+    Domain {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// The domain in words.
+        expected: Cow<'static, str>,
+        /// The number that came.
+        got: f64,
+    },
+    /// More than [`MAX_SAMPLES`] samples.
+    TooLarge {
+        /// The name of the argument that asks for so many.
+        parameter: &'static str,
+        /// How many: a whole number, or infinity.
+        samples: f64,
+    },
+    /// Samples for which there is no memory.
+    OutOfMemory {
+        /// The name of the argument that asks for so many.
+        parameter: &'static str,
+        /// How many.
+        samples: u32,
+    },
 }
 
 impl Error {
-    /// Names the parameter, its domain in words and what came.
-    pub fn new(parameter: &'static str, expected: impl Into<Cow<'static, str>>, got: f64) -> Self {
-        Self { parameter, expected: expected.into(), got }
+    /// A parameter outside its domain.
+    pub fn domain(parameter: &'static str, expected: impl Into<Cow<'static, str>>, got: f64) -> Self {
+        Self::Domain { parameter, expected: expected.into(), got }
+    }
+
+    /// The name of the argument.
+    #[must_use]
+    pub fn parameter(&self) -> &'static str {
+        match self {
+            Self::Domain { parameter, .. } | Self::TooLarge { parameter, .. } | Self::OutOfMemory { parameter, .. } => {
+                parameter
+            }
+        }
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}, got {:?}", self.parameter, self.expected, self.got)
+        match self {
+            Self::Domain { parameter, expected, got } => write!(f, "{parameter}: expected {expected}, got {got:?}"),
+            Self::TooLarge { parameter, samples } => {
+                write!(f, "{parameter}: expected at most {MAX_SAMPLES} samples (2^27), got {samples}")
+            }
+            Self::OutOfMemory { parameter, samples } => {
+                write!(f, "{parameter}: expected samples that fit in memory, got {samples}")
+            }
+        }
     }
 }
 
-impl std::error::Error for Error {}
-
-/// The longest signal, in samples: 8 GiB of numbers.
-pub const MAX_SAMPLES: f64 = 1_073_741_824.0;
+impl core::error::Error for Error {}
 
 /// Checks a number that must be finite, or names it.
 ///
 /// # Errors
-/// [`Error`] unless it is.
-pub fn finite(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number", got)) }
+/// [`Error::Domain`] unless it is.
+pub fn check_finite(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got.is_finite() { Ok(()) } else { Err(Error::domain(parameter, "a finite number", got)) }
 }
 
 /// Checks a number that must be finite and above 0, or names it.
 ///
 /// # Errors
-/// [`Error`] unless it is.
-pub fn positive(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got > 0.0 && got.is_finite() { Ok(()) } else { Err(Error::new(parameter, "a finite number above 0", got)) }
+/// [`Error::Domain`] unless it is.
+pub fn check_positive(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got > 0.0 && got.is_finite() { Ok(()) } else { Err(Error::domain(parameter, "a finite number above 0", got)) }
+}
+
+/// The number of samples that `parameter` asks for, a whole number that is not negative.
+///
+/// # Errors
+/// [`Error::TooLarge`] for more than [`MAX_SAMPLES`].
+pub fn check_count(parameter: &'static str, samples: f64) -> Result<u32, Error> {
+    if samples <= f64::from(MAX_SAMPLES) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 2^27")]
+        return Ok(samples as u32);
+    }
+    Err(Error::TooLarge { parameter, samples })
+}
+
+/// Room for as many samples as `parameter` asks for.
+///
+/// # Errors
+/// [`Error::OutOfMemory`] if there is none.
+pub fn reserve<T>(parameter: &'static str, samples: u32) -> Result<Vec<T>, Error> {
+    let mut room = Vec::new();
+    match room.try_reserve_exact(samples as usize) {
+        Ok(()) => Ok(room),
+        Err(_) => Err(Error::OutOfMemory { parameter, samples }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_large_names_its_argument() {
+        assert_eq!(check_count("seconds", f64::from(MAX_SAMPLES)), Ok(MAX_SAMPLES));
+        let error = check_count("seconds", f64::INFINITY).unwrap_err();
+        assert_eq!(error.to_string(), "seconds: expected at most 134217728 samples (2^27), got inf");
+        // No machine has 2^27 times 64 GiB.
+        let error = reserve::<[u64; 1 << 33]>("cycles", MAX_SAMPLES).unwrap_err();
+        assert_eq!(error.to_string(), "cycles: expected samples that fit in memory, got 134217728");
+        assert_eq!(error.parameter(), "cycles");
+    }
 }

@@ -14,7 +14,7 @@ use support::{DT, KI, KP, Loop, a1, reference_and_target};
 /// The loop as the controller believes it: frequency +5 %, damping -20 %.
 fn believed() -> FeedbackLoop {
     let dynamics = SecondOrder::new(420.0, 0.76).unwrap().into();
-    FeedbackLoop { kp: KP, ki: KI, slope: 5e-3, dynamics, delay: 0.0, dt: DT }
+    FeedbackLoop { kp: KP, ki: KI, slope: 5e-3, dynamics, dt: DT }
 }
 
 /// A period of the reference, and the target that the believed dynamics make of it.
@@ -24,7 +24,7 @@ fn wanted() -> (Vec<f64>, Vec<f64>) {
 
 /// The loop as it is.
 fn truth() -> FeedbackLoop {
-    FeedbackLoop { dynamics: a1(), ..believed() }
+    FeedbackLoop { dynamics: a1().into(), ..believed() }
 }
 
 /// The recovered weights but that of the identity, every other one half as large again or half: 0.75 % of the range
@@ -105,7 +105,7 @@ fn repetitive_control_comes_down_to_the_noise_within_three_seconds() {
 #[test]
 fn the_error_shrinks_at_least_at_the_rate() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
-    let actual = FeedbackLoop { dynamics: a1(), ..open };
+    let actual = FeedbackLoop { dynamics: a1().into(), ..open.clone() };
     let (reference, _) = wanted();
     let options = LearningOptions { min_gain: 1.0, ..LearningOptions::new(1500.0) };
     let mut learning = IterativeLearning::new(&open, &reference, &options).unwrap();
@@ -139,11 +139,12 @@ fn the_error_shrinks_at_least_at_the_rate() {
     assert!(last < 1e-3);
 }
 
-/// A delay of half a period that nobody told: every correction comes upside down.
+/// A dead time of half a period that nobody told: every correction comes upside down.
 #[test]
 fn learning_that_makes_it_worse_is_taken_back() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
-    let actual = FeedbackLoop { delay: 250.0, ..open };
+    let late = open.dynamics.clone().with_dead_time(250.0 * DT).unwrap();
+    let actual = FeedbackLoop { dynamics: late, ..open.clone() };
     let (reference, _) = wanted();
     let mut learning = IterativeLearning::new(&open, &reference, &LearningOptions::new(150.0)).unwrap();
     assert!(learning.convergence_rate(&actual).unwrap() > 1.5);
@@ -172,7 +173,7 @@ fn targets_stay_within_reach_and_corrections_within_their_limit() {
         assert!(learning.target().iter().all(|y| (-3.0..=3.1).contains(y)));
         learning.update(&reference).unwrap();
     }
-    let options = RepetitiveOptions { limit: 0.01, settle: 0, ..RepetitiveOptions::new(150.0) };
+    let options = RepetitiveOptions { limit: Some(0.01), settle: 0, ..RepetitiveOptions::new(150.0) };
     let mut repetitive = RepetitiveControl::new(&believed(), 500, &options).unwrap();
     let corrections: Vec<f64> = reference.iter().cycle().take(5000).map(|r| repetitive.step(*r)).collect();
     assert!(corrections.iter().all(|v| v.abs() <= 0.01) && corrections.iter().any(|v| v.abs() == 0.01));
@@ -218,19 +219,108 @@ fn what_cannot_learn_is_refused() {
     let usual = RepetitiveOptions::new(150.0);
     assert_eq!(repetitive(7, usual), "period");
     assert_eq!(repetitive(500, RepetitiveOptions { gain: 1.1, ..usual }), "gain");
-    assert_eq!(repetitive(500, RepetitiveOptions { limit: -1.0, ..usual }), "limit");
+    assert_eq!(repetitive(500, RepetitiveOptions { limit: Some(-1.0), ..usual }), "limit");
     let slow = RepetitiveControl::new(&believed(), 500, &usual).unwrap();
     assert!(slow.convergence_rate(&truth()).unwrap() < 1.0, "and what can, converges");
 }
 
-/// A delay longer than the period, longer than the response: what comes late counts all the same.
+/// A dead time longer than the period, longer than the response: what comes late counts all the same.
 #[test]
-fn a_long_delay_is_waited_for() {
-    let feedback = FeedbackLoop { kp: 20.0, ki: 0.0, delay: 3000.0, ..believed() };
+fn a_long_dead_time_is_waited_for() {
+    let dynamics = believed().dynamics.with_dead_time(3000.0 * DT).unwrap();
+    let feedback = FeedbackLoop { kp: 20.0, ki: 0.0, dynamics, ..believed() };
     let response = feedback.impulse_response(100).unwrap();
     // Static: 1 / (1 + slope kp) of a correction at every sample.
     assert!((response.iter().sum::<f64>() - 1.0 / 1.1).abs() < 1e-9, "{}", response.iter().sum::<f64>());
     // The integral of an error that is 3000 samples old.
-    let error = FeedbackLoop { ki: 0.6, ..feedback }.impulse_response(100).unwrap_err();
+    let error = FeedbackLoop { ki: 6000.0, ..feedback }.impulse_response(100).unwrap_err();
     assert_eq!(error.to_string(), "kp: expected gains at which the loop is stable, got 20.0");
+}
+
+/// The name of the parameter that a message begins with.
+fn named(error: impl ToString) -> String {
+    error.to_string().split(':').next().unwrap().to_string()
+}
+
+#[test]
+fn a_state_of_iterative_learning_is_taken_over_bit_for_bit_or_refused_by_name() {
+    let (reference, target) = wanted();
+    let usual = LearningOptions { target_limits: Some((-3.5, 3.5)), ..LearningOptions::new(150.0) };
+    let made =
+        |feedback: FeedbackLoop, target: &[f64], options| IterativeLearning::new(&feedback, target, &options).unwrap();
+    let (mut one, mut other) = (made(believed(), &target, usual), made(believed(), &target, usual));
+    other.set_state(&one.state()).unwrap();
+    let error: Vec<f64> = reference.iter().map(|r| 0.02 * r * r).collect();
+    for scale in [1.0, 5.0, 0.5] {
+        let error: Vec<f64> = error.iter().map(|e| scale * e).collect();
+        one.update(&error).unwrap();
+    }
+    let saved = one.state();
+    other.set_state(&saved).unwrap();
+    assert_eq!((one.update(&error), one.target()), (other.update(&error), other.target()));
+    assert_eq!(one.state(), other.state());
+    let refused = |mut learning: IterativeLearning| {
+        let before = learning.state();
+        let error = learning.set_state(&saved).unwrap_err();
+        assert_eq!(learning.state(), before);
+        named(error)
+    };
+    let slower = believed().dynamics.with_dead_time(DT).unwrap();
+    assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, &target, usual)), "state.dt");
+    assert_eq!(refused(made(FeedbackLoop { dynamics: slower, ..believed() }, &target, usual)), "state.model");
+    assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, &target, usual)), "state.model");
+    assert_eq!(refused(made(believed(), &reference, usual)), "state.model");
+    assert_eq!(refused(made(believed(), &target[1..], usual)), "state.target");
+    assert_eq!(refused(made(believed(), &target, LearningOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(refused(made(believed(), &target, LearningOptions { min_gain: 0.2, ..usual })), "state.min_gain");
+    let wider = LearningOptions { target_limits: None, ..usual };
+    assert_eq!(refused(made(believed(), &target, wider)), "state.target_limits");
+    let mut torn = saved.clone();
+    torn.best[3] = f64::NAN;
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.best[3]");
+}
+
+#[test]
+fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() {
+    let usual = RepetitiveOptions { limit: Some(2.0), ..RepetitiveOptions::new(150.0) };
+    let made = |feedback: FeedbackLoop, period, options| RepetitiveControl::new(&feedback, period, &options).unwrap();
+    let error = |k: i32| 0.1 * (f64::from(k) * 0.012).sin() + 1e-3 * f64::from(k % 11);
+    let (mut one, mut other) = (made(believed(), 500, usual), made(believed(), 500, usual));
+    for k in 0..1777 {
+        one.step(error(k));
+    }
+    let saved = one.state();
+    other.set_state(&saved).unwrap();
+    assert!((1777..5000).all(|k| one.step(error(k)) == other.step(error(k))));
+    assert_eq!(one.state(), other.state());
+    let refused = |mut control: RepetitiveControl| {
+        let before = control.state();
+        let error = control.set_state(&saved).unwrap_err();
+        assert_eq!(control.state(), before);
+        named(error)
+    };
+    assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, 500, usual)), "state.dt");
+    assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, 500, usual)), "state.model");
+    assert_eq!(refused(made(believed(), 501, usual)), "state.period");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { gain: 0.4, ..usual })), "state.gain");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { settle: 2, ..usual })), "state.settle");
+    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { limit: None, ..usual })), "state.limit");
+    let mut torn = saved.clone();
+    torn.errors.pop();
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.errors");
+    torn = saved;
+    torn.sum = f64::INFINITY;
+    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.sum[0]");
+}
+
+/// A loop at another sampling interval is no truth about this one.
+#[test]
+fn a_truth_at_another_sampling_interval_is_refused() {
+    let (reference, _) = wanted();
+    let other = FeedbackLoop { dt: 2e-4, ..truth() };
+    let learning = IterativeLearning::new(&believed(), &reference, &LearningOptions::new(150.0)).unwrap();
+    assert_eq!(learning.convergence_rate(&other).unwrap_err().parameter, "dt");
+    let repetitive = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::new(150.0)).unwrap();
+    assert_eq!(repetitive.convergence_rate(&other).unwrap_err().parameter, "dt");
 }

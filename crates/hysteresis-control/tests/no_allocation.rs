@@ -5,8 +5,9 @@ mod models;
 
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
+use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions};
-use hysteresis_core::{CompiledModel, Process};
+use hysteresis_core::Process;
 
 #[test]
 fn linear_streams_never_allocate() {
@@ -36,11 +37,12 @@ fn runs_without_allocation(mut block: impl Block + Clone) {
 
 #[test]
 fn learning_in_the_loop_and_observation_never_allocate() {
-    let dynamics = SecondOrder::new(400.0, 0.95).unwrap().into();
-    let feedback = FeedbackLoop { kp: 60.0, ki: 0.6, slope: 5e-3, dynamics, delay: 0.5, dt: 1e-4 };
+    let dynamics = LinearDynamics::from(SecondOrder::new(400.0, 0.95).unwrap());
+    let late = dynamics.clone().with_dead_time(0.5e-4).unwrap();
+    let feedback = FeedbackLoop { kp: 60.0, ki: 6000.0, slope: 5e-3, dynamics: late, dt: 1e-4 };
     let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
-    let options = ObserverOptions { delay: 1.5, ..ObserverOptions::new(0.016, 0.5) };
-    let mut observer = Observer::new(&CompiledModel::new(&models::actuator()), &dynamics, 1e-4, &options).unwrap();
+    let stage = Stage::new(StageParts { dynamics, dead_time: 1.5e-4, ..StageParts::new(models::actuator()) }).unwrap();
+    let mut observer = Observer::new(&stage, 1e-4, &ObserverOptions { noise: 0.016, drift: 0.5 }).unwrap();
     let count = allocations::count(|| {
         for k in 0..1000 {
             let x = if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) };

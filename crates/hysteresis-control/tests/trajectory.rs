@@ -91,6 +91,16 @@ proptest! {
         }
     }
 
+    /// The last sample is at rest on the last point, whatever the rounding of the duration by the sampling interval.
+    #[test]
+    fn the_last_sample_is_the_end(moves in moves(), count in 1..2000_u32) {
+        let dt = moves.duration() / f64::from(count);
+        if dt > 0.0 {
+            let motions = moves.sample(dt, None).unwrap();
+            prop_assert_eq!(motions[motions.len() - 1], Motion::rest(*moves.points().last().unwrap()));
+        }
+    }
+
     #[test]
     fn moves_meet_a_limit_on_every_piece(moves in moves(), share in 0.0..1.0) {
         let (limits, here) = (moves.limits(), moves.at(share * moves.duration()));
@@ -105,6 +115,15 @@ proptest! {
     }
 }
 
+/// 159 intervals of a 159th of the duration end one rounding before it.
+#[test]
+fn a_move_that_is_sampled_ends_on_its_point() {
+    let limits = MotionLimits { velocity: 5.0, acceleration: 71.0, jerk: 1000.0 };
+    let moves = PointToPoint::new(&[0.0, 4.0], limits, 0.0).unwrap();
+    let motions = moves.sample(moves.duration() / 159.0, None).unwrap();
+    assert_eq!((motions.len(), motions[159]), (160, Motion::rest(4.0)));
+}
+
 #[test]
 fn samples_are_counted() {
     let sine = Sine::new(1.0, 50.0, 0.0).unwrap();
@@ -114,8 +133,14 @@ fn samples_are_counted() {
     assert_eq!((moves.samples(0.01, None), moves.samples(0.03, None)), (Ok(6), Ok(3)));
     assert_eq!(PointToPoint::new(&[1.0], limits, 0.0).unwrap().samples(0.1, None), Ok(1));
     assert!(sine.samples(0.0, None).unwrap_err().to_string().starts_with("dt: expected a finite number above 0"));
-    assert!(sine.samples(1e-30, None).unwrap_err().to_string().starts_with("dt: expected a sampling interval"));
-    assert!(sine.samples(1.0, Some(-1.0)).unwrap_err().to_string().starts_with("seconds: expected a duration"));
+    assert!(sine.samples(1e-30, None).unwrap_err().to_string().starts_with("dt: expected at most 134217728 samples"));
+    let refused = sine.samples(1e-4, Some(1e5)).unwrap_err();
+    assert_eq!(refused.to_string(), "seconds: expected at most 134217728 samples (2^27), got 1000000000");
+    assert_eq!(sine.sample(1e-4, Some(1e5)), Err(refused));
+    for seconds in [-1.0, f64::NAN] {
+        let refused = sine.samples(1.0, Some(seconds)).unwrap_err();
+        assert_eq!(refused.to_string(), format!("seconds: expected a number of seconds, 0 or more, got {seconds:?}"));
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What the gains of the feedback keep.
 
-use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder};
+use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace};
 use hysteresis_control::tuning::{TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
@@ -29,8 +29,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_bound_is_kept_and_met(chain in chains(), least in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
-        let slopes = (least, least * ratio);
+    fn the_bound_is_kept_and_met(chain in chains(), min in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
+        let slopes = (min, min * ratio);
         let tuning = tune(&chain, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: limit }).unwrap();
         prop_assert!(tuning.kp >= 0.0 && tuning.ki > 0.0);
         // The greatest ki meets the bound but for what the search leaves.
@@ -40,8 +40,8 @@ proptest! {
             let margins = loop_margins(&chain, 1e-4, tuning.kp, tuning.ki, slope).unwrap();
             prop_assert!(margins.peak_sensitivity <= limit * (1.0 + 1e-9), "{margins:?}");
             prop_assert!(margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6), "{margins:?}");
-            let least_phase = 2.0 * (0.5 / limit).asin().to_degrees();
-            prop_assert!(margins.phase_margin > least_phase * (1.0 - 1e-6), "{margins:?}");
+            let min_phase = 2.0 * (0.5 / limit).asin().to_degrees();
+            prop_assert!(margins.phase_margin > min_phase * (1.0 - 1e-6), "{margins:?}");
         }
     }
 }
@@ -51,7 +51,7 @@ proptest! {
 fn margins_of_an_integrator_are_those_of_the_textbook() {
     let (dt, gain) = (1e-3, 0.25);
     let chain = LinearDynamics::from(Delay::new(dt).unwrap());
-    let margins = loop_margins(&chain, dt, 0.0, gain, 1.0).unwrap();
+    let margins = loop_margins(&chain, dt, 0.0, gain / dt, 1.0).unwrap();
     // |L| = g / (2 sin(w/2)), arg L = w/2 - pi/2 - 2 w per sample.
     let crossover = 2.0 * (0.5 * gain).asin();
     let phase_margin = 90.0 - (1.5 * crossover).to_degrees();
@@ -62,13 +62,29 @@ fn margins_of_an_integrator_are_those_of_the_textbook() {
     assert!((margins.gain_margin - gain_margin).abs() < 1e-9, "{margins:?}");
 }
 
+/// What a gain in the dynamics does, a gain of the hysteresis does too; and time has a unit.
+#[test]
+fn gains_follow_the_units() {
+    let tuned = tune(&a1(), &options()).unwrap();
+    let halved = a1().then(StateSpace::from_gain(0.01).unwrap());
+    let other = tune(&halved, &options()).unwrap();
+    assert!((other.kp / tuned.kp / 100.0 - 1.0).abs() < 1e-9 && (other.ki / tuned.ki / 100.0 - 1.0).abs() < 1e-9);
+    let ten_times_faster = SecondOrder::new(4000.0, 0.95).unwrap().into();
+    let other = tune(&ten_times_faster, &TuningOptions { dt: 1e-5, ..options() }).unwrap();
+    assert!((other.kp / tuned.kp - 1.0).abs() < 1e-6 && (other.ki / tuned.ki / 10.0 - 1.0).abs() < 1e-6);
+    let inverted = a1().then(StateSpace::from_gain(-1.0).unwrap());
+    assert!(
+        tune(&inverted, &options()).unwrap_err().to_string().starts_with("dynamics.static_gain: expected a finite")
+    );
+}
+
 /// The published gains are far slower than what the dynamics allow.
 #[test]
 fn the_published_gains_are_slow() {
     let (tuned, slopes) = (tune(&a1(), &options()).unwrap(), options().slopes);
-    let published = loop_margins(&a1(), 1e-4, 60.0, 0.6, slopes.1).unwrap();
+    let published = loop_margins(&a1(), 1e-4, 60.0, 6000.0, slopes.1).unwrap();
     assert!(published.crossover < 10.0 && tuned.at_max_slope.crossover > 300.0);
-    assert!(tuned.ki > 50.0 * 0.6);
+    assert!(tuned.ki > 50.0 * 6000.0);
 }
 
 #[test]

@@ -102,6 +102,17 @@ pub enum Error {
     },
     /// A controller whose feed-forward has no model cannot take over another.
     NoModel,
+    /// The inverse that is to feed forward has other limits than its controller, or none.
+    OtherLimits {
+        /// The limits of the controller.
+        expected: (f64, f64),
+        /// The limits of the inverse.
+        got: Option<(f64, f64)>,
+    },
+    /// A feed-forward that knows targets alone cannot take over drives.
+    CannotFollow,
+    /// A stop is no mode to be set: it needs a rate and a rest drive.
+    StopWithoutRate,
     /// A saved state does not belong to this stream.
     State {
         /// What the state must satisfy.
@@ -140,6 +151,13 @@ pub enum Bound {
         /// The most.
         high: f64,
     },
+    /// Equal to a number that is described in words.
+    EqualTo {
+        /// The number.
+        value: f64,
+        /// What it is.
+        what: &'static str,
+    },
     /// Below another number, named in words.
     Below {
         /// What bounds it from above.
@@ -165,8 +183,28 @@ impl fmt::Display for Bound {
             Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
+            Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
             Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
+        }
+    }
+}
+
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match *self {
+            Self::Empty { parameter }
+            | Self::Length { parameter, .. }
+            | Self::Rows { parameter, .. }
+            | Self::Domain { parameter, .. } => Some(parameter),
+            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
+            Self::OtherLimits { .. } => Some("feedforward"),
+            Self::CannotFollow => Some("drives"),
+            Self::StopWithoutRate => Some("mode"),
+            Self::OtherModel { .. } | Self::State { .. } => Some("state"),
+            Self::NotInvertible { .. } | Self::NoClosedForm { .. } => None,
         }
     }
 }
@@ -206,6 +244,19 @@ impl fmt::Display for Error {
                 )
             }
             Self::NoModel => write!(f, "model: expected a feed-forward that has one, got a controller without"),
+            Self::OtherLimits { expected, got } => {
+                write!(f, "feedforward: expected an inverse with the limits of the controller, {expected:?}, got ")?;
+                match got {
+                    Some(limits) => write!(f, "one with the limits {limits:?}"),
+                    None => write!(f, "one without limits"),
+                }
+            }
+            Self::CannotFollow => {
+                write!(f, "drives: expected a feed-forward that follows drives, got a model that is itself an inverse")
+            }
+            Self::StopWithoutRate => {
+                write!(f, "mode: expected run, feedforward or hold, got stop; call stop with a rate and a rest drive")
+            }
             Self::State { expected } => write!(f, "state: expected {expected}"),
         }
     }

@@ -30,11 +30,12 @@ mod quasistatic;
 mod stream;
 
 pub use control::{
-    AntiWindup, Command, ControllerOptions, ControllerState, Counters, FeedForward, HybridController, Law, LoopState,
-    Mode, Preview, PreviewState, Terms,
+    AntiWindup, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, FeedForwardState,
+    HybridController, Law, LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
 pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
+pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};
 pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};

@@ -4,8 +4,8 @@
 mod models;
 
 use hysteresis_core::{
-    Command, CompiledModel, ControllerOptions, FeedForward, Forward, HybridController, Inverse, Mode, Preview, Process,
-    StreamArray,
+    Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse, Mode,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -22,7 +22,12 @@ fn the_hot_path_never_allocates() {
     let compiled = CompiledModel::new(&actuator());
     let zeros = vec![0.0; compiled.operators()];
     let limits = Some((-500.0, 500.0));
-    let streams: [Box<dyn Process>; 4] = [
+    let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]).unwrap();
+    let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
+    let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
+    let streams: [Box<dyn Process>; 6] = [
+        Box::new(stage.forward()),
+        Box::new(stage.inverse(limits).unwrap()),
         Box::new(Forward::new(&compiled)),
         Box::new(Inverse::new(&compiled, limits).unwrap()),
         Box::new(Forward::with_initial(&compiled, &zeros).unwrap()),
@@ -71,18 +76,21 @@ fn an_array_never_allocates_while_it_runs() {
 fn a_controller_never_allocates_while_it_runs() {
     let compiled = CompiledModel::new(&actuator());
     let limits = (-500.0, 500.0);
-    let sources: [FeedForward; 2] =
-        [Inverse::new(&compiled, Some(limits)).unwrap().into(), parametric_inverse().forward().into()];
-    let options = ControllerOptions { slew: Some(1e6), ..ControllerOptions::new(5.0, 0.6, limits) };
+    let creeping = QuasiStatic::new(&compiled).with_creep(CreepTerms::new(&[0.1], &[0.9]).unwrap());
+    let sources: [FeedForward; 3] = [
+        Inverse::new(&compiled, Some(limits)).unwrap().into(),
+        creeping.inverse(Some(limits)).unwrap().into(),
+        parametric_inverse().forward().into(),
+    ];
+    let set = ControllerOptions::new(5.0, 6e3, 1e-4, limits);
+    let gate = (Some((-5.0, 5.0)), Some(0.1));
+    let options = ControllerOptions { slew: Some(1e6), measurement_range: gate.0, max_measurement_step: gate.1, ..set };
     let signal = signal();
     for source in sources {
         let preview = Preview::new(&[-1.0, 3.0, -1.0], 1).unwrap();
         let mut controller = HybridController::new(source.clone(), Some(preview), &options).unwrap();
-        let other = if matches!(source, FeedForward::Inverse(_)) {
-            compiled.clone()
-        } else {
-            CompiledModel::new(&parametric_inverse())
-        };
+        let parametric = matches!(source, FeedForward::Forward(_));
+        let other = if parametric { CompiledModel::new(&parametric_inverse()) } else { compiled.clone() };
         let count = allocations::count(|| {
             for (x, y) in signal.iter().zip(signal.iter().rev()) {
                 let command = Command { target: Some(0.9 * x), feedforward: None, reference: *x };
@@ -92,9 +100,18 @@ fn a_controller_never_allocates_while_it_runs() {
                 controller.commit();
             }
             for mode in [Mode::Hold, Mode::Feedforward, Mode::Run] {
-                controller.set_mode(mode);
+                controller.set_mode(mode).unwrap();
                 controller.step(1.0.into(), 1.0);
             }
+            controller.stop(1e5, 0.0).unwrap();
+            for _ in 0..100 {
+                std::hint::black_box(controller.peek(1.0.into(), 1.0));
+                controller.step(1.0.into(), 1.0);
+                controller.plan(1.0.into(), 1.0);
+                controller.commit();
+            }
+            assert_eq!(controller.follow(&[3.0, -2.0]).is_err(), parametric);
+            controller.release();
             controller.set_gains(1.0, 0.1).unwrap();
             controller.set_model(&other).unwrap();
             controller.reset();

@@ -110,6 +110,11 @@ pub enum Error {
         /// The fitted samples of all records together.
         got: usize,
     },
+    /// Dynamics and creep need the sampling interval, and several records need one unit of time.
+    NoInterval {
+        /// The first record without a sampling interval.
+        record: usize,
+    },
     /// To leave one loop out takes two.
     TooFewLoops {
         /// The loops of all records together.
@@ -144,6 +149,11 @@ impl fmt::Display for Error {
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
             }
+            Self::NoInterval { record } => write!(
+                f,
+                "dt: expected the sampling interval of record {record} in seconds, got none: dynamics and creep need it, \
+                 and records are all in seconds or all in samples"
+            ),
             Self::TooFewLoops { got } => {
                 write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }

@@ -53,9 +53,15 @@ pub enum FindingCode {
     /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
     /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
     DampingUndetermined,
-    /// The record does not tell the dead time: its standard error exceeds a quarter of a sample, or it is the longest
-    /// searched. Value: the standard error in samples, widened for correlated residuals; limit 0.25.
-    DeadTimeUndetermined,
+    /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval. Value:
+    /// the dead time in samples; limit -0.5.
+    NegativeDeadTime,
+    /// The record does not tell the dead time from the lag of the dynamics, only their sum. Value: the standard error of the
+    /// dead time in samples, widened for correlated residuals; limit 0.25.
+    DeadTimeConfounded,
+    /// The records do not tell the creep: its standard error exceeds half of it, or it is at a bound. Value: the relative
+    /// standard error, widened for correlated residuals; limit 0.5.
+    CreepUndetermined,
     /// The gain between the hysteresis model and the output is not 1: the model is not that of this record, or the two
     /// were measured in other units. Value: the distance of the gain from 1; limit 0.05.
     GainNotOne,
@@ -81,10 +87,26 @@ impl FindingCode {
             Self::TooFewSamples => "too_few_samples",
             Self::ResonanceNotExcited => "resonance_not_excited",
             Self::DampingUndetermined => "damping_undetermined",
-            Self::DeadTimeUndetermined => "dead_time_undetermined",
+            Self::NegativeDeadTime => "negative_dead_time",
+            Self::DeadTimeConfounded => "dead_time_confounded",
+            Self::CreepUndetermined => "creep_undetermined",
             Self::GainNotOne => "gain_not_one",
             Self::ResidualColoured => "residual_coloured",
         }
+    }
+
+    /// Whether it is about creep, dynamics and dead time.
+    pub(crate) fn is_of_linear_part(self) -> bool {
+        matches!(
+            self,
+            Self::ResonanceNotExcited
+                | Self::DampingUndetermined
+                | Self::NegativeDeadTime
+                | Self::DeadTimeConfounded
+                | Self::CreepUndetermined
+                | Self::GainNotOne
+                | Self::ResidualColoured
+        )
     }
 
     /// What to do about it.
@@ -102,7 +124,13 @@ impl FindingCode {
             Self::TooFewSamples => "record longer, or fit fewer operators",
             Self::ResonanceNotExcited => "drive with a chirp or a step that reaches the resonance",
             Self::DampingUndetermined => "drive with a chirp or a step that lets the resonance ring out",
-            Self::DeadTimeUndetermined => "drive with a chirp or a step, or give the dead time",
+            Self::NegativeDeadTime => {
+                "row k seems to hold the position read at the end of the interval: shift the position column down by one row"
+            }
+            Self::DeadTimeConfounded => "add a record with a chirp or a step, or give the dead time",
+            Self::CreepUndetermined => {
+                "add a record that holds a position for long after a large move, or fit no creep"
+            }
             Self::GainNotOne => "identify the hysteresis from records of this stage, in the same units",
             Self::ResidualColoured => "fit creep or another order, and look at the residual over time",
         }

@@ -2,23 +2,30 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+use hysteresis_control::linear::Creep;
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
-use crate::diagnostics::diagnose;
+use crate::diagnostics::findings;
 use crate::error::Error;
-use crate::fit::choice::{Choice, choose, levels};
-use crate::fit::monitor::{Progress, SearchMonitor, Stop};
-use crate::fit::projection::{Linearised, ProjectedFit, Projection};
+use crate::fit::chain::Chain;
+use crate::fit::choice::{choose, levels};
+use crate::fit::joint::JointFit;
+use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
+use crate::fit::point::{Parameter, Point};
+use crate::fit::projection::ProjectedFit;
+use crate::fit::root::Root;
 use crate::fit::search::search;
-use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
-use crate::numeric::as_f64;
+use crate::joint_findings::joint_findings;
+use crate::joint_search::{Found, LinearEvidence, search_joint};
 use crate::options::{ModelKind, Options};
 use crate::record::Record;
-use crate::result::identification::{Identification, predict};
+use crate::result::covariance::Covariance;
+use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::result::spread::Spread;
-use crate::result::standard_errors::{Root, StandardErrors};
+use crate::result::standard_errors::StandardErrors;
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///
@@ -57,75 +64,141 @@ pub fn identify(
     options: &Options,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
 ) -> Result<Identification, Error> {
-    let Some(shortest) = records.iter().map(|record| record.input().len()).min() else {
+    if records.is_empty() {
         return Err(Error::NoRecords);
-    };
-    options.check(as_f64(shortest))?;
+    }
+    options.check()?;
+    // What is wrong with the whole is said before the search of a part.
+    Space::new(records, options)?;
     let mut monitor = SearchMonitor::new(progress);
-    let Choice { options: chosen, smoothness, weights_tried, operators_tried, smoothness_tried, start, stopped } =
-        choose(records, options, &mut monitor)?;
-    let (space, law) = (Space::new(records, &chosen), WeightBasis::new(&chosen));
-    let levels = levels(records, &space, &law, smoothness, false)?;
+    if !options.is_joint() {
+        let found = search_hysteresis(records, options, &mut monitor)?;
+        return identification(records, found, monitor.evaluations());
+    }
+    monitor.begin(Span { from: 0.0, to: 0.4 });
+    let plain = search_hysteresis(records, &options.hysteresis_alone(), &mut monitor)?;
+    let found = search_joint(records, options, plain, &mut monitor)?;
+    identification(records, found, monitor.evaluations())
+}
+
+/// Hysteresis and a dead time.
+fn search_hysteresis(
+    records: &[Record<'_>],
+    options: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let choice = choose(records, options, monitor)?;
+    let (space, basis) = (Space::new(records, &choice.options)?, WeightBasis::new(&choice.options));
+    let levels = levels(records, &space, &basis, choice.smoothness, false)?;
     let all = &levels[levels.len() - 1];
-    let (found, partial) = match stopped {
-        Some(point) => (at(all, &point), true),
-        None => match (search(&levels, &law, start.as_ref(), &mut monitor), monitor.kept()) {
-            (Err(Error::Interrupted), Some(best)) => (at(all, &best), true),
+    let ((fit, linearised), partial) = match &choice.stopped {
+        Some(point) => (all.at(point), true),
+        None => match (search(&levels, &basis, choice.start.as_ref(), monitor), monitor.kept()) {
+            (Err(Error::Interrupted), Some(best)) => (all.at(&best), true),
             (found, _) => (found?, false),
         },
     };
-    let root = Root::of(&found.0, &found.1, &space, all.rows());
-    let standard_errors = StandardErrors::of(&found.0, &root, &law, &space);
-    let spread = Spread::new(&found.0, &root, &found.1, &law, &space);
-    let (model, ratios) = assemble(&chosen, &space, &law, &found.0)?;
-    let ProjectedFit { point, output_offsets, kkt_residual, .. } = found.0;
-    let delay = point.get(Parameter::Delay);
-    let quality = |(record, offset): (&Record<'_>, &f64)| quality(record, &model, delay, *offset);
-    let record_fits: Vec<_> = records.iter().zip(&output_offsets).map(quality).collect();
+    drop(levels);
+    let fit = JointFit { space, fit, linearised };
+    Ok(Found { fit, choice, basis, linear: LinearEvidence::default(), partial })
+}
+
+fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
+    let Found { fit: found, choice, basis, linear, partial } = found;
+    let rows = found.rows(records);
+    let JointFit { space, fit, linearised } = found;
+    let root = Root::of(&fit, &linearised, &space, rows);
+    let intervals = space.intervals();
+    let first_dt = records.iter().find_map(|record| record.dt());
+    let chain = Chain {
+        operators: space.operators(&fit.point),
+        weights: fit.weights.clone(),
+        linear: space.linear_part(&fit.point),
+        dt: choice.options.dt.or(first_dt).unwrap_or(1.0),
+    };
+    let model = model(&choice.options, &space, &basis, &fit, &chain)?;
+    let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
+    let mut warnings = findings(records, &chain);
+    if choice.options.is_joint() {
+        warnings.extend(joint_findings(&space, &fit, &standard_errors, &linear));
+    }
+    let quality = |(place, record): (usize, &Record<'_>)| {
+        quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))
+    };
+    let record_fits: Vec<_> = records.iter().enumerate().map(quality).collect();
+    let dead_time = chain.linear.dead_time;
+    let (creep, creep_amplitudes) = creep(&space, &fit.point, &chain)?;
     Ok(Identification {
-        warnings: diagnose(records, &model, delay)?,
+        warnings,
         model,
-        ratios,
-        delay,
-        output_offsets,
+        ratios: space.ratios(&fit.point),
+        dynamics: chain.linear.dynamics,
+        creep,
+        creep_amplitudes,
+        dead_time: intervals.are_seconds().then_some(dead_time),
+        dead_time_samples: intervals.common().map(|dt| dead_time / dt),
+        lag: chain.linear.lag(),
+        dt: intervals.seconds(),
+        drive_range: range(records.iter().map(Record::input_bounds)),
+        position_range: range(records.iter().map(Record::output_bounds)),
         fit: Quality::pooled(&record_fits),
         record_fits,
-        kkt_residual,
+        noise: root.deviation,
+        kkt_residual: fit.kkt_residual,
+        covariance: Covariance::new(&fit, &root, &linearised, &basis, &space),
+        spread: Spread::new(&fit, &root, &linearised, &basis, &space),
         standard_errors,
-        weights: chosen.weights,
-        smoothness,
-        weights_validation: weights_tried,
-        cross_validation: operators_tried,
-        smoothness_validation: smoothness_tried,
-        evaluations: monitor.evaluations(),
+        weights: choice.options.weights,
+        smoothness: choice.smoothness,
+        weights_validation: choice.weights_tried,
+        cross_validation: choice.operators_tried,
+        smoothness_validation: choice.smoothness_tried,
+        evaluations,
         partial,
-        spread,
-        options: chosen,
-        penalty: found.1.into_penalty(),
+        output_offsets: fit.output_offsets,
+        chain,
+        options: choice.options,
+        penalty: linearised.into_penalty(),
     })
 }
 
-/// The fit at a point and its derivatives there.
-fn at(all: &Projection<'_>, point: &Point) -> (ProjectedFit, Linearised) {
-    let fit = all.fit(point, None);
-    all.linearise(point, &fit.weights, Some(&fit))
+fn range(bounds: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| (low.min(from), high.max(to)))
 }
 
-fn assemble(options: &Options, space: &Space, law: &WeightBasis, fit: &ProjectedFit) -> Result<(Model, Ratios), Error> {
+/// The hysteresis. What the record shows as an offset has crept: the model has what was there before.
+fn model(
+    options: &Options,
+    space: &Space,
+    basis: &WeightBasis,
+    fit: &ProjectedFit,
+    chain: &Chain,
+) -> Result<Model, Error> {
+    let crept: f64 = chain.linear.amplitudes.iter().sum();
+    let output = fit.output_offsets[0] / (1.0 + crept);
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
-    let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output: fit.output_offsets[0] };
-    let model = match (options.model, law.families(&fit.weights)) {
+    let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output };
+    Ok(match (options.model, basis.families(&fit.weights)) {
         (ModelKind::Conventional, _) => Model::from(PrandtlIshlinskii::new(&fit.weights, &thresholds, offsets)?),
         (ModelKind::Modified, (above, below)) => {
             let model = ModifiedPrandtlIshlinskii::from_ratios(above, &thresholds, ratios, offsets)?;
             Model::from(if let Some(below) = below { model.with_negative_weights(below)? } else { model })
         }
-    };
-    Ok((model, ratios))
+    })
 }
 
-fn quality(record: &Record<'_>, model: &Model, delay: f64, output_offset: f64) -> Quality {
-    let predicted = predict(model, delay, output_offset, record.input());
+/// The creep, and its searched parameters.
+fn creep(space: &Space, point: &Point, chain: &Chain) -> Result<(Option<Creep>, Vec<f64>), Error> {
+    let parameters = (0..space.creep_amplitudes()).map(|number| point.get(Parameter::Creep(number))).collect();
+    let linear = &chain.linear;
+    if linear.time_constants.is_empty() {
+        return Ok((None, parameters));
+    }
+    Ok((Some(Creep::new(&linear.amplitudes, &linear.time_constants)?), parameters))
+}
+
+fn quality(record: &Record<'_>, chain: &Chain, output_offset: f64, dt: f64) -> Quality {
+    let predicted: Vec<f64> = chain.response(record.input(), dt).iter().map(|y| output_offset + y).collect();
     let fitted = record.skip()..;
     let (measured, predicted) = (&record.output()[fitted.clone()], &predicted[fitted.clone()]);
     Quality::of(measured, predicted, record.output_range()).with_loops(&record.input()[fitted], measured, predicted)

@@ -10,12 +10,16 @@
 
 #![forbid(unsafe_code)]
 
+mod colour;
+mod creep_model;
 mod diagnostics;
 mod dynamics;
 mod error;
 mod finding;
 mod fit;
 mod identify;
+mod joint_findings;
+mod joint_search;
 mod numeric;
 mod options;
 mod record;
@@ -23,13 +27,14 @@ mod recursive;
 mod result;
 mod signal;
 
+pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
-pub use dynamics::{CreepTerms, DynamicsIdentification, DynamicsOptions, Order, Uncertainty, identify_dynamics};
+pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
 pub use error::{Error, RecordError};
 pub use finding::{Finding, FindingCode};
 pub use fit::{CrossValidation, Progress, SearchStage, Stop};
 pub use identify::identify;
-pub use options::{ModelKind, Options, Setting, Thresholds, WeightLaw};
+pub use options::{ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
-pub use result::{Identification, LeftOutLoop, Quality, StandardErrors, loop_width};
+pub use result::{Covariance, Identification, LeftOutLoop, Quality, StandardErrors, loop_width};

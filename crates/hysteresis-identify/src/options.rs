@@ -2,6 +2,7 @@
 
 use hysteresis_core::{Ratios, is_admissible};
 
+use crate::creep_model::CreepModel;
 use crate::error::Error;
 
 /// Which model to fit.
@@ -44,6 +45,16 @@ pub enum Setting<T> {
     Fixed(T),
 }
 
+/// The order of linear dynamics, of unit static gain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// A first-order lag.
+    First,
+    /// Second-order dynamics: a resonance, or two lags.
+    #[default]
+    Second,
+}
+
 /// The thresholds r_i of the operators, in the unit of the input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Thresholds {
@@ -55,7 +66,7 @@ pub enum Thresholds {
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
     /// the records asks for: the fewest that predict as well as the best, by the same rule as [`WeightLaw::Auto`]. Every
-    /// stretch is predicted from weights, ratios, offsets and delay fitted to the others, the searched ones linearised
+    /// stretch is predicted from weights, ratios, offsets and dead time fitted to the others, the searched ones linearised
     /// about their values for all.
     Auto,
     /// As many operators as [`Auto`](Self::Auto) would take, at [`Quantiles`](Self::Quantiles).
@@ -79,7 +90,7 @@ pub enum Thresholds {
 ///     ratios: Setting::Fixed(Ratios::PAPER),
 ///     ..Options::default()
 /// };
-/// assert_eq!(options.delay, Setting::Fit);
+/// assert_eq!(options.dead_time, Setting::Fit);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -94,9 +105,19 @@ pub struct Options {
     /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
     /// fifth of that range beyond either end.
     pub input_offset: Setting<f64>,
-    /// By how many samples the output lags the input, fractions included: searched from 0 to a tenth of the
-    /// shortest record.
-    pub delay: Setting<f64>,
+    /// The sampling interval of the records in seconds, for those that do not have their own
+    /// ([`Record::sampled_every`](crate::Record::sampled_every)). Without any, only the hysteresis can be fitted.
+    pub dt: Option<f64>,
+    /// Which linear dynamics to fit behind the hysteresis; none by default.
+    pub dynamics: Option<Order>,
+    /// Which creep to fit behind the hysteresis; none by default.
+    pub creep: CreepModel,
+    /// What the output lags the input besides, in seconds; in samples for records without a sampling interval.
+    ///
+    /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead time
+    /// that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
+    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime).
+    pub dead_time: Setting<f64>,
     /// How smooth the weights should be, 0 or more; 0, the default, asks for nothing. [`Setting::Fit`] leaves it to
     /// cross-validation over stretches of the records.
     ///
@@ -116,7 +137,10 @@ impl Default for Options {
             thresholds: Thresholds::Uniform(20),
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
-            delay: Setting::Fit,
+            dt: None,
+            dynamics: None,
+            creep: CreepModel::None,
+            dead_time: Setting::Fit,
             smoothness: Setting::Fixed(0.0),
         }
     }
@@ -143,8 +167,18 @@ impl Options {
         }
     }
 
-    /// Checks everything that was given; `samples` is the length of the shortest record.
-    pub(crate) fn check(&self, samples: f64) -> Result<(), Error> {
+    /// Whether something linear behind the hysteresis is fitted, besides a dead time.
+    pub(crate) fn is_joint(&self) -> bool {
+        self.dynamics.is_some() || self.creep != CreepModel::None
+    }
+
+    /// The same without dynamics and creep, and a dead time that is searched: it takes the place of their lag.
+    pub(crate) fn hysteresis_alone(&self) -> Self {
+        Self { dynamics: None, creep: CreepModel::None, dead_time: Setting::Fit, ..self.clone() }
+    }
+
+    /// Checks everything that was given but what depends on the records.
+    pub(crate) fn check(&self) -> Result<(), Error> {
         if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             return Err(Error::NoOperators);
         }
@@ -152,41 +186,45 @@ impl Options {
             return Err(Error::SplitConventional);
         }
         if let Thresholds::Given(thresholds) = &self.thresholds {
-            let mut last = f64::NEG_INFINITY;
-            for (i, r) in thresholds.iter().enumerate() {
-                if !(is_admissible(*r) && *r >= 0.0 && *r > last) {
-                    let expected = "finite thresholds >= 0 that strictly increase";
-                    return Err(Error::Domain { parameter: "thresholds", index: Some(i), expected, got: *r });
-                }
-                last = *r;
-            }
+            check_thresholds(thresholds)?;
         }
         if let Setting::Fixed(ratios) = self.ratios {
-            hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(
-                &[1.0],
-                &[0.0],
-                ratios,
-                hysteresis_core::Offsets::default(),
-            )?;
+            let offsets = hysteresis_core::Offsets::default();
+            hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, offsets)?;
         }
-        let domain = |parameter, expected, got| Error::Domain { parameter, index: None, expected, got };
+        let domain = |parameter, expected, got| Err(Error::Domain { parameter, index: None, expected, got });
         match self.input_offset {
             Setting::Fixed(offset) if !is_admissible(offset) => {
-                Err(domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset))
+                return domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset);
             }
-            _ => Ok(()),
-        }?;
+            _ => {}
+        }
         match self.smoothness {
             Setting::Fixed(smoothness) if !(is_admissible(smoothness) && smoothness >= 0.0) => {
-                Err(domain("smoothness", "a finite number >= 0 (at most 1e100)", smoothness))
+                return domain("smoothness", "a finite number >= 0 (at most 1e100)", smoothness);
             }
-            _ => Ok(()),
-        }?;
-        match self.delay {
-            Setting::Fixed(delay) if !(delay >= 0.0 && delay < samples) => {
-                Err(domain("delay", "a number >= 0 below the length of the shortest record", delay))
-            }
-            _ => Ok(()),
+            _ => {}
         }
+        self.dt.map_or(Ok(()), check_interval)
     }
+}
+
+fn check_thresholds(thresholds: &[f64]) -> Result<(), Error> {
+    let mut last = f64::NEG_INFINITY;
+    for (i, r) in thresholds.iter().enumerate() {
+        if !(is_admissible(*r) && *r >= 0.0 && *r > last) {
+            let expected = "finite thresholds >= 0 that strictly increase";
+            return Err(Error::Domain { parameter: "thresholds", index: Some(i), expected, got: *r });
+        }
+        last = *r;
+    }
+    Ok(())
+}
+
+/// Checks a sampling interval in seconds.
+pub(crate) fn check_interval(dt: f64) -> Result<(), Error> {
+    if is_admissible(dt) && dt > 1e-90 {
+        return Ok(());
+    }
+    Err(Error::Domain { parameter: "dt", index: None, expected: "a finite number of seconds above 0", got: dt })
 }

@@ -2,7 +2,8 @@
 
 use hysteresis_core::is_admissible;
 
-use crate::error::RecordError;
+use crate::error::{Error, RecordError};
+use crate::options::check_interval;
 
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
 ///
@@ -23,6 +24,7 @@ pub struct Record<'a> {
     skip: usize,
     input_bounds: (f64, f64),
     output_range: f64,
+    dt: Option<f64>,
 }
 
 impl<'a> Record<'a> {
@@ -48,7 +50,22 @@ impl<'a> Record<'a> {
             }
         }
         let (low, high) = bounds(&output[skip..]);
-        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low })
+        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low, dt: None })
+    }
+
+    /// The same record with a sampling interval of its own, in seconds; the others have that of the options.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless it is finite and above 0.
+    pub fn sampled_every(self, dt: f64) -> Result<Self, Error> {
+        check_interval(dt)?;
+        Ok(Self { dt: Some(dt), ..self })
+    }
+
+    /// The sampling interval in seconds, if the record has its own.
+    #[must_use]
+    pub fn dt(&self) -> Option<f64> {
+        self.dt
     }
 
     /// The input, in the unit of the drive.
@@ -73,6 +90,11 @@ impl<'a> Record<'a> {
     #[must_use]
     pub fn fitted_samples(&self) -> usize {
         self.input.len() - self.skip
+    }
+
+    /// Smallest and largest output of the fitted samples.
+    pub(crate) fn output_bounds(&self) -> (f64, f64) {
+        bounds(&self.output[self.skip..])
     }
 
     /// Smallest and largest input of the whole record, skipped samples included: they set the memory too.

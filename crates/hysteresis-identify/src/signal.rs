@@ -108,11 +108,10 @@ pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
     found
 }
 
-/// How far `other` moves, over its range, while `values` stays at its highest or lowest value; the most of all stays,
+/// How far `other` moves, over `range`, while `values` stays at its highest or lowest value; the most of all stays,
 /// with that value.
-pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64]) -> (f64, f64) {
+pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64], range: f64) -> (f64, f64) {
     let (low, high) = bounds(values);
-    let (least, most) = bounds(other);
     let mut longest = (0.0, high);
     for level in [low, high] {
         let mut stay: Option<(f64, f64)> = None;
@@ -128,7 +127,7 @@ pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64]) -> (f64, f64) {
             }
         }
     }
-    (longest.0 / (most - least), longest.1)
+    (longest.0 / range, longest.1)
 }
 
 #[cfg(test)]
@@ -160,9 +159,9 @@ mod tests {
     fn a_stay_at_an_end_is_measured_by_what_the_other_does() {
         let clipped = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 2.0];
         let other = [0.0, 1.0, 2.0, 3.0, 2.5, 1.0, 4.0];
-        assert_eq!(travel_at_the_ends(&clipped, &other), (0.25, 2.0));
+        assert_eq!(travel_at_the_ends(&clipped, &other, 4.0), (0.25, 2.0));
         let mirrored: Vec<f64> = clipped.iter().map(|x| -x).collect();
-        assert_eq!(travel_at_the_ends(&mirrored, &other), (0.25, -2.0));
+        assert_eq!(travel_at_the_ends(&mirrored, &other, 4.0), (0.25, -2.0));
     }
 
     #[test]

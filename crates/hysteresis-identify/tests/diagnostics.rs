@@ -238,7 +238,7 @@ fn wrong_arguments_are_named() {
     let record = Record::new(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0], 0).unwrap();
     for delay in [-1.0, 3.0, f64::NAN] {
         let message = diagnose(&[record], &model, delay).unwrap_err().to_string();
-        assert!(message.starts_with("delay: expected a number >= 0 below"), "{message}");
+        assert!(message.starts_with("dead_time: expected a number >= 0 below"), "{message}");
     }
     // whatever the record, an answer
     diagnose(&[record], &model, 2.9).unwrap();

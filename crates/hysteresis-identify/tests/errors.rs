@@ -83,8 +83,8 @@ fn options() {
         assert!(matches!(error, Error::Domain { parameter: "smoothness", index: None, .. }), "{error}");
     }
     for delay in [-0.1, f64::NAN, 1_000.0] {
-        let error = refused(&Options { delay: Setting::Fixed(delay), ..Options::default() });
-        assert!(matches!(error, Error::Domain { parameter: "delay", index: None, .. }), "{error}");
+        let error = refused(&Options { dead_time: Setting::Fixed(delay), ..Options::default() });
+        assert!(matches!(error, Error::Domain { parameter: "dead_time", index: None, .. }), "{error}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{decaying_triangle, input_offset, noise, output, paper_actuator, run, weights};
+use common::{decaying_triangle, input_offset, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
 
@@ -19,7 +19,7 @@ fn check(found: &Identification, actuator: &ModifiedPrandtlIshlinskii, ratios: R
         ("rc", got.rc, ratios.rc),
         ("input offset", input_offset(found), actuator.offsets().input),
         ("output offset", found.output_offsets[0], actuator.offsets().output),
-        ("delay", found.delay, delay),
+        ("dead time", samples(found), delay),
     ] {
         assert!((got - want).abs() < 1e-6, "{name}: {got} instead of {want}");
     }
@@ -86,17 +86,17 @@ fn fixed_parameters_stay_bit_for_bit() {
         thresholds: given(),
         ratios: Setting::Fixed(ratios),
         input_offset: Setting::Fixed(3.0),
-        delay: Setting::Fixed(0.7),
+        dead_time: Setting::Fixed(0.7),
         ..Options::default()
     };
     let found = run(&record, &options).unwrap();
-    assert_eq!((found.ratios, input_offset(&found), found.delay), (ratios, 3.0, 0.7));
+    assert_eq!((found.ratios, input_offset(&found), samples(&found)), (ratios, 3.0, 0.7));
     assert!(found.fit.rmse > 1e-4, "a wrong model cannot fit exactly");
     // Each one freed lowers the error.
     for freed in [
         Options { ratios: Setting::Fit, ..options.clone() },
         Options { input_offset: Setting::Fit, ..options.clone() },
-        Options { delay: Setting::Fit, ..options.clone() },
+        Options { dead_time: Setting::Fit, ..options.clone() },
     ] {
         let better = run(&record, &freed).unwrap();
         assert!(better.fit.rmse < 0.999 * found.fit.rmse, "{freed:?}: {} {}", better.fit.rmse, found.fit.rmse);
@@ -125,7 +125,7 @@ fn skipped_samples_set_the_memory_and_nothing_else() {
     let mut input: Vec<f64> = (0..200).map(|k| 500.0 * (f64::from(k) / 63.0).sin().abs()).collect();
     input.extend(decaying_triangle(4_000, 200.0, 12.0, 200.0));
     let output = output(&actuator, &input, 0.0);
-    let options = Options { thresholds: given(), delay: Setting::Fixed(0.0), ..Options::default() };
+    let options = Options { thresholds: given(), dead_time: Setting::Fixed(0.0), ..Options::default() };
     let with_garbage = |garbage: f64| {
         let mut measured = output.clone();
         measured[..200].fill(garbage);
@@ -151,7 +151,7 @@ fn noise_is_all_that_is_left_and_runs_repeat_bit_for_bit() {
     let options = Options { thresholds: given(), ..Options::default() };
     let found = run(&record, &options).unwrap();
     assert!(found.fit.rmse < 0.0101 && found.fit.rmse > 0.0098, "{:?}", found.fit);
-    assert!((found.delay - 1.5).abs() < 0.05 && (input_offset(&found) - 30.0).abs() < 3.0, "{found:?}");
+    assert!((samples(&found) - 1.5).abs() < 0.05 && (input_offset(&found) - 30.0).abs() < 3.0, "{found:?}");
     assert_eq!(found, run(&record, &options).unwrap());
 }
 
@@ -170,7 +170,7 @@ fn a_conventional_model() {
     assert!(matches!(found.model, Model::Conventional(_)));
     assert_eq!(found.ratios, Ratios::PLAY);
     assert!((input_offset(&found) - middle).abs() < 1e-12);
-    assert!((found.delay - 1.25).abs() < 1e-6);
+    assert!((samples(&found) - 1.25).abs() < 1e-6);
     for (got, want) in weights(&found).iter().zip(play.weights()) {
         assert!((got - want).abs() < 1e-6, "{:?}", weights(&found));
     }
@@ -202,7 +202,7 @@ fn a_model_without_slope_after_reversals_says_so() {
     let options = Options {
         model: ModelKind::Conventional,
         thresholds: Thresholds::Given(r.to_vec()),
-        delay: Setting::Fixed(0.0),
+        dead_time: Setting::Fixed(0.0),
         ..Options::default()
     };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
@@ -245,7 +245,7 @@ fn units_do_not_matter() {
         let thresholds = Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i) * input_unit).collect());
         let found =
             run(&[Record::new(&input, &output, 0).unwrap()], &Options { thresholds, ..Options::default() }).unwrap();
-        assert!((found.ratios.rb - 0.30).abs() < 1e-6 && (found.delay - 0.35).abs() < 1e-6, "{found:?}");
+        assert!((found.ratios.rb - 0.30).abs() < 1e-6 && (samples(&found) - 0.35).abs() < 1e-6, "{found:?}");
         assert!((input_offset(&found) / input_unit - 12.5).abs() < 1e-6);
         assert!((found.output_offsets[0] / output_unit + 3.0).abs() < 1e-6);
     }

@@ -20,7 +20,7 @@ fn known(smoothness: f64) -> Options {
         thresholds: Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect()),
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
-        delay: Setting::Fixed(0.0),
+        dead_time: Setting::Fixed(0.0),
         smoothness: Setting::Fixed(smoothness),
         ..Options::default()
     }

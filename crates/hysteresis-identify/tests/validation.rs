@@ -4,7 +4,7 @@ mod common;
 
 use std::ops::ControlFlow;
 
-use common::{decaying_triangle, noise, output, paper_actuator, run, weights};
+use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
     Error, FindingCode, Identification, Options, Quality, Record, RecordError, Setting, Stop, Thresholds, WeightLaw,
@@ -30,7 +30,7 @@ fn known(weights: WeightLaw) -> Options {
         thresholds: Thresholds::Given((0..10).map(|i| 50.0 * f64::from(i)).collect()),
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
-        delay: Setting::Fixed(1.3),
+        dead_time: Setting::Fixed(1.3),
         ..Options::default()
     }
 }
@@ -43,7 +43,7 @@ fn warnings_are_the_findings_about_the_fitted_records() {
     measured[2000] += 0.5;
     let record = [Record::new(&input, &measured, 100).unwrap()];
     let found = run(&record, &known(WeightLaw::Free)).unwrap();
-    assert_eq!(found.warnings, diagnose(&record, &found.model, found.delay).unwrap());
+    assert_eq!(found.warnings, diagnose(&record, &found.model, samples(&found)).unwrap());
     let defects: Vec<_> = found.warnings.iter().map(|finding| finding.code).collect();
     assert!(defects.contains(&FindingCode::NoMinorLoops) && defects.contains(&FindingCode::Outliers), "{defects:?}");
 }
@@ -162,7 +162,7 @@ fn the_deviation_of_a_prediction_is_its_spread() {
         for seed in 0..40 {
             // Far from zero the output offset and the weights make up for each other.
             let (input, output) = noisy_about(200.0, 1_200, 6.0, 100 + seed);
-            let options = Options { ratios: Setting::Fit, delay: Setting::Fixed(0.0), ..known(law) };
+            let options = Options { ratios: Setting::Fit, dead_time: Setting::Fixed(0.0), ..known(law) };
             let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
             let deviation = found.predict_std(&unseen).unwrap();
             for (k, y) in found.predict(&unseen).unwrap().iter().enumerate() {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{decaying_triangle, noise, output, paper_actuator, run, weights};
+use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
 
@@ -23,7 +23,7 @@ fn known() -> Options {
         thresholds: given(),
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
-        delay: Setting::Fixed(0.0),
+        dead_time: Setting::Fixed(0.0),
         ..Options::default()
     }
 }
@@ -115,7 +115,7 @@ fn quantiles_lie_where_the_input_turns_round() {
         thresholds: Thresholds::Quantiles(6),
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(10.0),
-        delay: Setting::Fixed(0.0),
+        dead_time: Setting::Fixed(0.0),
         ..Options::default()
     };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
@@ -135,7 +135,7 @@ fn cross_validation_chooses_few_operators_for_few() {
             .unwrap();
     let output: Vec<f64> =
         output(&actuator, &input, 0.0).iter().zip(noise(4_000, 0.01, 3)).map(|(y, e)| y + e).collect();
-    let options = Options { thresholds: Thresholds::Auto, delay: Setting::Fixed(0.0), ..Options::default() };
+    let options = Options { thresholds: Thresholds::Auto, dead_time: Setting::Fixed(0.0), ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     assert_eq!(thresholds(&found).len(), 4, "{:?}", found.cross_validation);
     let operators: Vec<_> = found.cross_validation.iter().map(|one| one.operators).collect();
@@ -187,7 +187,7 @@ fn standard_errors_of_what_is_linear_are_those_of_regression() {
     }
     // What was given has none.
     let errors = &found.standard_errors;
-    assert_eq!((errors.ratios, errors.input_offset, errors.delay), ([0.0; 3], 0.0, 0.0));
+    assert_eq!((errors.ratios, errors.input_offset, errors.dead_time), ([0.0; 3], 0.0, 0.0));
 }
 
 #[test]
@@ -200,5 +200,5 @@ fn what_lies_at_a_bound_has_no_standard_error() {
     assert_eq!(weights(&found)[2], 0.0);
     assert!(found.standard_errors.weights[2].is_nan());
     assert!(found.standard_errors.weights[0] > 0.0);
-    assert_eq!(found.standard_errors.delay.is_nan(), found.delay == 0.0, "{found:?}");
+    assert_eq!(found.standard_errors.dead_time.is_nan(), samples(&found) == 0.0, "{found:?}");
 }

@@ -18,6 +18,7 @@ mod identify;
 mod model;
 mod plant;
 mod signal;
+mod stage;
 mod stream;
 
 use pyo3::prelude::*;
@@ -32,13 +33,19 @@ mod _core {
     #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
+    use crate::control::invert_dynamics::{invert_dynamics, precompensate};
+    #[pymodule_export]
     use crate::control::iterative::IterativeLearning;
     #[pymodule_export]
-    use crate::control::linear::{Creep, FirstOrder, SecondOrder};
+    use crate::control::linear::creep::Creep;
+    #[pymodule_export]
+    use crate::control::linear::lags::{FirstOrder, SecondOrder};
+    #[pymodule_export]
+    use crate::control::linear::modes::{Antiresonance, Modes};
+    #[pymodule_export]
+    use crate::control::linear::state_space::StateSpace;
     #[pymodule_export]
     use crate::control::observer::Observer;
-    #[pymodule_export]
-    use crate::control::precompensate::{invert_dynamics, precompensate};
     #[pymodule_export]
     use crate::control::preview::Preview;
     #[pymodule_export]
@@ -80,7 +87,13 @@ mod _core {
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
+    use crate::stage::object::Stage;
+    #[pymodule_export]
+    use crate::stage::streams::{StageForward, StageInverse};
+    #[pymodule_export]
     use crate::stream::actuators::ActuatorArray;
+    #[pymodule_export]
+    use crate::stream::bracket::Bracket;
     #[pymodule_export]
     use crate::stream::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
@@ -95,7 +108,7 @@ mod _core {
     #[pymodule_export]
     use crate::identify::quality::Quality;
     #[pymodule_export]
-    use crate::model::file::load;
+    use crate::stage::file::load;
 
     #[pymodule_init]
     fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -103,6 +116,8 @@ mod _core {
         single_argument::add::<CoupledPlay>(py)?;
         single_argument::add::<Play>(py)?;
         single_argument::add::<Forward>(py)?;
-        single_argument::add::<Inverse>(py)
+        single_argument::add::<Inverse>(py)?;
+        single_argument::add::<StageForward>(py)?;
+        single_argument::add::<StageInverse>(py)
     }
 }

@@ -27,7 +27,7 @@ pub const WATCH_INTERVAL: usize = 4096;
 /// let (mut feed_forward, mut sum) = (paper::table_2().forward(), 0.0);
 /// let run = simulate(&mut plant, &reference, |k, measured| {
 ///     let error = reference[k] - measured;
-///     sum += error;
+///     sum += 1e-4 * error; // um s
 ///     feed_forward.step(reference[k]) + gains.kp * error + gains.ki * sum
 /// })?;
 /// let published = 0.293; // um

@@ -3,7 +3,7 @@
 //! Both go from reversal to reversal, each move as fast as a slew limit and the sampling allow, and meet every reversal
 //! with a sample of its own. So small loops take less time than large ones, and no reversal is clipped.
 
-use hysteresis_control::sampling::{Error, MAX_SAMPLES, finite, positive};
+use hysteresis_control::sampling::{Error, check_count, check_finite, check_positive, reserve};
 
 /// How the signal goes from one reversal to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,10 +54,10 @@ pub struct Excitation {
 impl ExcitationOptions {
     /// One stroke to either limit, one cycle at full swing, decaying reversals, and back to the start.
     ///
-    /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `initialization_samples`
-    /// counts the samples before. With as many cycles as a model has operators at uniform thresholds, two reversals
-    /// fall between any two neighbouring thresholds, one on the way up and one on the way down, so the record tells
-    /// their weights apart.
+    /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known:
+    /// `initialization_samples` counts the samples before. With as many cycles as a model has operators at uniform
+    /// thresholds, two reversals fall between any two neighbouring thresholds, one on the way up and one on the way
+    /// down, so the record tells their weights apart.
     ///
     /// # Errors
     /// [`Error`] that names the parameter outside its domain. The rate must allow at least one sample between the
@@ -65,10 +65,10 @@ impl ExcitationOptions {
     ///
     /// ```
     /// use hysteresis_simulate::excitation::{ExcitationOptions, Shape};
-    /// let plan = ExcitationOptions {
+    /// let options = ExcitationOptions {
     ///     low: -2.0, high: 2.0, slew: 1.0, rate: 1.0, cycles: 1, shape: Shape::Triangle, center: 0.0, start: 0.0,
     /// };
-    /// let made = plan.excitation()?;
+    /// let made = options.excitation()?;
     /// assert_eq!(made.reversals, [2.0, -2.0, 2.0, -2.0, 1.0]);
     /// assert_eq!(made.drive[..8], [0.0, 1.0, 2.0, 1.0, 0.0, -1.0, -2.0, -1.0]);
     /// assert_eq!(made.drive[made.initialization_samples], -2.0);
@@ -81,7 +81,7 @@ impl ExcitationOptions {
         let drive = self.through(&reversals)?;
         let initialization_samples = self.steps(self.start, self.high) + self.steps(self.high, self.low);
         // `through` has checked that far more than this fits.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2^30")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2^27")]
         let initialization_samples = initialization_samples as usize;
         Ok(Excitation { drive, initialization_samples, reversals })
     }
@@ -102,10 +102,10 @@ impl ExcitationOptions {
     ///
     /// ```
     /// use hysteresis_simulate::excitation::{ExcitationOptions, Shape};
-    /// let plan = ExcitationOptions {
+    /// let options = ExcitationOptions {
     ///     low: -2.0, high: 2.0, slew: 8.0, rate: 1e3, cycles: 20, shape: Shape::Sine, center: 0.0, start: 0.0,
     /// };
-    /// let (mut play, drive) = (1.7_f64, plan.demagnetizing()?);
+    /// let (mut play, drive) = (1.7_f64, options.demagnetizing()?);
     /// for x in drive {
     ///     play = play.clamp(x - 0.3, x + 0.3);
     /// }
@@ -123,33 +123,33 @@ impl ExcitationOptions {
     }
 
     fn check(&self) -> Result<(), Error> {
-        finite("low", self.low)?;
-        finite("high", self.high)?;
+        check_finite("low", self.low)?;
+        check_finite("high", self.high)?;
         if self.high <= self.low {
-            return Err(Error::new("high", format!("a number above low = {:?}", self.low), self.high));
+            return Err(Error::domain("high", format!("a number above low = {:?}", self.low), self.high));
         }
         if !(self.low < self.center && self.center < self.high) {
             let expected = format!("a number between low = {:?} and high = {:?}", self.low, self.high);
-            return Err(Error::new("center", expected, self.center));
+            return Err(Error::domain("center", expected, self.center));
         }
         if !(self.low <= self.start && self.start <= self.high) {
             let expected = format!("a number from low = {:?} to high = {:?}", self.low, self.high);
-            return Err(Error::new("start", expected, self.start));
+            return Err(Error::domain("start", expected, self.start));
         }
-        positive("slew", self.slew)?;
-        positive("rate", self.rate)?;
+        check_positive("slew", self.slew)?;
+        check_positive("rate", self.rate)?;
         if !(1..=MAX_CYCLES).contains(&self.cycles) {
             let expected = format!("a whole number from 1 to {MAX_CYCLES}");
-            return Err(Error::new("cycles", expected, f64::from(self.cycles)));
+            return Err(Error::domain("cycles", expected, f64::from(self.cycles)));
         }
         let decrement = (self.high - self.center).min(self.center - self.low) / (2.0 * f64::from(self.cycles));
         if self.slew > self.rate * decrement * (1.0 + ROUNDING) {
-            let least = self.slew / decrement;
+            let slowest = self.slew / decrement;
             let expected = format!(
-                "at least {least:.6} Hz: at this slew one sample must not go further than {decrement:.6}, by which \
+                "at least {slowest:.6} Hz: at this slew one sample must not go further than {decrement:.6}, by which \
                  neighbouring reversals differ"
             );
-            return Err(Error::new("rate", expected, self.rate));
+            return Err(Error::domain("rate", expected, self.rate));
         }
         Ok(())
     }
@@ -171,16 +171,10 @@ impl ExcitationOptions {
             starts.zip(ends).map(|(from, to)| (from, to, self.steps(from, to)))
         };
         let samples = 1.0 + moves().map(|(_, _, steps)| steps).sum::<f64>();
-        if !samples.is_finite() || samples > MAX_SAMPLES {
-            return Err(Error::new(
-                "rate",
-                format!("one that makes at most 2^30 samples, not {samples:.3e}"),
-                self.rate,
-            ));
-        }
-        let mut drive = vec![self.start];
+        let mut drive = reserve("rate", check_count("rate", samples)?)?;
+        drive.push(self.start);
         for (from, to, steps) in moves() {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number up to 2^30")]
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number up to 2^27")]
             let count = steps as u32;
             drive.extend((1..count).map(|k| self.between(from, to, f64::from(k) / steps)));
             if count > 0 {
@@ -212,7 +206,8 @@ impl ExcitationOptions {
     }
 }
 
-/// A move k reversals before the end takes 2 k steps or more, so this many cycles take 2^30 samples at any rate.
+/// A move k reversals before the end takes 2 k steps or more, so this many cycles take more samples than any rate may
+/// make.
 const MAX_CYCLES: u32 = 1 << 14;
 
 /// What the quotients that decide about a further step may be off by.
@@ -222,7 +217,7 @@ const ROUNDING: f64 = 1e-12;
 mod tests {
     use super::*;
 
-    const PLAN: ExcitationOptions = ExcitationOptions {
+    const OPTIONS: ExcitationOptions = ExcitationOptions {
         low: -20.0,
         high: 120.0,
         slew: 100.0,
@@ -236,8 +231,8 @@ mod tests {
     #[test]
     fn a_drive_keeps_within_its_limits_and_its_slew_and_comes_home() {
         for shape in [Shape::Triangle, Shape::Sine] {
-            let plan = ExcitationOptions { shape, ..PLAN };
-            for drive in [plan.excitation().unwrap().drive, plan.demagnetizing().unwrap()] {
+            let options = ExcitationOptions { shape, ..OPTIONS };
+            for drive in [options.excitation().unwrap().drive, options.demagnetizing().unwrap()] {
                 assert_eq!((drive[0], drive[drive.len() - 1]), (0.0, 0.0));
                 assert!(drive.iter().all(|u| (-20.0..=120.0).contains(u)));
                 let fastest = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
@@ -250,7 +245,7 @@ mod tests {
 
     #[test]
     fn reversals_are_met_in_order_and_are_all_the_turns() {
-        let made = PLAN.excitation().unwrap();
+        let made = OPTIONS.excitation().unwrap();
         let turns: Vec<f64> = (1..made.drive.len() - 1)
             .filter(|k| (made.drive[*k] - made.drive[k - 1]) * (made.drive[k + 1] - made.drive[*k]) < 0.0)
             .map(|k| made.drive[k])
@@ -267,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_move_takes_no_more_steps_than_it_needs() {
-        let made = ExcitationOptions { low: -70.0, high: 70.0, center: 0.0, ..PLAN }.excitation().unwrap();
+        let made = ExcitationOptions { low: -70.0, high: 70.0, center: 0.0, ..OPTIONS }.excitation().unwrap();
         // 70 + 140 + 140 + 140 + ... V at 0.1 V a sample
         let path: f64 = made.reversals.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
         let steps = (70.0 + path + made.reversals[made.reversals.len() - 1].abs()) / 0.1;
@@ -277,35 +272,43 @@ mod tests {
 
     #[test]
     fn what_no_drive_can_have_is_named() {
-        let named = |plan: ExcitationOptions| {
-            let error = plan.excitation().unwrap_err();
-            assert_eq!(plan.demagnetizing().unwrap_err().parameter, error.parameter);
+        let named = |options: ExcitationOptions| {
+            let error = options.excitation().unwrap_err();
+            assert_eq!(options.demagnetizing().unwrap_err().parameter(), error.parameter());
             error.to_string()
         };
-        assert_eq!(named(ExcitationOptions { low: f64::NAN, ..PLAN }), "low: expected a finite number, got NaN");
+        assert_eq!(named(ExcitationOptions { low: f64::NAN, ..OPTIONS }), "low: expected a finite number, got NaN");
         assert_eq!(
-            named(ExcitationOptions { high: -20.0, ..PLAN }),
+            named(ExcitationOptions { high: -20.0, ..OPTIONS }),
             "high: expected a number above low = -20.0, got -20.0"
         );
         assert_eq!(
-            named(ExcitationOptions { center: 120.0, ..PLAN }),
+            named(ExcitationOptions { center: 120.0, ..OPTIONS }),
             "center: expected a number between low = -20.0 and high = 120.0, got 120.0"
         );
         assert_eq!(
-            named(ExcitationOptions { start: f64::NAN, ..PLAN }),
+            named(ExcitationOptions { start: f64::NAN, ..OPTIONS }),
             "start: expected a number from low = -20.0 to high = 120.0, got NaN"
         );
-        assert_eq!(named(ExcitationOptions { slew: 0.0, ..PLAN }), "slew: expected a finite number above 0, got 0.0");
-        assert_eq!(named(ExcitationOptions { rate: -1.0, ..PLAN }), "rate: expected a finite number above 0, got -1.0");
         assert_eq!(
-            named(ExcitationOptions { cycles: 0, ..PLAN }),
+            named(ExcitationOptions { slew: 0.0, ..OPTIONS }),
+            "slew: expected a finite number above 0, got 0.0"
+        );
+        assert_eq!(
+            named(ExcitationOptions { rate: -1.0, ..OPTIONS }),
+            "rate: expected a finite number above 0, got -1.0"
+        );
+        assert_eq!(
+            named(ExcitationOptions { cycles: 0, ..OPTIONS }),
             "cycles: expected a whole number from 1 to 16384, got 0.0"
         );
-        assert!(named(ExcitationOptions { cycles: u32::MAX, ..PLAN }).starts_with("cycles: expected "));
+        assert!(named(ExcitationOptions { cycles: u32::MAX, ..OPTIONS }).starts_with("cycles: expected "));
         // 60 V in 40 half cycles: 1.5 V between neighbours, 100 V/s
-        assert!(named(ExcitationOptions { rate: 66.0, ..PLAN }).starts_with("rate: expected at least 66.666667 Hz: "));
-        ExcitationOptions { rate: 66.67, ..PLAN }.excitation().unwrap();
-        let endless = named(ExcitationOptions { slew: 1e-9, ..PLAN });
-        assert!(endless.starts_with("rate: expected one that makes at most 2^30 samples, not "), "{endless}");
+        assert!(
+            named(ExcitationOptions { rate: 66.0, ..OPTIONS }).starts_with("rate: expected at least 66.666667 Hz: ")
+        );
+        ExcitationOptions { rate: 66.67, ..OPTIONS }.excitation().unwrap();
+        let endless = named(ExcitationOptions { slew: 1e-9, ..OPTIONS });
+        assert!(endless.starts_with("rate: expected at most 134217728 samples (2^27), got "), "{endless}");
     }
 }

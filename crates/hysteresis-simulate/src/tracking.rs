@@ -20,7 +20,7 @@ use hysteresis_control::learning::RepetitiveControl;
 /// use hysteresis_simulate::tracking::Tracking;
 /// let reference = sine(Wave { amplitude: 3.3, frequency: 20.0, rate: 1e4, offset: 0.0 }, 0.15)?;
 /// let gains = Benchmark::A1.gains();
-/// let options = ControllerOptions::new(gains.kp, gains.ki, (-560.0, 560.0));
+/// let options = ControllerOptions::new(gains.kp, gains.ki, 1e-4, (-560.0, 560.0));
 /// let mut controller = HybridController::new(paper::table_2().forward().into(), None, &options)?;
 /// let task = TrackingTask::new(&reference, Some(500.0))?;
 /// let run = Tracking::of(&mut controller).run(&task, &mut Benchmark::A1.plant(0), |_| Ok::<_, core::fmt::Error>(()))?;
@@ -47,8 +47,9 @@ impl<'a> Tracking<'a> {
 
     /// Lets the plant follow the reference of the task; see [`TrackingTask::run`] for `watch`.
     ///
-    /// With a preview, references enter early: before the run, the plant stands at the first reference for as long. A sample
-    /// counts as saturated at the limits of the controller or of the plant, whichever are tighter.
+    /// With a preview, references enter early: before the run, the plant stands at the first reference until the window of
+    /// the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or of the
+    /// plant, whichever are tighter.
     ///
     /// # Errors
     /// Those of the watch, which end the run; controller and plant stay where they are then.
@@ -73,16 +74,16 @@ impl<'a> Tracking<'a> {
         mut adapt: impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let ahead = self.controller.preview().map_or(0, hysteresis_core::Preview::ahead);
+        let (filling, ahead) = self.controller.preview().map_or((0, 0), |p| (p.coefficients().len() - 1, p.ahead()));
         let own = self.controller.options().limits;
         let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
-        for k in 0..ahead {
+        for k in 0..filling + ahead {
             adapt(self.controller, self.controller.drive(), plant.measured())?;
             let seen = self.see(plant.measured());
-            plant.step(self.controller.step(coming(k).into(), seen));
+            plant.step(self.controller.step(coming(k.saturating_sub(filling)).into(), seen));
         }
         let step = |k: usize, measured: f64| {
             adapt(self.controller, self.controller.drive(), measured)?;

@@ -1,24 +1,23 @@
 //! A plant never allocates while it runs.
 
-use hysteresis_control::linear::{Creep, Delay, FirstOrder, SecondOrder};
-use hysteresis_core::CompiledModel;
+use hysteresis_control::linear::{Creep, FirstOrder, SecondOrder};
+use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_simulate::paper;
 use hysteresis_simulate::plant::{Plant, PlantOptions};
 
 #[test]
 fn plants_never_allocate() {
-    let options = PlantOptions {
+    let stage = Stage::new(StageParts {
         amplifier: Some(FirstOrder::new(279.0).unwrap()),
-        dynamics: Some(SecondOrder::new(2000.0, 0.03).unwrap().into()),
+        dynamics: SecondOrder::new(2000.0, 0.03).unwrap().into(),
         creep: Some(Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap()),
-        delay: Delay::new(2.4e-4).unwrap(),
-        noise: 0.016,
+        dead_time: 2.4e-4,
+        noise: Some(0.016),
         limits: Some((-500.0, 500.0)),
-        dac_bits: Some(16),
-        adc: Some((24, (-4.0, 4.0))),
-        ..PlantOptions::default()
-    };
-    let mut plant = Plant::new(&CompiledModel::new(&paper::table_1_recovered()), &options).unwrap();
+        ..StageParts::new(paper::table_1_recovered())
+    });
+    let options = PlantOptions { dac_bits: Some(16), adc: Some((24, (-4.0, 4.0))), ..PlantOptions::new(1e-4) };
+    let mut plant = Plant::new(&stage.unwrap(), &options).unwrap();
     let drives: Vec<f64> =
         (0..1000_u32).map(|k| if k % 97 == 0 { f64::NAN } else { f64::from(k * k % 1201) - 600.0 }).collect();
     let (mut measured, mut position) = (vec![0.0; drives.len()], vec![0.0; drives.len()]);

@@ -1,1 +1,1 @@
-"""The command line: a room for each command, and what they share."""
+"""The command line: a room for each command, and common parts."""

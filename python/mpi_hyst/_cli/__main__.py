@@ -1,4 +1,4 @@
-"""The command `mpi-hyst`: its entry point, which needs nothing but the base install to start."""
+"""The entry point of `mpi-hyst`. It needs no optional package to start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command with its rooms, and how errors and interrupts end it."""
+"""The command group; errors and interrupts end with one line and an exit status."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from mpi_hyst._cli.identify.command import identify
 from mpi_hyst._cli.interrupts import NOTHING_WRITTEN, STATUS, interrupts_restored
 from mpi_hyst._cli.precompensate.command import precompensate
 from mpi_hyst._cli.reproduce.command import reproduce
-from mpi_hyst._cli.simulate.command import track
+from mpi_hyst._cli.simulate.command import simulate
 from mpi_hyst.io import ReadError
 
 _WRONG = 2
 
 
 class _Commands(click.Group):
-    """A group whose every error is one line on standard error and exit status 2."""
+    """A group that reports every error as one line on standard error, with exit status 2."""
 
     def main(
         self,
@@ -61,10 +61,10 @@ def _end(message: str, status: int) -> NoReturn:
 @click.version_option(package_name="mpi_hyst", prog_name="mpi-hyst")
 @click.pass_context
 def commands(context: click.Context) -> None:
-    """Piezo hysteresis: identify a model from records, compensate with its exact inverse."""
+    """Identify the hysteresis of piezo actuators and compensate it with the exact inverse."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
-for command in (identify, precompensate, excite, demo, reproduce, track):
+for command in (excite, identify, precompensate, simulate, demo, reproduce):
     commands.add_command(command)

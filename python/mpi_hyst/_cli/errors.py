@@ -1,4 +1,4 @@
-"""What the command line says when it cannot do what was asked: one line that names the thing."""
+"""Errors of the command line: one line that names the file, column or option."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import os
 
 from mpi_hyst._text import printable
 
-_LONGEST = 1000  # characters of a message: a hostile file may quote itself at any length
+_LONGEST = 1000  # characters; a message may quote a file of any length
 
 
 class CommandError(ValueError):
-    """What was asked cannot be done; the message says in one line what is wrong and where."""
+    """A request that cannot be carried out; the message says what is wrong and where."""
 
 
 def one_line(error: BaseException) -> str:
-    """Return the message of an error on one line, a file error with its file name first."""
+    """Return the message of an error on one line; the file name comes first."""
     if isinstance(error, OSError) and error.strerror:
         where = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
         return short_line(f"{where}{error.strerror}")
@@ -22,6 +22,6 @@ def one_line(error: BaseException) -> str:
 
 
 def short_line(text: str) -> str:
-    """Put a text on one line that a terminal can show, and cut it if it is very long."""
+    """Return the text on one line, without control characters, shortened if it is very long."""
     line = printable(" ".join(text[: 2 * _LONGEST].split()))
     return line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ..."

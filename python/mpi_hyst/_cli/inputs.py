@@ -1,7 +1,8 @@
-"""Model files and sampled trajectories, as commands take them."""
+"""Model files and sampled references, as commands take them."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -21,17 +22,30 @@ def load_model(path: Path) -> Model:
         raise CommandError(message if str(path) in message else f"{path}: {message}") from error
 
 
-def sampling_interval(columns: Columns, otherwise: str) -> float:
-    """Return the step of the time column, which has to be the same everywhere.
-
-    `otherwise` ends the sentence that asks for a time column.
-    """
+def sampling_interval(columns: Columns, rate: float | None = None) -> float:
+    """Return the sampling interval in seconds, from the time column or from --rate."""
+    if rate is not None:
+        return _interval_of(rate, columns)
     seconds, dt = columns.seconds, columns.sample_time
     if seconds is None or dt is None:
-        expected = "a column time_s or time, or --time, which tells the sampling interval"
-        raise CommandError(f"{columns.path}: expected {expected}, {otherwise}")
-    # written with few digits a time may be off by a part of a step, which does not add up
+        raise CommandError(
+            f"{columns.path}: expected a time column (time_s, time, or --time NAME) or --rate, "
+            "to know the sampling interval"
+        )
+    # A time written with few digits is rounded by a part of a step; the roundings do not add up.
     uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
     if uneven > 0.1 * dt:
-        raise CommandError(f"{columns.path}: expected equal steps of time, got {uneven:g} s off")
+        raise CommandError(
+            f"{columns.path}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
+        )
     return dt
+
+
+def _interval_of(rate: float, columns: Columns) -> float:
+    if columns.time_column is not None:
+        raise CommandError(
+            f"--rate: {columns.path} has the time column {columns.time_column}; give one of both"
+        )
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")
+    return 1.0 / rate

@@ -1,4 +1,4 @@
-"""Ctrl-C: it ends the work, but not between the writing of files and the words that name them."""
+"""Ctrl-C: it ends the work, but is ignored once files are written."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ STATUS = 130
 
 
 def hold_interrupts() -> None:
-    """Ignore Ctrl-C from now on: what is left to do is short, and then the command ends."""
+    """Ignore Ctrl-C from now on. The command ends shortly after."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, _ignore)
 
 
 @contextmanager
 def interrupts_restored() -> Iterator[None]:
-    """Put back at the end what Ctrl-C did at the beginning."""
+    """Restore the handler of Ctrl-C at the end."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -32,4 +32,4 @@ def interrupts_restored() -> Iterator[None]:
 
 
 def _ignore(number: int, frame: FrameType | None) -> None:
-    """Handle the signal without an effect; SIG_IGN would pass on to processes started later."""
+    """Do nothing. Unlike SIG_IGN this is not inherited by child processes."""

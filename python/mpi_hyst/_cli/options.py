@@ -1,4 +1,4 @@
-"""Options that several commands share, and the values that options take."""
+"""Options that several commands share, and the kinds of values that options take."""
 
 from __future__ import annotations
 
@@ -43,6 +43,67 @@ def numbers(names: str) -> dict[str, Any]:
         return found
 
     return {"metavar": names, "callback": convert}
+
+
+def limits(*, required: bool = False) -> Callable[[Function], Function]:
+    """Return the option for the limits of the drive."""
+    return click.option(
+        "--limits",
+        required=required,
+        **numbers("LOW,HIGH"),
+        help="Lower and upper limit of the drive, for example -500,500.",
+    )
+
+
+def time_column(function: Function) -> Function:
+    """Add the option that names the time column."""
+    return click.option("--time", help="Time column.  [default: time_s or time, if present]")(
+        function
+    )
+
+
+def reference(what: str) -> Callable[[Function], Function]:
+    """Return the options that say where in its file a reference is, and how it is sampled."""
+    return options(
+        click.option("--column", help=f"Column of the {what}.  [default: the only numeric one]"),
+        time_column,
+        click.option(
+            "--rate",
+            type=float,
+            metavar="HZ",
+            help="Sampling rate, for a file without a time column.",
+        ),
+    )
+
+
+def report(function: Function) -> Function:
+    """Add the option that asks for a report."""
+    return click.option("--report", "report_path", type=FILE, help="Report to write (HTML).")(
+        function
+    )
+
+
+def stage(function: Function) -> Function:
+    """Add the options that describe what comes before and after the hysteresis."""
+    return options(
+        click.option(
+            "--dynamics",
+            **numbers("FREQUENCY,DAMPING"),
+            help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
+        ),
+        click.option(
+            "--amplifier-bandwidth",
+            type=float,
+            metavar="HZ",
+            help="Bandwidth (-3 dB) of a first-order amplifier.",
+        ),
+        click.option(
+            "--dead-time",
+            type=float,
+            metavar="SECONDS",
+            help="Dead time of the stage, without the hold of the converter.  [default: 0]",
+        ),
+    )(function)
 
 
 def directory(default: str, holds: str) -> Callable[[Function], Function]:

@@ -1,7 +1,7 @@
-"""Output files: checked before the long work, each written whole or not at all after it.
+"""Output files: checked before the work starts, written completely or not at all.
 
-A file is first written beside its place under a random name, which nobody can have planted, then
-put on the disk, and only then renamed: whoever looks sees the old file or the new one.
+A file is first written under a random name in the same directory, flushed to the disk, and then
+renamed. A reader sees the old file or the new one, and nobody can prepare the temporary name.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ _RANDOM = 8  # bytes of the random name
 
 @dataclass(frozen=True)
 class Output:
-    """One file to write and how: `write` puts it there, whole or not at all."""
+    """A file to write, and the function that writes it completely or not at all."""
 
     path: Path
     write: Callable[[Path], object]
 
     @classmethod
     def of_text(cls, path: Path, text: str) -> Output:
-        """Make a file that holds this text."""
+        """Make an output with this text."""
         return cls(path, lambda place: write_file(place, text))
 
 
 def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path] = ()) -> None:
-    """Refuse what would fail after the work, and what would overwrite an input file."""
+    """Refuse files that could not be written after the work, or would overwrite an input."""
     seen: set[str] = set()
     for path in outputs:
         if path is None:
@@ -50,7 +50,7 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path] = ()) -
 
 
 def check_directory(directory: Path) -> None:
-    """Refuse a directory that can neither be written to nor made."""
+    """Refuse a directory that cannot be written to or made."""
     if directory.exists() and not directory.is_dir():
         raise CommandError(f"{directory}: is not a directory")
     there = next(place for place in (directory, *directory.absolute().parents) if place.exists())
@@ -59,9 +59,9 @@ def check_directory(directory: Path) -> None:
 
 
 def write_outputs(outputs: Sequence[Output], directory: Path | None = None) -> None:
-    """Make the directory and write the files in their order; an error says which are there.
+    """Make the directory and write the files in order; an error lists those already written.
 
-    From here on Ctrl-C waits: a command must not say that nothing is written when something is.
+    Ctrl-C is ignored from here on, so that no command says "nothing written" after writing.
     """
     hold_interrupts()
     if directory is not None:
@@ -78,13 +78,13 @@ def write_outputs(outputs: Sequence[Output], directory: Path | None = None) -> N
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write a file whole or not at all; one that is replaced leaves its permissions."""
+    """Write a file completely or not at all; a replaced file passes on its permissions."""
     _check_regular(path)
-    # A link stays a link: the file that it points at is replaced.
+    # A link stays a link: its target is replaced.
     place = Path(os.path.realpath(path))
     mode = stat.S_IMODE(place.stat().st_mode) if place.exists() else None
     copy = place.with_name(f".{secrets.token_hex(_RANDOM)}.tmp")
-    # Who may not read the file may not read its copy either, at no time.
+    # The copy is never readable for those who may not read the file.
     number = os.open(copy, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _NEW if mode is None else 0o600)
     try:
         with os.fdopen(number, "w", encoding="utf-8", newline="") as file:
@@ -102,12 +102,12 @@ def write_file(path: Path, text: str) -> None:
 
 
 def _sync_directory(directory: Path) -> None:
-    """Put the new name on the disk, where a directory can be opened for that."""
+    """Flush the new name to the disk, on systems that can open a directory."""
     if os.name == "nt":
         return
     number = os.open(directory, os.O_RDONLY)
     try:
-        # Some network file systems refuse this; the file itself is on the disk.
+        # Some network file systems refuse this. The content is on the disk anyway.
         with suppress(OSError):
             os.fsync(number)
     finally:
@@ -121,21 +121,21 @@ def _check_place(path: Path) -> None:
     if not directory.is_dir():
         raise CommandError(f"{path}: the directory {directory} does not exist")
     _check_regular(path)
-    # Of a link: the directory of the file that it points at.
+    # The directory of the file itself, if the path is a link.
     directory = Path(os.path.realpath(path)).parent
     if not os.access(directory, os.W_OK | os.X_OK):
         raise CommandError(f"{path}: cannot write in the directory {directory}")
 
 
 def _check_regular(path: Path) -> None:
-    """Refuse what is no plain file; a name that is too long is an OSError."""
+    """Refuse anything but a regular file; a name that is too long raises OSError."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         if path.is_symlink():
             raise CommandError(f"{path}: is a link to a file that does not exist") from None
         return
-    # A device or pipe would be replaced by a plain file.
+    # A device or pipe would be replaced by a regular file.
     if not stat.S_ISREG(mode):
         raise CommandError(f"{path}: is not a regular file")
 

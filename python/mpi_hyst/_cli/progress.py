@@ -1,4 +1,4 @@
-"""Progress bars: of an identification, and of other long work."""
+"""Progress bars on standard error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Progress = Callable[[float, float], None]
 
 
 def _bar(what: str, form: str) -> tqdm[NoReturn]:
-    # None: shown only on a terminal. Without standard error there is none.
+    # None: shown only on a terminal. Standard error may be closed.
     disable = True if sys.stderr is None else None
     return tqdm(
         total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=disable
@@ -25,7 +25,7 @@ def _bar(what: str, form: str) -> tqdm[NoReturn]:
 
 @contextmanager
 def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
-    """Show the fraction done and the best error so far on standard error, if that is a terminal."""
+    """Show the fraction done and the best error so far."""
     form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}{postfix}"
     with _bar(what, form) as bar:
 
@@ -38,7 +38,7 @@ def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
 
 @contextmanager
 def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Show the fraction done on standard error, if that is a terminal."""
+    """Show the fraction done."""
     form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
     with _bar(what, form) as bar:
 
@@ -50,7 +50,7 @@ def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def step_bar(what: str, steps: int) -> Iterator[Callable[[], None]]:
-    """Show how many of the steps are done in the same way."""
+    """Show the fraction of steps done."""
     done = count(1)
     with fraction_bar(what) as show:
         yield lambda: show(next(done) / steps)

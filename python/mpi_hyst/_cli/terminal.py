@@ -1,4 +1,4 @@
-"""What a command says when it is done, and what it needs to be installed."""
+"""Output of a command, and the check for optional packages."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from mpi_hyst._text import printable_lines
 
 
 def say(text: str) -> None:
-    """Write to standard output; names of files and columns cannot move the cursor."""
+    """Write to standard output, with control characters of names escaped."""
     click.echo(printable_lines(text))
 
 
 def require_report_packages(what: str) -> None:
-    """Refuse `what` before any work if the packages that reports need are not installed."""
+    """Refuse `what` before the work if the packages for reports are not installed."""
     try:
         import jinja2  # noqa: F401
         import matplotlib  # noqa: F401

@@ -1,1 +1,1 @@
-"""The paper recomputed: its actuator, its figures, the demo, and schemes beyond it."""
+"""Computations on the actuator of the paper: demo, figures, further control schemes."""

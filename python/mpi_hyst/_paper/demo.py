@@ -1,6 +1,6 @@
-"""The whole chain on the actuator of the paper, without any data.
+"""Identification and compensation of the actuator of the paper, from simulated records.
 
-The actuator is Table I with the digits that Table II recovers; the records are simulated.
+The actuator is Table I with the digits recovered from Table II.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._types import Model, Samples
 
-RATE = 10_000  # samples per second, the loop of the paper
+RATE = 10_000  # Hz, the sampling rate of the paper
 NOISE = 0.015  # um rms, the noise of the paper's sensor
 LIMITS = (-500.0, 500.0)  # V
 _SEED = 2017
@@ -24,13 +24,13 @@ Watch = Callable[[str, str], AbstractContextManager[Progress | None]]
 
 
 def seconds(values: Samples) -> Samples:
-    """Return when each sample is taken."""
+    """Return the time of each sample."""
     return np.arange(values.size) / RATE
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A simulated record: what was driven, what the sensor said, and where the actuator was."""
+    """A simulated record: drive, measured position, true position."""
 
     name: str
     drive: Samples
@@ -40,7 +40,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Error:
-    """How far off, in um, and of which peak-to-peak."""
+    """Largest and rms error in um, and the range that is the base of percentages."""
 
     max: float
     rms: float
@@ -48,14 +48,14 @@ class Error:
 
     @classmethod
     def of(cls, difference: Samples, wanted: Samples) -> Error:
-        """Sum up a difference."""
+        """Return the errors of a difference."""
         rms = float(np.sqrt(np.mean(difference**2)))
         return cls(float(np.abs(difference).max()), rms, float(np.ptp(wanted)))
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A way to drive the actuator along the target, and where it went."""
+    """A way to compute the drive for the target, and the resulting position."""
 
     name: str
     drive: Samples
@@ -64,13 +64,13 @@ class Scheme:
 
     @property
     def error(self) -> Error:
-        """Against the target."""
+        """Position minus target."""
         return Error.of(self.position - self.target, self.target)
 
 
 @dataclass(frozen=True)
 class Demo:
-    """Everything the demo computes."""
+    """All results of the demo."""
 
     actuator: mh.ModifiedPrandtlIshlinskii
     records: tuple[Measurement, Measurement]
@@ -80,7 +80,7 @@ class Demo:
     schemes: list[Scheme]
 
     def modelled(self, found: mh.results.Identification, record: Measurement) -> Samples:
-        """Return what a model says about a record."""
+        """Return the prediction of a record."""
         return found.predict(record.drive)
 
 
@@ -89,18 +89,18 @@ def _unwatched(*_: str) -> AbstractContextManager[None]:
 
 
 def compute(watch: Watch = _unwatched) -> Demo:
-    """Make the records, fit both models, and follow the target with every scheme.
+    """Make the records, fit both models, and follow the target with each scheme.
 
-    `watch` gives the function that hears of the progress of a fit, by its name and unit.
+    `watch` takes the name of a fit and a unit; its context gives the progress function.
     """
     actuator = mh.paper.table_1_recovered()
     records = _records(actuator)
     learned = records[0]
-    with watch("conventional model", "um") as progress:
+    with watch("conventional model", "µm") as progress:
         conventional = mh.identify(
             learned.drive, learned.measured, model="conventional", progress=progress
         )
-    with watch("modified model", "um") as progress:
+    with watch("modified model", "µm") as progress:
         modified = mh.identify(learned.drive, learned.measured, progress=progress)
     target = _target()
     drives = _drives(actuator, conventional.model, modified.model, learned, target)
@@ -126,7 +126,7 @@ def _records(actuator: mh.ModifiedPrandtlIshlinskii) -> tuple[Measurement, Measu
 
 
 def _target() -> Samples:
-    """Return a full stroke and then moves that turn around at many places, in um."""
+    """Return a full stroke, then motion with many reversals, in um."""
     stroke = mh.signals.triangle(3.0, 2.5, seconds=0.4, rate=RATE)
     slow = mh.signals.sine(1.7, 2.5, seconds=0.8, rate=RATE)
     fast = mh.signals.sine(0.9, 21.25, seconds=0.8, rate=RATE)
@@ -144,8 +144,8 @@ def _drives(
     gain = np.ptp(learned.drive) / np.ptp(learned.measured)
     closed_form = conventional.closed_form_inverse()
     return (
-        ("straight line (no model)", gain * target),
-        ("conventional model, closed form", closed_form.forward().run(target)),
+        ("constant gain (no model)", gain * target),
+        ("conventional model, closed-form inverse", closed_form.forward().run(target)),
         ("Table II, parametric inverse", mh.paper.table_2().forward().run(target)),
         ("identified model, exact inverse", modified.inverse(LIMITS).run(target)),
         ("true model, exact inverse", actuator.inverse(LIMITS).run(target)),
@@ -153,5 +153,5 @@ def _drives(
 
 
 def exact(demo: Demo) -> Scheme:
-    """Return the scheme an engineer would use: the exact inverse of the identified model."""
+    """Return the recommended scheme: the exact inverse of the identified model."""
     return demo.schemes[-2]

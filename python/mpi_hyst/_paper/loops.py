@@ -26,7 +26,7 @@ _PERIODS = 3
 
 @dataclass(frozen=True)
 class Trial:
-    """One figure on one plant: a run for each seed."""
+    """The runs of one figure on one plant, one for each seed."""
 
     figure: str
     feedforward: str
@@ -37,23 +37,23 @@ class Trial:
 
     @property
     def maxima(self) -> list[float]:
-        """The largest measured error of every run, um."""
+        """The largest measured error of each run, um."""
         return [run.metrics.max_error for run in self.runs]
 
     @property
     def shown(self) -> mh.plant.Run:
-        """The run whose maximum is nearest to the median."""
+        """The run whose largest error is closest to the median."""
         middle = median(self.maxima)
         return min(self.runs, key=lambda run: abs(run.metrics.max_error - middle))
 
 
 def trials_to_run() -> int:
-    """Return how many trials there are: for a progress bar."""
+    """Return the number of trials, for a progress bar."""
     return len(PLANTS) * (2 + len(published.SINES))
 
 
 def run_trials(seeds: int, advance: Callable[[], None]) -> list[Trial]:
-    """Run all figures on both plants."""
+    """Simulate all figures on both plants."""
     conventional, modified = same_weights().closed_form_inverse(), mh.paper.table_2()
     figures: list[tuple[str, str, Model, Motion, tuple[float, float]]] = [
         ("Fig. 12", "CPI inverse", conventional, TRIANGLE, published.TRIANGLE_CONVENTIONAL),
@@ -84,7 +84,7 @@ def _run(
 
 
 def comparisons(trials: Sequence[Trial]) -> list[Comparison]:
-    """Compare the maxima, and what the paper calls hysteresis."""
+    """Compare the largest errors, and the hysteresis as the paper defines it."""
     made = []
     for trial in trials:
         what = f"{trial.motion.name}, {trial.feedforward} + P-I"
@@ -92,7 +92,7 @@ def comparisons(trials: Sequence[Trial]) -> list[Comparison]:
             Comparison(
                 trial.figure,
                 f"{what}: largest measured error",
-                "um",
+                "µm",
                 trial.published,
                 median(trial.maxima),
                 trial.plant,
@@ -107,8 +107,8 @@ def comparisons(trials: Sequence[Trial]) -> list[Comparison]:
             made.append(
                 Comparison(
                     trial.figure,
-                    f"{what}: the same as hysteresis",
-                    "% of peak-to-peak",
+                    f"{what}: hysteresis",
+                    "% of range",
                     single(value),
                     median(percents),
                     trial.plant,
@@ -118,17 +118,17 @@ def comparisons(trials: Sequence[Trial]) -> list[Comparison]:
 
 
 def average_hysteresis(trials: Sequence[Trial]) -> list[Comparison]:
-    """Put beside the average hysteresis of the sines what could be meant and is not the same."""
+    """Give the rms error beside the average hysteresis of the sines, which is not defined."""
     return [
         Comparison(
             trial.figure,
-            f"{trial.motion.name}: rms of the measured error; the paper prints "
+            f"{trial.motion.name}: rms measured error; the paper prints "
             f"{published.AVERAGE_HYSTERESIS[frequency]:g} % average hysteresis without a base",
-            "% of peak-to-peak",
+            "% of range",
             None,
             median([100.0 * run.metrics.rmse / run.metrics.range for run in trial.runs]),
             trial.plant,
-            note="not comparable: neither base nor definition is printed",
+            note="not comparable: no base or definition is printed",
         )
         for trial in trials
         for frequency in published.AVERAGE_HYSTERESIS

@@ -1,7 +1,7 @@
 """Tables I and II and Fig. 1, 4, 5, 8, 9, 10 of the paper: operators, models, identification.
 
-The records behind Fig. 1 and 8 to 10 are not published. Here the actuator is Table I with the
-digits that Table II recovers, the record a decaying triangle read with the noise of plant A1.
+The records of Fig. 1 and 8 to 10 are not published. Here the actuator is Table I with the digits
+recovered from Table II. The record is a decaying triangle with the sensor noise of plant A1.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mpi_hyst._types import Samples
 
 WALK_INPUT = (0.0, 20.0, -20.0, 15.0, 6.0, 25.0, -15.0, -5.0)
 WALK_THRESHOLDS = (10.0, 8.0, 3.0, 4.0)  # r, ra, rb, rc
-RECORD_RATE = 1000  # samples per second
+RECORD_RATE = 1000  # Hz
 _DRIVE = 500.0  # V
 _SEED = 2017
 _COLUMNS = ("weights", "r", "ra", "rb", "rc")
@@ -27,7 +27,7 @@ _COLUMNS = ("weights", "r", "ra", "rb", "rc")
 
 @dataclass(frozen=True)
 class Fit:
-    """A model beside the record."""
+    """A model, its prediction of the record, and the record."""
 
     name: str
     figure: str
@@ -38,29 +38,29 @@ class Fit:
 
     @property
     def measured_error(self) -> Samples:
-        """Against the record, um."""
+        """Record minus prediction, um."""
         return self.wanted - self.predicted
 
     @property
     def max_percent(self) -> float:
-        """Largest error against the record, in % of its peak-to-peak."""
+        """Largest error against the record, in % of its range."""
         return float(100.0 * np.abs(self.measured_error).max() / np.ptp(self.wanted))
 
     @property
     def mse(self) -> float:
-        """Mean square of the error against the record, um^2."""
+        """Mean square error against the record, um^2."""
         return float(np.mean(self.measured_error**2))
 
     @property
     def true_max_percent(self) -> float:
-        """Largest error against the position without noise, in % of its peak-to-peak."""
+        """Largest error against the position without noise, in % of its range."""
         error = np.abs(self.position - self.predicted).max()
         return float(100.0 * error / np.ptp(self.position))
 
 
 @dataclass(frozen=True)
 class Models:
-    """Everything about the models."""
+    """Tables, record and fitted models, with comparisons."""
 
     printed: tuple[mh.ModifiedPrandtlIshlinskii, mh.ModifiedPrandtlIshlinskii]
     computed: tuple[mh.ModifiedPrandtlIshlinskii, mh.ModifiedPrandtlIshlinskii]
@@ -71,13 +71,13 @@ class Models:
 
     @property
     def walk(self) -> list[float]:
-        """The output of the coupled play at the corners of the walk."""
+        """The output of the coupled play at the corners of the walk of Fig. 5."""
         stream = mh.CoupledPlay(*WALK_THRESHOLDS)
         return [stream.step(x) for x in WALK_INPUT]
 
 
 def compute() -> Models:
-    """Compute both tables, identify both models from the same record, compare."""
+    """Compute both tables, identify both models from the same record, and compare."""
     actuator = mh.paper.table_1_recovered()
     drive = mh.signals.decaying_triangle(_DRIVE, 1.0, cycles=10, rate=RECORD_RATE)
     position = actuator.forward().run(drive)
@@ -112,10 +112,10 @@ def _of_tables(
         Comparison(
             table,
             f"{20 * len(columns)} numbers, {what}: largest difference",
-            "V/um, V" if table == "Table II" else "um/V",
+            "V/µm, V" if table == "Table II" else "µm/V",
             None,
             _largest_difference(one, other, columns),
-            note="rounding to the four printed decimals alone makes 5e-5",
+            note="rounding to four printed decimals gives up to 5e-5",
         )
         for table, what, columns, one, other in (
             ("Table I", "recovered from Table II", _COLUMNS[:1], printed[0], computed[0]),
@@ -149,18 +149,18 @@ def _of_fits(fits: Sequence[Fit]) -> list[Comparison]:
     made = []
     for fit in (modified, conventional, unfitted):
         largest, mse = numbers[fit.figure]
-        note = "another record: theirs is not published"
+        note = "another record: the published one is not available"
         made += [
             Comparison(
                 fit.figure,
                 f"{fit.name}: largest error",
-                "% of peak-to-peak",
+                "% of range",
                 single(largest),
                 fit.max_percent,
                 note=note,
             ),
             Comparison(
-                fit.figure, f"{fit.name}: mean square", "um^2", single(mse), fit.mse, note=note
+                fit.figure, f"{fit.name}: mean square", "µm²", single(mse), fit.mse, note=note
             ),
         ]
     return made

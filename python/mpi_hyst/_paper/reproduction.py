@@ -1,4 +1,4 @@
-"""Everything that `mpi-hyst reproduce` computes, and as what it is kept."""
+"""All results of `mpi-hyst reproduce`, and their form in results.json."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCHEMA = "mpi_hyst/reproduce/1"
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything that `mpi-hyst reproduce` computes."""
+    """All results."""
 
     seeds: int
     models: Models
@@ -29,30 +29,30 @@ class Reproduction:
 
     @property
     def comparisons(self) -> list[Comparison]:
-        """All numbers of the paper beside ours."""
+        """All published numbers with ours."""
         return [*self.models.comparisons, *loops.comparisons(self.trials)]
 
     @property
     def not_comparable(self) -> list[Comparison]:
-        """What the paper prints without saying what it is."""
+        """Published numbers without a definition."""
         return loops.average_hysteresis(self.trials)
 
-    def outcome(self, name: str, believes: str) -> Outcome:
-        """Return what one scheme leaves."""
+    def outcome(self, name: str, assumed: str) -> Outcome:
+        """Return the outcome of one scheme."""
         return next(
             outcome
             for outcome in self.outcomes
-            if (outcome.name, outcome.believes) == (name, believes)
+            if (outcome.name, outcome.assumed) == (name, assumed)
         )
 
 
 def steps() -> int:
-    """Return how many steps `compute` takes: for a progress bar."""
+    """Return the number of steps of `compute`, for a progress bar."""
     return 1 + loops.trials_to_run() + schemes.outcomes_to_run() + len(saturation.cases())
 
 
 def compute(seeds: int, advance: Callable[[], None]) -> Reproduction:
-    """Run everything."""
+    """Compute all results."""
     made = models.compute()
     advance()
     return Reproduction(
@@ -65,7 +65,7 @@ def compute(seeds: int, advance: Callable[[], None]) -> Reproduction:
 
 
 def as_json(made: Reproduction) -> dict[str, Any]:
-    """Return what results.json holds; lengths in um, drives in V."""
+    """Return the content of results.json; lengths in um, drives in V."""
     return {
         "schema": SCHEMA,
         "paper": published.PAPER,
@@ -92,10 +92,10 @@ def as_json(made: Reproduction) -> dict[str, Any]:
         "beyond": [
             {
                 "scheme": outcome.name,
-                "believes": outcome.believes,
+                "assumed": outcome.assumed,
                 "true_error_um": {
-                    motion: {"max": floor.max, "rms": floor.rms}
-                    for motion, floor in outcome.errors.items()
+                    motion: {"max": error.max, "rms": error.rms}
+                    for motion, error in outcome.errors.items()
                 },
             }
             for outcome in made.outcomes
@@ -107,7 +107,7 @@ def as_json(made: Reproduction) -> dict[str, Any]:
                 "drive_limits_v": list(saturation.DRIVE_LIMITS),
                 "first_sample_at_limit": case.first,
                 "samples_at_limit": case.samples,
-                "true_error_after_reentry_um": {"max": case.max_error, "rms": case.rms_error},
+                "true_error_after_reentry_um": {"max": case.max_error, "rms": case.rmse},
             }
             for case in made.saturation
         ],

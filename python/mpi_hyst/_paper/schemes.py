@@ -1,7 +1,8 @@
-"""Beyond the paper: schemes on plant A1 with its noise, judged by the true position.
+"""Beyond the paper: control schemes on plant A1 with sensor noise, and their true errors.
 
-Every scheme is judged over one second: after the first period, or after three periods or seconds
-of learning. The reference may be led through inverse dynamics, and model and dynamics be wrong.
+The errors are taken over one second: after the first period, or after three periods or seconds of
+learning. A scheme may pass the reference through inverse dynamics. It assumes the exact model and
+dynamics of the plant, or wrong ones.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from mpi_hyst._paper.benchmark import (
     RATE,
     STAGE,
     TRIANGLE,
-    Belief,
+    Assumption,
     Motion,
-    beliefs,
+    assumptions,
     controller,
     median,
     part,
@@ -29,86 +30,99 @@ from mpi_hyst._paper.benchmark import (
 )
 from mpi_hyst._types import Samples
 
-JUDGED = 1.0  # s
+EVALUATED = 1.0  # s
 LEARNING = 3.0  # s, or periods
-BANDWIDTH = 150.0  # Hz, up to which is learned
-DRIFT = 0.5  # um in a second: what the observer's model may not know
+BANDWIDTH = 150.0  # Hz, of the learning
+DRIFT = 0.5  # um in one second, the drift that the observer allows for
 FORGETTING = 0.9999
-AHEAD = 4  # samples that a preview sees
+AHEAD = 4  # samples of preview
 MOTIONS = (TRIANGLE, *(whole_sine(f) for f in (5.0, 10.0, 15.0, 20.0, 50.0, 100.0)))
 GAINS = mh.paper.gains("A1")
 
 
 @dataclass(frozen=True)
-class Floor:
-    """Largest and root mean square of an error, um."""
+class Errors:
+    """Largest error and root mean square error, um."""
 
     max: float
     rms: float
 
     @classmethod
-    def of(cls, metrics: mh.plant.Metrics) -> Floor:
-        """Take the error of the true position."""
+    def of(cls, metrics: mh.plant.Metrics) -> Errors:
+        """Return the errors of the true position."""
         return cls(metrics.max_position_error, metrics.position_rmse)
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A way to control, and what the controller takes the actuator for."""
+    """A control scheme and the assumption of its controller."""
 
     name: str
-    believes: str
-    run: Callable[[Motion, int], Floor]
+    assumed: str
+    run: Callable[[Motion, int], Errors]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a scheme leaves at each motion, median over the seeds."""
+    """The errors of a scheme for each motion, medians over the seeds."""
 
     name: str
-    believes: str
-    errors: dict[str, Floor]
+    assumed: str
+    errors: dict[str, Errors]
 
 
 def schemes() -> list[Scheme]:
-    """Return them all, from the paper's to those that learn, and the floors last."""
-    named = beliefs()
-    right, model, both = named["right"], named["model wrong"], named["both wrong"]
+    """Return all schemes, from the published law to learning, and two lower bounds."""
+    named = assumptions()
+    exact, model, both = named["exact"], named["wrong model"], named["wrong model and dynamics"]
     inverse, dynamics = "exact inverse", "inverse dynamics"
     full = f"{inverse}, {dynamics}"
     return [
-        Scheme("the paper's law: Table II + P-I", "-", _published),
-        Scheme(f"{inverse} + same P-I", "right", _without_dynamics),
-        *(Scheme(f"{full} + same P-I", belief.name, _shaped(belief)) for belief in named.values()),
-        Scheme(f"the same, {AHEAD} samples of preview", "right", _previewed(right)),
-        *(Scheme("tuned gains", belief.name, _tuned(belief, 1.0, 1.0)) for belief in (right, both)),
+        Scheme("published law: Table II + P-I", "-", _published),
+        Scheme(f"{inverse} + same P-I", "exact", _without_dynamics),
+        *(
+            Scheme(f"{full} + same P-I", assumption.name, _shaped(assumption))
+            for assumption in named.values()
+        ),
+        Scheme(f"the same, {AHEAD} samples of preview", "exact", _previewed(exact)),
+        *(
+            Scheme("tuned gains", assumption.name, _tuned(assumption, 1.0, 1.0))
+            for assumption in (exact, both)
+        ),
         Scheme("half the tuned kp, a quarter of ki", both.name, _tuned(both, 0.5, 0.25)),
-        *(Scheme("observer", belief.name, _observed(belief)) for belief in (right, both)),
+        *(
+            Scheme("observer", assumption.name, _observed(assumption))
+            for assumption in (exact, both)
+        ),
         Scheme("iterative learning, 3 periods", both.name, _learned(both)),
         Scheme("repetitive control, 3 s", both.name, _repeated(both)),
-        *(Scheme("adaptation, 3 s", belief.name, _adapted(belief)) for belief in (model, both)),
-        Scheme("floor: right, without noise", "right", _noiseless(right)),
-        Scheme("floor: the sensor noise itself", "-", _sensor),
+        *(
+            Scheme("adaptation, 3 s", assumption.name, _adapted(assumption))
+            for assumption in (model, both)
+        ),
+        Scheme("bound: exact, without noise", "exact", _noiseless(exact)),
+        Scheme("bound: sensor noise alone", "-", _sensor),
     ]
 
 
 def outcomes(seeds: int, advance: Callable[[], None]) -> list[Outcome]:
-    """Run all schemes along all motions."""
+    """Simulate all schemes for all motions."""
     found = []
     for scheme in schemes():
         errors = {}
         for motion in MOTIONS:
-            floors = [scheme.run(motion, seed) for seed in range(seeds)]
-            errors[motion.name] = Floor(
-                median([floor.max for floor in floors]), median([floor.rms for floor in floors])
+            errors_by_seed = [scheme.run(motion, seed) for seed in range(seeds)]
+            errors[motion.name] = Errors(
+                median([one.max for one in errors_by_seed]),
+                median([one.rms for one in errors_by_seed]),
             )
             advance()
-        found.append(Outcome(scheme.name, scheme.believes, errors))
+        found.append(Outcome(scheme.name, scheme.assumed, errors))
     return found
 
 
 def outcomes_to_run() -> int:
-    """Return how many steps `outcomes` takes: for a progress bar."""
+    """Return the number of steps of `outcomes`, for a progress bar."""
     return len(schemes()) * len(MOTIONS)
 
 
@@ -127,161 +141,165 @@ def _after_a_period(
 
 
 def _seconds(motion: Motion) -> float:
-    return motion.samples * DT + JUDGED
+    return motion.samples * DT + EVALUATED
 
 
-def _published(motion: Motion, seed: int) -> Floor:
+def _published(motion: Motion, seed: int) -> Errors:
     law = controller(mh.paper.table_2().forward(), GAINS)
-    return Floor.of(_after_a_period(law, _plant(seed), motion))
+    return Errors.of(_after_a_period(law, _plant(seed), motion))
 
 
-def _without_dynamics(motion: Motion, seed: int) -> Floor:
-    law = controller(beliefs()["right"].inverse(), GAINS)
-    return Floor.of(_after_a_period(law, _plant(seed), motion))
+def _without_dynamics(motion: Motion, seed: int) -> Errors:
+    law = controller(assumptions()["exact"].inverse(), GAINS)
+    return Errors.of(_after_a_period(law, _plant(seed), motion))
 
 
-def _shaped(belief: Belief, gains: tuple[float, float] = GAINS) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
-        target = motion.target(_seconds(motion), belief.dynamics)
-        law = controller(belief.inverse(), gains)
-        return Floor.of(_after_a_period(law, _plant(seed), motion, target))
+def _shaped(
+    assumption: Assumption, gains: tuple[float, float] = GAINS
+) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
+        target = motion.target(_seconds(motion), assumption.dynamics)
+        law = controller(assumption.inverse(), gains)
+        return Errors.of(_after_a_period(law, _plant(seed), motion, target))
 
     return run
 
 
-def _previewed(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
-        preview = mh.control.preview(belief.dynamics, DT, ahead=AHEAD)
-        law = controller(belief.inverse(), GAINS, preview=preview)
-        # At the end of the record there is nothing more to see ahead, and a corner for the window.
+def _previewed(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
+        preview = mh.control.preview(assumption.dynamics, DT, ahead=AHEAD)
+        law = controller(assumption.inverse(), GAINS, preview=preview)
+        # The end of the record is left out: there is no preview, and the reference has a corner.
         reference = motion.reference(_seconds(motion) + 4 * AHEAD * DT)
         done = mh.plant.simulate(law, _plant(seed), reference)
-        return Floor.of(part(done, motion.samples, -4 * AHEAD))
+        return Errors.of(part(done, motion.samples, -4 * AHEAD))
 
     return run
 
 
-def _tuned(belief: Belief, of_kp: float, of_ki: float) -> Callable[[Motion, int], Floor]:
-    tuned = mh.control.tune(belief.model, dt=DT, dynamics=belief.dynamics)
-    return _shaped(belief, (of_kp * tuned.kp, of_ki * tuned.ki))
+def _tuned(assumption: Assumption, of_kp: float, of_ki: float) -> Callable[[Motion, int], Errors]:
+    tuned = mh.control.tune(assumption.model, dt=DT, dynamics=assumption.dynamics)
+    return _shaped(assumption, (of_kp * tuned.kp, of_ki * tuned.ki))
 
 
-def _observed(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
+def _observed(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
         seconds = _seconds(motion)
         observer = mh.control.Observer(
-            belief.model, dynamics=belief.dynamics, noise=NOISE, drift=DRIFT
+            assumption.model, dynamics=assumption.dynamics, noise=NOISE, drift=DRIFT, dt=DT
         )
         done = mh.plant.simulate(
-            controller(belief.inverse(), GAINS),
+            controller(assumption.inverse(), GAINS),
             _plant(seed),
             motion.reference(seconds),
-            target=motion.target(seconds, belief.dynamics),
+            target=motion.target(seconds, assumption.dynamics),
             observer=observer,
         )
-        return Floor.of(part(done, motion.samples))
+        return Errors.of(part(done, motion.samples))
 
     return run
 
 
-def _slope(belief: Belief) -> float:
-    return sum(belief.model.slope_range) / 2.0
+def _slope(assumption: Assumption) -> float:
+    return sum(assumption.model.slope_range) / 2.0
 
 
-def _learned(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
-        law, plant = controller(belief.inverse(), GAINS), _plant(seed)
+def _learned(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
+        law, plant = controller(assumption.inverse(), GAINS), _plant(seed)
         reference = motion.reference(motion.samples * DT)
         learning = mh.control.IterativeLearning(
-            motion.period_of_target(belief.dynamics),
+            motion.period_of_target(assumption.dynamics),
             kp=law.kp,
             ki=law.ki,
-            slope=_slope(belief),
-            dynamics=belief.dynamics,
+            slope=_slope(assumption),
+            dynamics=assumption.dynamics,
             bandwidth=BANDWIDTH,
+            dt=DT,
         )
-        # The first period is the start, which does not come again.
+        # The first period has the start, which does not repeat.
         mh.plant.simulate(law, plant, reference, target=learning.target)
         for _ in range(int(LEARNING)):
             period = mh.plant.simulate(law, plant, reference, target=learning.target)
             learning.update(period.reference - period.measured)
-        times = max(1, round(JUDGED * RATE / motion.samples))
+        times = max(1, round(EVALUATED * RATE / motion.samples))
         target = np.tile(learning.target, times)
-        return Floor.of(
+        return Errors.of(
             mh.plant.simulate(law, plant, np.tile(reference, times), target=target).metrics
         )
 
     return run
 
 
-def _repeated(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
-        law = controller(belief.inverse(), GAINS)
+def _repeated(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
+        law = controller(assumption.inverse(), GAINS)
         repetitive = mh.control.RepetitiveControl(
             motion.samples,
             kp=law.kp,
             ki=law.ki,
-            slope=_slope(belief),
-            dynamics=belief.dynamics,
+            slope=_slope(assumption),
+            dynamics=assumption.dynamics,
             bandwidth=BANDWIDTH,
+            dt=DT,
         )
-        seconds = LEARNING + JUDGED
+        seconds = LEARNING + EVALUATED
         done = mh.plant.simulate(
             law,
             _plant(seed),
             motion.reference(seconds),
-            target=motion.target(seconds, belief.dynamics),
+            target=motion.target(seconds, assumption.dynamics),
             repetitive=repetitive,
         )
-        return Floor.of(part(done, round(LEARNING * RATE)))
+        return Errors.of(part(done, round(LEARNING * RATE)))
 
     return run
 
 
-def _adapted(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, seed: int) -> Floor:
-        seconds = LEARNING + JUDGED
+def _adapted(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, seed: int) -> Errors:
+        seconds = LEARNING + EVALUATED
         done = mh.plant.simulate(
-            controller(belief.inverse(), GAINS),
+            controller(assumption.inverse(), GAINS),
             _plant(seed),
             motion.reference(seconds),
-            target=motion.target(seconds, belief.dynamics),
+            target=motion.target(seconds, assumption.dynamics),
             identifier=mh.RecursiveIdentifier(
-                belief.model, forgetting=FORGETTING, dynamics=belief.dynamics
+                assumption.model, forgetting=FORGETTING, dynamics=assumption.dynamics, dt=DT
             ),
         )
-        return Floor.of(part(done, round(LEARNING * RATE)))
+        return Errors.of(part(done, round(LEARNING * RATE)))
 
     return run
 
 
-def _noiseless(belief: Belief) -> Callable[[Motion, int], Floor]:
-    def run(motion: Motion, _: int) -> Floor:
-        plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=STAGE, limits=LIMITS)
-        target = motion.target(_seconds(motion), belief.dynamics)
-        law = controller(belief.inverse(), GAINS)
-        return Floor.of(_after_a_period(law, plant, motion, target))
+def _noiseless(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+    def run(motion: Motion, _: int) -> Errors:
+        plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=STAGE, limits=LIMITS, dt=DT)
+        target = motion.target(_seconds(motion), assumption.dynamics)
+        law = controller(assumption.inverse(), GAINS)
+        return Errors.of(_after_a_period(law, plant, motion, target))
 
     return run
 
 
-def _sensor(_: Motion, seed: int) -> Floor:
-    """Let the plant rest: what is measured then is noise alone."""
-    resting = np.zeros(round(JUDGED * RATE))
+def _sensor(_: Motion, seed: int) -> Errors:
+    """Return the errors at rest, which are noise alone."""
+    resting = np.zeros(round(EVALUATED * RATE))
     measured, position = _plant(seed).run(resting)
-    return Floor.of(mh.plant.Run(measured, measured, position, resting).metrics)
+    return Errors.of(mh.plant.Run(measured, measured, position, resting).metrics)
 
 
 def example(motion: Motion) -> Sequence[tuple[str, mh.plant.Run]]:
-    """Return one run of the paper's law and one of the full scheme, for a picture."""
-    right = beliefs()["right"]
+    """Return one run of the published law and one of the full scheme, for a figure."""
+    exact = assumptions()["exact"]
     seconds = _seconds(motion)
     reference = motion.reference(seconds)
-    target = motion.target(seconds, right.dynamics)
+    target = motion.target(seconds, exact.dynamics)
     paper = controller(mh.paper.table_2().forward(), GAINS)
-    full = controller(right.inverse(), GAINS)
+    full = controller(exact.inverse(), GAINS)
     return (
-        ("the paper's law", mh.plant.simulate(paper, _plant(0), reference)),
+        ("published law", mh.plant.simulate(paper, _plant(0), reference)),
         (
             "exact inverse and inverse dynamics",
             mh.plant.simulate(full, _plant(0), reference, target=target),

@@ -1,1 +1,1 @@
-"""Reports: a room for each, and the page and the plots that they share."""
+"""Reports: a room for each, and common parts."""

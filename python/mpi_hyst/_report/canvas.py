@@ -1,7 +1,7 @@
-"""The look of every figure, and how a figure gets into a page.
+"""The style of all figures, and their conversion to images in a page.
 
-Figures are made through matplotlib's objects: no window, no global state. The colours are those
-of Okabe and Ito, which the colour-blind tell apart.
+Figures use matplotlib's object interface: no window, no global state. The colours are from the
+palette of Okabe and Ito, which colour-blind readers can distinguish.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def new_figure(height: float) -> Figure:
 
 
 def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
-    """Give a panel the look of the report."""
+    """Apply the style to a panel, with its title and labels."""
     axes.set_title(plain(title), loc="left", fontsize=10.5, color=INK, fontweight="bold")
     axes.set_xlabel(plain(x_label), fontsize=10, color=INK)
     axes.set_ylabel(plain(y_label), fontsize=10, color=INK)
@@ -56,7 +56,7 @@ def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
 
 
 def plain(text: str) -> str:
-    """Make a name of a file or column safe to draw: no formula, no control character, not long."""
+    """Make the name of a file or column safe to draw: no formula, no control character, short."""
     shown = printable(text)
     if len(shown) > _LONGEST:
         shown = f"{shown[: _LONGEST - 1]}…"
@@ -69,7 +69,7 @@ def legend(axes: Axes, **keywords: Any) -> None:
 
 
 def top_legend(figure: Figure, *panels: Axes) -> None:
-    """Put one legend for all panels above them, to the right."""
+    """Add one legend for all panels, above them on the right."""
     handles, labels = [], []
     for axes in panels:
         found = axes.get_legend_handles_labels()
@@ -90,25 +90,25 @@ def top_legend(figure: Figure, *panels: Axes) -> None:
 
 
 def data_uri(figure: Figure) -> str:
-    """Return the figure as an SVG image that carries everything it needs, the same every time."""
+    """Return the figure as a self-contained SVG image. The same figure gives the same text."""
     text = io.StringIO()
-    # The salt makes the names inside the image repeatable; rc_context puts the setting back.
+    # The salt makes the identifiers inside the image repeatable.
     with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}), warnings.catch_warnings():
-        # A name may be in a script that the font does not have; boxes are drawn then.
+        # A name in a script that the font lacks is drawn as boxes, which is no reason to warn.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         figure.savefig(text, format="svg", dpi=120, metadata=_NO_METADATA)
-    # A hundredth of a point is enough for a line, and a third of the file.
+    # Two decimals of a point are enough for a line, and make the file three times smaller.
     short = _COORDINATES.sub(r"\1 \2 \3", text.getvalue())
     return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")
 
 
 def thinned(samples: int, points: int) -> slice:
-    """Return the slice that leaves about so many of the samples."""
+    """Return the slice that keeps about `points` of the samples."""
     return slice(None, None, max(1, -(-samples // points)))
 
 
 def envelope(values: Samples, points: int = _LINE_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return the indices that keep the extremes of every stretch, so that no spike is lost."""
+    """Return the indices of the extremes of every stretch, so that no spike is lost."""
     stretch = max(1, -(-2 * values.size // points))
     if stretch <= 2:
         return np.arange(values.size)

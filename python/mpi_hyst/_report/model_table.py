@@ -18,7 +18,7 @@ def model_table(
     input_unit: str,
     standard_errors: Sequence[Sequence[float]] = (),
 ) -> Table:
-    """List the weights and thresholds of a model, both weights if they are split."""
+    """List the weights and thresholds of a model; of a split model both weights."""
     columns: list[tuple[str, list[str]]] = []
     for (name, weights), std in zip(
         _families(model), [*standard_errors, *([[]] * 2)], strict=False

@@ -1,4 +1,4 @@
-"""Reports: sections of text, figures and tables, in one HTML file that needs no network."""
+"""Reports: sections with text, figures and tables in one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpi_hyst._text import printable_lines
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as a data URI, with words for those who cannot see it, and what is to be seen."""
+    """An image as a data URI, with alternative text and a caption."""
 
     image: str
     alternative: str
@@ -22,7 +22,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as text; the first column names the rows; `best` rows stand out."""
+    """Cells as text. The first column names the rows; `best` rows are highlighted."""
 
     caption: str
     header: Sequence[str]
@@ -34,7 +34,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Names and what they are."""
+    """Names and values."""
 
     caption: str
     rows: Sequence[tuple[str, str]]
@@ -43,7 +43,7 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Lines:
-    """Text as typed into a terminal."""
+    """Lines of a terminal."""
 
     text: str
     kind: str = "lines"
@@ -54,7 +54,7 @@ Block: TypeAlias = Figure | Table | Pairs | Lines
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a few sentences, and what they speak of."""
+    """A heading, sentences, and figures and tables."""
 
     name: str
     title: str
@@ -64,7 +64,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Card:
-    """One number that sums up, with what it is and its base."""
+    """A main result with its meaning and its base."""
 
     value: str
     what: str
@@ -73,7 +73,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Report:
-    """All of a report."""
+    """The content of a report."""
 
     title: str
     subtitle: str
@@ -98,5 +98,5 @@ def render(report: Report) -> str:
 
 
 def _finalize(value: object) -> object:
-    """Names of files and columns may hold characters that no page may hold."""
+    """Escape characters in names of files and columns that a page cannot contain."""
     return printable_lines(value) if isinstance(value, str) else value

@@ -15,14 +15,14 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._types import Model, Samples
 
-LOOP_POINTS = 200_000  # drawn as pixels: their number does not show in the size of the file
+LOOP_POINTS = 200_000  # drawn as pixels: their number does not change the size of the file
 CLOUD_POINTS = 4500
-_SAME_END = 0.05  # of the height: names nearer to each other would overlap
+_SAME_END = 0.05  # of the height: labels closer than this would overlap
 
 
 @dataclass(frozen=True)
 class Curve:
-    """What one model says about a record."""
+    """The output of one model for the input of a record."""
 
     name: str
     colour: str
@@ -31,7 +31,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Trace:
-    """A measured record, its first `skip` samples not fitted, and what the models say."""
+    """A measured record with the outputs of models. The first `skip` samples are not fitted."""
 
     name: str
     input: Samples
@@ -44,28 +44,29 @@ class Trace:
 
     @property
     def time(self) -> Samples:
-        """Seconds, or the number of the sample."""
+        """The time in seconds, or the index of the sample."""
         return np.arange(self.input.size, dtype=float) if self.seconds is None else self.seconds
 
     @property
     def time_label(self) -> str:
-        """For an axis."""
+        """The label of a time axis."""
         return "sample" if self.seconds is None else "time (s)"
 
     @property
     def speed(self) -> Samples:
-        """The change of the input over the time, or over one sample."""
+        """The rate of change of the input, per second or per sample."""
         return np.asarray(np.gradient(self.input, self.time), dtype=np.float64)
 
     @property
     def speed_label(self) -> str:
-        """For an axis."""
+        """The label of an axis of the rate of change."""
         over = "s" if self.seconds is not None else "sample"
-        return f"speed of {self.input_quantity.name} ({self.input_quantity.unit or '1'}/{over})"
+        unit = f"{self.input_quantity.unit or 1}/{over}"
+        return f"rate of change of {self.input_quantity.name} ({unit})"
 
 
 def loops(traces: Sequence[Trace]) -> Figure:
-    """Draw the loops measured and modelled, and below them the same without their straight line."""
+    """Draw measured and modelled loops; below, the same minus the straight line fit."""
     figure = canvas.new_figure(7.8)
     panels = figure.subplots(2, len(traces), squeeze=False, height_ratios=(1.0, 1.35))
     for column, trace in enumerate(traces):
@@ -98,13 +99,13 @@ def loops(traces: Sequence[Trace]) -> Figure:
                 )
         label, output = trace.input_quantity.label, trace.output_quantity
         canvas.dress(whole, trace.name, label, output.label)
-        canvas.dress(width, f"{trace.name}, straight line removed", label, f"Δ {output.label}")
+        canvas.dress(width, f"{trace.name}, minus straight line", label, f"Δ {output.label}")
     canvas.top_legend(figure, panels[0][0])
     return figure
 
 
 def _line(drive: Samples, measured: Samples) -> Samples:
-    """Return the straight line through the samples, whatever their magnitude."""
+    """Return the straight line fit, for samples of any magnitude."""
     low, span = float(measured.min()), float(np.ptp(measured))
     share = _share_of_span(drive)
     fitted = np.polynomial.Polynomial.fit(share, _share_of_span(measured), 1)(share)
@@ -117,7 +118,7 @@ def _share_of_span(values: Samples) -> Samples:
 
 
 def residuals(trace: Trace) -> Figure:
-    """Draw what the models leave: over the input, over its speed, and over time."""
+    """Draw the residuals over the input, over its rate of change, and over time."""
     figure = canvas.new_figure(6.2)
     panels = figure.subplot_mosaic([["input", "speed"], ["time", "time"]])
     fitted = slice(trace.skip, None)
@@ -145,14 +146,13 @@ def residuals(trace: Trace) -> Figure:
             alpha=0.9,
             label=curve.name,
         )
-    unit = trace.output_quantity.shown_unit
-    label = f"measured − model ({unit})" if unit else "measured − model"
-    canvas.dress(panels["input"], "over the input", trace.input_quantity.label, label)
-    canvas.dress(panels["speed"], "over its speed", trace.speed_label, label)
-    canvas.dress(panels["time"], "over time", trace.time_label, label)
+    label = f"measured − model{trace.output_quantity.in_parentheses}"
+    canvas.dress(panels["input"], "residual over the input", trace.input_quantity.label, label)
+    canvas.dress(panels["speed"], "residual over its rate of change", trace.speed_label, label)
+    canvas.dress(panels["time"], "residual over time", trace.time_label, label)
     if trace.skip:
         panels["time"].axvspan(
-            time[0], time[trace.skip], color=canvas.GRID, label="left aside", zorder=0
+            time[0], time[trace.skip], color=canvas.GRID, label="skipped", zorder=0
         )
     canvas.top_legend(figure, panels["time"])
     panels["time"].set_xlim(time[0], time[-1])
@@ -174,7 +174,7 @@ class Bank:
 
     @property
     def families(self) -> dict[str, Samples]:
-        """The weights by the line that they are drawn with: those below zero, if split, dashed."""
+        """The weights by line style: dashed for the weights below zero of a split model."""
         if isinstance(self.model, mh.ModifiedPrandtlIshlinskii) and self.model.split:
             return {"-": self.model.weights, "--": self.model.weights_negative}
         return {"-": self.model.weights}
@@ -188,7 +188,7 @@ class Bank:
 
 
 def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Figure:
-    """Draw the weights, their sum, and the thresholds of models side by side."""
+    """Draw the weights, their cumulative sum, and the thresholds of models side by side."""
     figure = canvas.new_figure(3.7)
     single, total, thresholds = figure.subplots(1, 3)
     in_weight = f" ({weight_unit})" if weight_unit else ""
@@ -209,13 +209,17 @@ def weights(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Fig
             thresholds.plot(r, values, **(look | {"label": None, "linewidth": 0.6}))
         if index == 0:
             _name_ends(thresholds, float(r[-1]), {name: float(v[-1]) for name, v in named.items()})
-    canvas.dress(single, "weights, but the first", f"threshold r{in_threshold}", f"w{in_weight}")
     canvas.dress(
-        total, "sum of the weights up to r", f"threshold r{in_threshold}", f"Σ w{in_weight}"
+        single, "weights, without the first", f"threshold r{in_threshold}", f"w{in_weight}"
     )
-    canvas.dress(thresholds, "other thresholds", f"r{in_threshold}", f"ra, rb, rc{in_threshold}")
-    least = min(w.min() for bank in banks for w in bank.families.values())
-    single.set_ylim(bottom=0.0 if least >= 0.0 else None)
+    canvas.dress(
+        total, "cumulative sum of the weights", f"threshold r{in_threshold}", f"Σ w{in_weight}"
+    )
+    canvas.dress(
+        thresholds, "thresholds ra, rb, rc", f"r{in_threshold}", f"ra, rb, rc{in_threshold}"
+    )
+    smallest = min(w.min() for bank in banks for w in bank.families.values())
+    single.set_ylim(bottom=0.0 if smallest >= 0.0 else None)
     canvas.top_legend(figure, total)
     return figure
 
@@ -225,7 +229,7 @@ def _below(name: str) -> str:
 
 
 def _name_ends(axes: Axes, x: float, ends: dict[str, float]) -> None:
-    """Name lines at their right end; those that end at about the same place share one name."""
+    """Label lines at their right ends; lines that end close together share one label."""
     near = _SAME_END * max(ends.values())
     apart: dict[float, str] = {}
     for name, end in ends.items():

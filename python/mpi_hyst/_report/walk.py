@@ -16,14 +16,14 @@ from mpi_hyst._types import Samples
 
 
 def moves(corners: Sequence[float], step: float) -> tuple[Samples, Samples]:
-    """Sample the straight moves between corners; return the way travelled and the positions."""
+    """Sample straight moves between corners; return the distance travelled and the positions."""
     travelled = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(corners)))))
     way = np.union1d(np.arange(0.0, travelled[-1], step), travelled)
     return way, np.interp(way, travelled, corners)
 
 
 def walk() -> Figure:
-    """Draw the operator's walk of Fig. 5 beside its input and output over the way travelled."""
+    """Draw the walk of Fig. 5: output over input, and both over the distance travelled."""
     figure = canvas.new_figure(4.3)
     plane, course = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     way, x = moves(WALK, 0.05)
@@ -44,14 +44,14 @@ def walk() -> Figure:
     canvas.dress(plane, "output z over input x", "x (V)", "z (V)")
     course.plot(way, x, color=canvas.MEASURED, linewidth=1.8, label="input x")
     course.plot(way, z, color=canvas.BLUE, linewidth=2.0, label="output z")
-    canvas.dress(course, "the same over the way travelled", "sum of |Δx| (V)", "x, z (V)")
+    canvas.dress(course, "input and output over distance", "sum of |Δx| (V)", "x, z (V)")
     canvas.legend(course, loc="upper right", ncols=2)
     course.set_ylim(-24, 33)
     return figure
 
 
 def _branches(axes: Axes) -> None:
-    """Draw and name the four lines that z can follow, and the zero at which it sticks."""
+    """Draw and label the four lines that z can follow, and the section at zero."""
     r, ra, rb, rc = WALK_THRESHOLDS
     for shift, low, high, name, at, side in (
         (-r, 0.0, 22.0, "rising: z = x − r", (22.0, 7.5), "left"),
@@ -68,7 +68,7 @@ def _branches(axes: Axes) -> None:
         )
         axes.text(*at, name, fontsize=9, color=canvas.SOFT, ha=side, va="center")
     axes.annotate(
-        "z sticks at zero",
+        "z stays at zero",
         (-5.6, 0.0),
         xytext=(-7.5, 6.5),
         fontsize=9,
@@ -79,13 +79,13 @@ def _branches(axes: Axes) -> None:
 
 
 def _arrow_places(way: Samples) -> list[int]:
-    """Return where arrows go: in the middle of every move."""
+    """Return the samples of the arrows: the middle of every move."""
     travelled = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(WALK)))))
     return [int(np.searchsorted(way, middle)) for middle in (travelled[1:] + travelled[:-1]) / 2]
 
 
 def _mark(axes: Axes, number: int, x: float, z: float) -> None:
-    """Put the number of a corner of the walk where it lies."""
+    """Draw the number of a corner."""
     axes.plot(x, z, "o", color="white", markeredgecolor=canvas.BLUE, markersize=13, zorder=4)
     axes.text(
         x, z, str(number), color=canvas.INK, fontsize=9, ha="center", va="center_baseline", zorder=5

@@ -2,7 +2,7 @@
 
 use hysteresis_core::is_admissible;
 
-use crate::linear::{Block, Delay, Dynamics, Error, LinearBlock, LinearDynamics, check_positive};
+use crate::linear::{Block, Error, LinearBlock, LinearDynamics};
 
 /// A response has died away when it stays below this share of its peak.
 const DIED_AWAY: f64 = 1e-12;
@@ -12,32 +12,31 @@ const MAX_SAMPLES: usize = 20_000_000;
 
 /// Proportional-integral feedback around linear dynamics, seen from the target of the feed-forward.
 ///
-/// w(k) = v(k) + slope (kp e(k) + ki sum(e)), e(k) = -y(k), y(k + 1) = G w(k): G are the dynamics and the delay, for an
-/// input that is held from sample to sample; `slope` is that of the actuator, in displacement per volt, where the
-/// feedback acts on it (its hysteresis has one between `w_0` and the sum of all weights).
+/// w(k) = v(k) + slope (kp e(k) + ki dt sum(e)), e(k) = -y(k). The output w(k) of the hysteresis is held from t_k on,
+/// and y(k + 1) is read at t_(k+1), just before the next one: y is what the dynamics, their dead time included, make of
+/// w. `slope` is that of the actuator, in displacement per volt, where the feedback acts on it (its hysteresis has one
+/// between `w_0` and the sum of all weights).
 ///
 /// ```
 /// use hysteresis_control::learning::FeedbackLoop;
-/// use hysteresis_control::linear::SecondOrder;
-/// let dynamics = SecondOrder::new(400.0, 0.95)?.into();
-/// let feedback = FeedbackLoop { kp: 60.0, ki: 0.6, slope: 6e-3, dynamics, delay: 0.0, dt: 1e-4 };
+/// use hysteresis_control::linear::{Delay, LinearDynamics, SecondOrder};
+/// let dynamics = LinearDynamics::from(SecondOrder::new(400.0, 0.95)?).then(Delay::new(0.5e-4)?);
+/// let feedback = FeedbackLoop { kp: 60.0, ki: 6e3, slope: 6e-3, dynamics, dt: 1e-4 };
 /// let response = feedback.impulse_response(20_000)?;
 /// assert!(response[0].abs() < 1e-9); // what is put out now is measured one sample later
 /// assert!(response.iter().sum::<f64>().abs() < 1e-9); // the integral leaves no static error
 /// # Ok::<(), hysteresis_control::linear::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FeedbackLoop {
-    /// Proportional gain, volts per unit of displacement.
+    /// Proportional gain, volts per unit of displacement (V/um).
     pub kp: f64,
-    /// Integral gain, volts per unit of displacement and sample.
+    /// Integral gain, volts per unit of displacement and second (V/um/s).
     pub ki: f64,
     /// The slope of the actuator, displacement per volt.
     pub slope: f64,
-    /// The linear dynamics behind the hysteresis.
-    pub dynamics: Dynamics,
-    /// What the position lags besides, in samples.
-    pub delay: f64,
+    /// The linear dynamics behind the hysteresis, with their dead time.
+    pub dynamics: LinearDynamics,
     /// The sampling interval in seconds.
     pub dt: f64,
 }
@@ -48,8 +47,8 @@ impl FeedbackLoop {
     /// # Errors
     /// [`Error`] for a parameter outside its domain, or gains at which the loop is not stable.
     pub fn impulse_response(&self, period: usize) -> Result<Vec<f64>, Error> {
-        let mut path = self.path()?;
-        // A delay alone is silent for as long as it lasts, also between two echoes.
+        let (mut path, ki_dt) = (self.path()?, self.ki * self.dt);
+        // A dead time alone is silent for as long as it lasts, also between two echoes.
         let lull = period.max(1000) + path.samples();
         let mut folded = vec![0.0; period];
         let (mut y, mut integral, mut peak, mut quiet) = (0.0, 0.0, 0.0_f64, 0);
@@ -63,7 +62,7 @@ impl FeedbackLoop {
             if !is_admissible(y) {
                 break;
             }
-            integral -= self.ki * y;
+            integral -= ki_dt * y;
             let feedback = self.slope * (integral - self.kp * y);
             y = path.advance(feedback + if k == 0 { 1.0 } else { 0.0 });
         }
@@ -77,7 +76,6 @@ impl FeedbackLoop {
                 return Err(Error { parameter, index: None, expected, got });
             }
         }
-        let delay = Delay::new(self.delay * check_positive("dt", None, self.dt)?)?;
-        LinearDynamics::from(self.dynamics).then(delay).block(self.dt)
+        self.dynamics.block(self.dt)
     }
 }

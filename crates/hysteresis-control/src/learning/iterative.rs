@@ -2,52 +2,17 @@
 
 use std::fmt;
 
-use hysteresis_core::{Bound, Error as CoreError, is_admissible};
+use hysteresis_core::{Bound, Error as CoreError, Fingerprint, is_admissible};
 
-use super::FeedbackLoop;
+use super::feedback_loop::FeedbackLoop;
+use super::options::{LearningOptions, Trial};
 use super::spectra::{Spectra, as_f64, response};
+use super::state::IterativeState;
 use crate::linear::{Error, check_positive};
+use crate::saved::{check_model, check_numbers, check_same};
 
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
-
-/// How to learn.
-///
-/// ```
-/// use hysteresis_control::learning::LearningOptions;
-/// let options = LearningOptions { target_limits: Some((-3.0, 3.0)), ..LearningOptions::new(150.0) };
-/// assert_eq!(options.min_gain, 0.15);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LearningOptions {
-    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Above a third of the frequency of the
-    /// dynamics, an error of theirs soon costs more than learning gains.
-    pub bandwidth: f64,
-    /// The gain gamma is 1 / j at the j-th period, which averages noise, and never less than this.
-    pub min_gain: f64,
-    /// The target never leaves (low, high), in the unit of the displacement.
-    pub target_limits: Option<(f64, f64)>,
-}
-
-impl LearningOptions {
-    /// The usual options for a bandwidth in Hz.
-    #[must_use]
-    pub fn new(bandwidth: f64) -> Self {
-        Self { bandwidth, min_gain: 0.15, target_limits: None }
-    }
-}
-
-/// What a period was like.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
-    /// The largest magnitude of the measured error.
-    pub max_error: f64,
-    /// The root mean square of the measured error.
-    pub rmse: f64,
-    /// Whether it was learned from. If not, the error had grown to twice the best: the target went back to the best one,
-    /// and the gain was halved.
-    pub accepted: bool,
-}
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
@@ -58,7 +23,7 @@ pub struct Trial {
 /// use hysteresis_control::learning::{FeedbackLoop, IterativeLearning, LearningOptions};
 /// use hysteresis_control::linear::{Block, FirstOrder};
 /// let lag = FirstOrder::new(50.0)?;
-/// let feedback = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, dynamics: lag.into(), delay: 0.0, dt: 1e-3 };
+/// let feedback = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, dynamics: lag.into(), dt: 1e-3 };
 /// let reference: Vec<f64> = (0..100).map(|k| (core::f64::consts::TAU * k as f64 / 100.0).sin()).collect();
 /// let mut learning = IterativeLearning::new(&feedback, &reference, &LearningOptions::new(200.0))?;
 /// let (mut plant, mut y) = (lag.block(1e-3)?, 0.0);
@@ -82,6 +47,7 @@ pub struct IterativeLearning {
     best_rmse: f64,
     learned: u32,
     trust: f64,
+    dt: f64,
     options: LearningOptions,
     trials: Vec<Trial>,
 }
@@ -119,6 +85,7 @@ impl IterativeLearning {
             best_rmse: f64::INFINITY,
             learned: 0,
             trust: 1.0,
+            dt: feedback.dt,
             options: *options,
             trials: Vec::new(),
         };
@@ -173,6 +140,62 @@ impl IterativeLearning {
         Ok(trial)
     }
 
+    /// Everything that it remembers and what it belongs to.
+    #[must_use]
+    pub fn state(&self) -> IterativeState {
+        IterativeState {
+            model: self.fingerprint(),
+            dt: self.dt,
+            options: self.options,
+            target: self.target.clone(),
+            best: self.best.clone(),
+            best_rmse: self.best_rmse.is_finite().then_some(self.best_rmse),
+            learned: self.learned,
+            trust: self.trust,
+            trials: self.trials.clone(),
+        }
+    }
+
+    /// Goes on from a state of the same loop, target to begin with and options, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error`] that names what differs, or a number outside its domain; nothing changes then.
+    pub fn set_state(&mut self, state: &IterativeState) -> Result<(), Error> {
+        check_same("state.dt", self.dt, state.dt)?;
+        let (own, saved) = (&self.options, &state.options);
+        check_same("state.bandwidth", own.bandwidth, saved.bandwidth)?;
+        check_same("state.min_gain", own.min_gain, saved.min_gain)?;
+        let limits = |options: &LearningOptions| options.target_limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        check_same("state.target_limits", limits(own).0, limits(saved).0)?;
+        check_same("state.target_limits", limits(own).1, limits(saved).1)?;
+        check_numbers("state.target", self.base.len(), &state.target)?;
+        check_numbers("state.best", self.base.len(), &state.best)?;
+        check_model(self.fingerprint(), state.model)?;
+        if let Some(got) = state.best_rmse.filter(|rmse| !(is_admissible(*rmse) && *rmse >= 0.0)) {
+            return Err(Error { parameter: "state.best_rmse", index: None, expected: "a finite number >= 0", got });
+        }
+        if !(0.0..=1.0).contains(&state.trust) {
+            return Err(Error { parameter: "state.trust", index: None, expected: "0 to 1", got: state.trust });
+        }
+        self.target.clone_from(&state.target);
+        self.best.clone_from(&state.best);
+        self.best_rmse = state.best_rmse.unwrap_or(f64::INFINITY);
+        (self.learned, self.trust) = (state.learned, state.trust);
+        self.trials.clone_from(&state.trials);
+        Ok(())
+    }
+
+    /// Of the filters, and so of the loop, and of the target to begin with.
+    fn fingerprint(&self) -> u64 {
+        let mut fingerprint = Fingerprint::new();
+        fingerprint.numbers(&self.base);
+        fingerprint.numbers(&self.spectra.low_pass);
+        for l in &self.spectra.learning {
+            fingerprint.numbers(&[l.re, l.im]);
+        }
+        fingerprint.finish()
+    }
+
     /// v <- Q (v + gamma L e).
     fn learn(&mut self, error: &[f64]) {
         self.learned = self.learned.saturating_add(1);
@@ -201,8 +224,9 @@ impl IterativeLearning {
     /// max |Q (1 - L M')|, the mean apart. Below 1 learning converges, and at any smaller gain too.
     ///
     /// # Errors
-    /// As [`FeedbackLoop::impulse_response`].
+    /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
     pub fn convergence_rate(&self, truth: &FeedbackLoop) -> Result<f64, Error> {
+        check_same("dt", self.dt, truth.dt)?;
         let response = response(truth, self.base.len())?;
         let filters = self.spectra.low_pass.iter().zip(&self.spectra.learning);
         let rates = response.iter().zip(filters).skip(1).map(|(m, (q, l))| q * (1.0 - l * m).norm());

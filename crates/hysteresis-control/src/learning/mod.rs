@@ -14,9 +14,15 @@
 
 mod feedback_loop;
 mod iterative;
+mod options;
+mod past;
 mod repetitive;
 mod spectra;
+mod state;
+mod taps;
 
 pub use feedback_loop::FeedbackLoop;
-pub use iterative::{IterativeLearning, LearningOptions, Trial};
-pub use repetitive::{RepetitiveControl, RepetitiveOptions};
+pub use iterative::IterativeLearning;
+pub use options::{LearningOptions, RepetitiveOptions, Trial};
+pub use repetitive::RepetitiveControl;
+pub use state::{IterativeState, RepetitiveState};

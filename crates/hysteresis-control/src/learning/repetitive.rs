@@ -2,48 +2,22 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::is_admissible;
-use realfft::num_complex::Complex64;
+use hysteresis_core::{Fingerprint, is_admissible};
 
-use super::FeedbackLoop;
+use super::feedback_loop::FeedbackLoop;
+use super::options::RepetitiveOptions;
+use super::past::Past;
 use super::spectra::{Spectra, as_f64, response};
+use super::state::RepetitiveState;
+use super::taps::{at, dot, half_width, taps};
 use crate::linear::{Error, check_positive};
-
-/// The filters reach that many periods of the bandwidth to either side, if the period has room for them.
-const REACH: f64 = 1.5;
+use crate::saved::{check_model, check_numbers, check_same};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
 
 /// The rate is looked for at that many frequencies between two harmonics: the filters turn slower than that.
 const FREQUENCIES_PER_HARMONIC: usize = 4;
-
-/// How to learn in the loop.
-///
-/// ```
-/// use hysteresis_control::learning::RepetitiveOptions;
-/// let options = RepetitiveOptions { settle: 3, ..RepetitiveOptions::new(150.0) };
-/// assert_eq!((options.gain, options.limit), (0.3, f64::INFINITY));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RepetitiveOptions {
-    /// Up to which frequency to learn, in Hz: half of a correction is kept there.
-    pub bandwidth: f64,
-    /// The gain gamma: less averages noise over more periods.
-    pub gain: f64,
-    /// So many periods pass before the first one that is learned from.
-    pub settle: usize,
-    /// The correction never exceeds this magnitude, in the unit of the displacement; infinity for no limit.
-    pub limit: f64,
-}
-
-impl RepetitiveOptions {
-    /// The usual options for a bandwidth in Hz.
-    #[must_use]
-    pub fn new(bandwidth: f64) -> Self {
-        Self { bandwidth, gain: 0.3, settle: 1, limit: f64::INFINITY }
-    }
-}
 
 /// Repetitive control: the correction of the target, learned in the running loop.
 ///
@@ -58,7 +32,7 @@ impl RepetitiveOptions {
 /// use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 /// use hysteresis_control::linear::{Block, FirstOrder};
 /// let lag = FirstOrder::new(50.0)?;
-/// let feedback = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, dynamics: lag.into(), delay: 0.0, dt: 1e-3 };
+/// let feedback = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, dynamics: lag.into(), dt: 1e-3 };
 /// let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(100.0))?;
 /// let (mut plant, mut y, mut worst) = (lag.block(1e-3)?, 0.0, 0.0);
 /// for k in 0..3000 {
@@ -77,8 +51,9 @@ pub struct RepetitiveControl {
     errors: Past,
     /// The sum of the corrections of the last period.
     sum: f64,
-    waited: usize,
+    waited: u64,
     period: usize,
+    dt: f64,
     options: RepetitiveOptions,
     rejected: u64,
 }
@@ -94,8 +69,8 @@ impl RepetitiveControl {
         if !(options.gain > 0.0 && options.gain <= 1.0) {
             return error("gain", "a number above 0, at most 1", options.gain);
         }
-        if options.limit.is_nan() || options.limit < 0.0 {
-            return error("limit", "a number >= 0", options.limit);
+        if let Some(limit) = options.limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
+            return error("limit", "a number >= 0", limit);
         }
         if !(8..=MAX_PERIOD).contains(&period) {
             return error("period", "8 to 2^22 samples", as_f64(period));
@@ -112,6 +87,7 @@ impl RepetitiveControl {
             sum: 0.0,
             waited: 0,
             period,
+            dt: feedback.dt,
             options: *options,
             rejected: 0,
         })
@@ -123,7 +99,7 @@ impl RepetitiveControl {
         let correction = self.correction();
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
-        let settled = self.waited >= self.options.settle.saturating_mul(self.period);
+        let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
         self.waited = self.waited.saturating_add(1);
         if !is_admissible(error) {
             self.rejected = self.rejected.saturating_add(1);
@@ -140,7 +116,7 @@ impl RepetitiveControl {
         let learned = dot(&self.learning, self.errors.window(first, count));
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
-        let limit = self.options.limit;
+        let limit = self.options.limit.unwrap_or(f64::INFINITY);
         if correction.is_finite() { correction.clamp(-limit, limit) } else { 0.0 }
     }
 
@@ -156,6 +132,53 @@ impl RepetitiveControl {
         self.period
     }
 
+    /// Everything that it remembers and what it belongs to. Allocates.
+    #[must_use]
+    pub fn state(&self) -> RepetitiveState {
+        RepetitiveState {
+            model: self.fingerprint(),
+            dt: self.dt,
+            period: self.period,
+            options: self.options,
+            corrections: self.corrections.oldest_first().to_vec(),
+            errors: self.errors.oldest_first().to_vec(),
+            sum: self.sum,
+            waited: self.waited,
+            rejected: self.rejected,
+        }
+    }
+
+    /// Goes on from a state of the same loop, period and options, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error`] that names what differs, or a number that is not finite; nothing changes then.
+    pub fn set_state(&mut self, state: &RepetitiveState) -> Result<(), Error> {
+        check_same("state.dt", self.dt, state.dt)?;
+        check_same("state.period", as_f64(self.period), as_f64(state.period))?;
+        let (own, saved) = (&self.options, &state.options);
+        check_same("state.bandwidth", own.bandwidth, saved.bandwidth)?;
+        check_same("state.gain", own.gain, saved.gain)?;
+        check_same("state.settle", own.settle.into(), saved.settle.into())?;
+        check_same("state.limit", own.limit.unwrap_or(f64::INFINITY), saved.limit.unwrap_or(f64::INFINITY))?;
+        check_model(self.fingerprint(), state.model)?;
+        let samples = self.corrections.oldest_first().len();
+        check_numbers("state.corrections", samples, &state.corrections)?;
+        check_numbers("state.errors", samples, &state.errors)?;
+        check_numbers("state.sum", 1, &[state.sum])?;
+        self.corrections.restore(&state.corrections);
+        self.errors.restore(&state.errors);
+        (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);
+        Ok(())
+    }
+
+    /// Of the filters, and so of the loop.
+    fn fingerprint(&self) -> u64 {
+        let mut fingerprint = Fingerprint::new();
+        fingerprint.numbers(&self.low_pass);
+        fingerprint.numbers(&self.learning);
+        fingerprint.finish()
+    }
+
     /// Forgets everything learned.
     pub fn reset(&mut self) {
         self.corrections.clear();
@@ -167,8 +190,9 @@ impl RepetitiveControl {
     /// harmonic up: max |Q - gamma L M'| with the filters as they are, cut short. Below 1 the loop is stable with learning.
     ///
     /// # Errors
-    /// As [`FeedbackLoop::impulse_response`].
+    /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
     pub fn convergence_rate(&self, truth: &FeedbackLoop) -> Result<f64, Error> {
+        check_same("dt", self.dt, truth.dt)?;
         let points = FREQUENCIES_PER_HARMONIC * self.period;
         let response = response(truth, points)?;
         let rates = response.iter().enumerate().skip(FREQUENCIES_PER_HARMONIC).map(|(j, m)| {
@@ -177,81 +201,5 @@ impl RepetitiveControl {
             (q - l * m * self.options.gain).norm()
         });
         Ok(rates.fold(0.0, f64::max))
-    }
-}
-
-/// The frequency response of taps around zero.
-fn at(taps: &[f64], angle: f64) -> Complex64 {
-    let half_width = as_f64(taps.len() / 2);
-    let term = |(i, c): (usize, &f64)| Complex64::from_polar(*c, -angle * (half_width - as_f64(i)));
-    taps.iter().enumerate().map(term).sum()
-}
-
-/// From a periodic impulse response the part around zero, windowed: taps for a window of samples that begins
-/// `half_width` samples before its middle.
-fn taps(impulse_response: &[f64], half_width: usize) -> Box<[f64]> {
-    let period = impulse_response.len();
-    let width = as_f64(half_width + 1);
-    let tap = |i: usize| {
-        // The sample i of the window lags the middle by half_width - i.
-        let lag = as_f64(half_width) - as_f64(i);
-        let place = lag.abs() / width;
-        let window = if place < 0.5 { 1.0 } else { 0.5 * (1.0 - (TAU * place).cos()) };
-        window * impulse_response[(period + half_width - i) % period]
-    };
-    (0..=2 * half_width).map(tap).collect()
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the period")]
-fn half_width(period: usize, bandwidth_per_sample: f64) -> usize {
-    let wanted = (REACH / bandwidth_per_sample).ceil().max(1.0);
-    let most = (period - 1) / 2;
-    if wanted < as_f64(most) { wanted as usize } else { most }
-}
-
-fn dot(taps: &[f64], samples: &[f64]) -> f64 {
-    taps.iter().zip(samples).map(|(c, x)| c * x).sum()
-}
-
-/// The last so many samples, each stored twice so that any window of them is one slice.
-#[derive(Clone, Debug)]
-struct Past {
-    samples: Box<[f64]>,
-    next: usize,
-}
-
-impl Past {
-    fn new(length: usize) -> Self {
-        Self { samples: vec![0.0; 2 * length].into(), next: 0 }
-    }
-
-    fn length(&self) -> usize {
-        self.samples.len() / 2
-    }
-
-    fn push(&mut self, sample: f64) {
-        let length = self.length();
-        for place in [self.next, self.next + length] {
-            if let Some(place) = self.samples.get_mut(place) {
-                *place = sample;
-            }
-        }
-        self.next = if self.next + 1 == length { 0 } else { self.next + 1 };
-    }
-
-    /// `count` samples, oldest first, the first of them `first` samples before the one to come.
-    fn window(&self, first: usize, count: usize) -> &[f64] {
-        let start = self.next + self.length() - first;
-        self.samples.get(start..start + count).unwrap_or_default()
-    }
-
-    /// The sample that came `steps` before the one to come.
-    fn before(&self, steps: usize) -> f64 {
-        self.window(steps, 1).first().copied().unwrap_or_default()
-    }
-
-    fn clear(&mut self) {
-        self.samples.fill(0.0);
-        self.next = 0;
     }
 }

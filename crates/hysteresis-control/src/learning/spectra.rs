@@ -5,7 +5,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::FeedbackLoop;
+use super::feedback_loop::FeedbackLoop;
 use crate::linear::Error;
 
 /// Where the loop passes less than this of a correction, little is learned.

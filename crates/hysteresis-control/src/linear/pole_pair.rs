@@ -1,8 +1,5 @@
 //! Dynamics of one pole or two.
 
-use nalgebra::Matrix2;
-
-use super::error::check_positive;
 use super::{Error, FirstOrder, LinearBlock, LinearDynamics, SecondOrder, Section, StateSpace};
 
 /// Second-order dynamics or a first-order lag: what follows the hysteresis in the cascade of Remark 1 of the paper.
@@ -22,13 +19,6 @@ pub enum Dynamics {
 }
 
 impl Dynamics {
-    /// exp(T A) for the distance from rest, (y - u, y' / w) while u is held; of a lag only the first entry.
-    pub(crate) fn transition(&self, dt: f64) -> Result<Matrix2<f64>, Error> {
-        check_positive("dt", None, dt)?;
-        let phi = (StateSpace::from(*self).a * dt).exp();
-        Ok(if phi.nrows() == 1 { Matrix2::new(phi[0], 0.0, 0.0, 0.0) } else { phi.fixed_view::<2, 2>(0, 0).into() })
-    }
-
     /// The block for a sampling interval in seconds, at rest at zero.
     ///
     /// # Errors

@@ -25,12 +25,14 @@
 //!
 //! With no dead time and no modes y(k) = H\[u(k)\]. Modes answer to u(k) from y(k+1) on.
 
+mod design;
 mod error;
 mod file;
 mod forward;
 mod identified;
 mod precompensate;
 
+pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
 pub use error::Error;
 pub use file::SCHEMA;
 pub use forward::{StageForward, StageState};
@@ -196,7 +198,9 @@ impl Stage {
     #[must_use]
     pub fn drive_range(&self) -> Option<(f64, f64)> {
         match (self.parts.limits, self.parts.identified.as_ref().map(|identified| identified.drive_range)) {
-            (Some((low, high)), Some((from, to))) if low.max(from) < high.min(to) => Some((low.max(from), high.min(to))),
+            (Some((low, high)), Some((from, to))) if low.max(from) < high.min(to) => {
+                Some((low.max(from), high.min(to)))
+            }
             (limits, range) => limits.or(range),
         }
     }

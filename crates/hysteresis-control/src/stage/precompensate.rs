@@ -81,7 +81,7 @@ impl Stage {
         let first = path[0];
         path.rotate_right(rows);
         path[..rows].fill(first);
-        Ok(DynamicsInverse::new(&dynamics, dt)?.invert(&path)?)
+        Ok(DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?)
     }
 
     /// Lead-in and reference in one.

@@ -1,5 +1,8 @@
-use super::{Motion, Trajectory, bounded};
-use crate::sampling::{Error, MAX_SAMPLES, finite, positive};
+use super::motion::{Motion, ROUNDING, Trajectory, check_bounded};
+use crate::sampling::{Error, check_finite, check_positive};
+
+/// The longest rest in seconds: in 30 years, times are still told apart to 0.1 us.
+const MAX_DWELL: f64 = 1e9;
 
 /// What a move may not exceed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,9 +17,9 @@ pub struct MotionLimits {
 
 impl MotionLimits {
     fn check(&self) -> Result<(), Error> {
-        positive("velocity", self.velocity)?;
-        positive("acceleration", self.acceleration)?;
-        positive("jerk", self.jerk)
+        check_positive("velocity", self.velocity)?;
+        check_positive("acceleration", self.acceleration)?;
+        check_positive("jerk", self.jerk)
     }
 }
 
@@ -24,7 +27,7 @@ impl MotionLimits {
 ///
 /// Each move starts and ends at rest and has constant jerk on up to seven pieces, the double-S profile (Biagiotti and
 /// Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008, section 3.4). It never overshoots, and it
-/// ends on its point exactly.
+/// ends on its point exactly, at rest: the last of its [`samples`](Trajectory::samples) too, whatever the interval.
 ///
 /// ```
 /// use hysteresis_control::trajectory::{MotionLimits, PointToPoint, Trajectory};
@@ -63,18 +66,18 @@ impl PointToPoint {
     pub fn new(points: &[f64], limits: MotionLimits, dwell: f64) -> Result<Self, Error> {
         limits.check()?;
         if points.is_empty() {
-            return Err(Error::new("points", "at least one point", 0.0));
+            return Err(Error::domain("points", "at least one point", 0.0));
         }
-        points.iter().try_for_each(|point| finite("points", *point))?;
-        if !(0.0..=MAX_SAMPLES).contains(&dwell) {
-            return Err(Error::new("dwell", "a number of seconds, 0 or more", dwell));
+        points.iter().try_for_each(|point| check_finite("points", *point))?;
+        if !(0.0..=MAX_DWELL).contains(&dwell) {
+            return Err(Error::domain("dwell", "a number of seconds, 0 or more (at most 1e9)", dwell));
         }
         let (mut begins, mut duration) = (0.0, 0.0);
         let mut legs = Vec::with_capacity(points.len());
         for pair in points.windows(2) {
             let (from, to) = (pair[0], pair[1]);
             let profile = Profile::new((to - from).abs(), limits);
-            bounded("points", to, profile.duration() + (to - from).abs())?;
+            check_bounded("points", to, profile.duration() + (to - from).abs())?;
             duration = begins + profile.duration();
             legs.push(Leg { begins, ends: duration, from, to, profile });
             begins = duration + dwell;
@@ -106,7 +109,8 @@ impl Trajectory for PointToPoint {
         let begun = self.legs.partition_point(|leg| leg.begins <= t);
         match begun.checked_sub(1).and_then(|last| self.legs.get(last)) {
             None => Motion::rest(self.points[0]),
-            Some(leg) if t < leg.ends => leg.at(t - leg.begins),
+            // The time of the last sample may be a rounding short of the end.
+            Some(leg) if t < leg.ends * (1.0 - 2.0 * ROUNDING) => leg.at(t - leg.begins),
             Some(leg) => Motion::rest(leg.to),
         }
     }

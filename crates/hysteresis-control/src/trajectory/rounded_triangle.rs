@@ -1,5 +1,5 @@
-use super::{Motion, Trajectory, bounded};
-use crate::sampling::{Error, finite, positive};
+use super::motion::{Motion, Trajectory, check_bounded};
+use crate::sampling::{Error, check_finite, check_positive};
 
 /// A triangle whose corners take a time of their own: straight sides, and at the turns a smooth change of velocity.
 ///
@@ -34,16 +34,16 @@ impl RoundedTriangle {
     /// # Errors
     /// [`Error`] unless all are finite, the derivatives too, frequency and corner above 0 and the corner at most half a period.
     pub fn new(amplitude: f64, frequency: f64, corner: f64, offset: f64) -> Result<Self, Error> {
-        finite("amplitude", amplitude)?;
-        positive("frequency", frequency)?;
-        positive("corner", corner)?;
-        finite("offset", offset)?;
+        check_finite("amplitude", amplitude)?;
+        check_positive("frequency", frequency)?;
+        check_positive("corner", corner)?;
+        check_finite("offset", offset)?;
         let period = 1.0 / frequency;
         if corner > 0.5 * period {
-            return Err(Error::new("corner", format!("at most half a period, {:?} s", 0.5 * period), corner));
+            return Err(Error::domain("corner", format!("at most half a period, {:?} s", 0.5 * period), corner));
         }
         let speed = amplitude / (0.25 * period - 5.0 / 32.0 * corner);
-        bounded(
+        check_bounded(
             "corner",
             corner,
             offset.abs() + amplitude.abs() + 20.0 * speed.abs() * (1.0 + (1.0 / corner).powi(2)),

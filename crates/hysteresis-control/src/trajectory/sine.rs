@@ -1,7 +1,7 @@
 use core::f64::consts::TAU;
 
-use super::{Motion, Trajectory, bounded};
-use crate::sampling::{Error, finite, positive};
+use super::motion::{Motion, Trajectory, check_bounded};
+use crate::sampling::{Error, check_finite, check_positive};
 
 /// r(t) = offset + amplitude sin(2 pi f t).
 ///
@@ -26,10 +26,10 @@ impl Sine {
     /// # Errors
     /// [`Error`] unless all are finite, the derivatives too, and the frequency is above 0.
     pub fn new(amplitude: f64, frequency: f64, offset: f64) -> Result<Self, Error> {
-        finite("amplitude", amplitude)?;
-        positive("frequency", frequency)?;
-        finite("offset", offset)?;
-        bounded("frequency", frequency, offset.abs() + amplitude.abs() * (1.0 + (TAU * frequency).powi(3)))?;
+        check_finite("amplitude", amplitude)?;
+        check_positive("frequency", frequency)?;
+        check_finite("offset", offset)?;
+        check_bounded("frequency", frequency, offset.abs() + amplitude.abs() * (1.0 + (TAU * frequency).powi(3)))?;
         Ok(Self { amplitude, frequency, offset })
     }
 

@@ -9,7 +9,7 @@ use crate::linear::PulseTransfer;
 /// The greatest change of the response from one frequency to the next, relative to the greater of the two.
 const STEP: f64 = 0.04;
 
-/// Below this magnitude nothing is resolved: the static gain is 1.
+/// Below this share of the static gain nothing is resolved.
 const FLOOR: f64 = 1e-3;
 
 /// How often an interval is halved at most.
@@ -23,7 +23,7 @@ const DECADES: i32 = 7;
 
 /// The plant at one frequency.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
+pub(super) struct FrequencyPoint {
     /// w T, from 0 to pi.
     pub(super) angle: f64,
     pub(super) plant: Complex<f64>,
@@ -31,7 +31,7 @@ pub(super) struct Point {
     pub(super) difference: Complex<f64>,
 }
 
-impl Point {
+impl FrequencyPoint {
     pub(super) fn new(transfer: &PulseTransfer, angle: f64) -> Self {
         // 1 - exp(-i angle) without cancellation.
         let half = 0.5 * angle;
@@ -42,27 +42,33 @@ impl Point {
 
 /// The response from very low frequencies to half the sampling rate, so dense that it nowhere changes by more than 4 %
 /// between neighbours, nor turns by more.
-pub(super) fn response(transfer: &PulseTransfer) -> Vec<Point> {
+pub(super) fn response(transfer: &PulseTransfer, static_gain: f64) -> Vec<FrequencyPoint> {
     let angles = (0..=DECADES * PER_DECADE).rev();
     let first = angles.map(|i| PI * 10.0_f64.powf(-f64::from(i) / f64::from(PER_DECADE)));
-    let mut points: Vec<Point> = Vec::new();
+    let mut points: Vec<FrequencyPoint> = Vec::new();
     for angle in first {
-        let point = Point::new(transfer, angle);
+        let point = FrequencyPoint::new(transfer, angle);
         match points.last().copied() {
             None => points.push(point),
-            Some(last) => refine(transfer, last, point, HALVINGS, &mut points),
+            Some(last) => refine(transfer, (last, point), FLOOR * static_gain, HALVINGS, &mut points),
         }
     }
     points
 }
 
 /// Appends what lies between, and the second of the points.
-fn refine(transfer: &PulseTransfer, from: Point, to: Point, halvings: u32, points: &mut Vec<Point>) {
+fn refine(
+    transfer: &PulseTransfer,
+    (from, to): (FrequencyPoint, FrequencyPoint),
+    floor: f64,
+    halvings: u32,
+    points: &mut Vec<FrequencyPoint>,
+) {
     let (a, b) = (from.plant, to.plant);
-    if halvings > 0 && (a - b).norm() > STEP * a.norm().max(b.norm()).max(FLOOR) {
-        let middle = Point::new(transfer, 0.5 * (from.angle + to.angle));
-        refine(transfer, from, middle, halvings - 1, points);
-        refine(transfer, middle, to, halvings - 1, points);
+    if halvings > 0 && (a - b).norm() > STEP * a.norm().max(b.norm()).max(floor) {
+        let middle = FrequencyPoint::new(transfer, 0.5 * (from.angle + to.angle));
+        refine(transfer, (from, middle), floor, halvings - 1, points);
+        refine(transfer, (middle, to), floor, halvings - 1, points);
     } else {
         points.push(to);
     }

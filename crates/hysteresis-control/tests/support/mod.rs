@@ -11,7 +11,7 @@ pub(crate) mod models;
 
 pub(crate) const DT: f64 = 1e-4;
 pub(crate) const KP: f64 = 60.0;
-pub(crate) const KI: f64 = 0.6;
+pub(crate) const KI: f64 = 6000.0;
 
 /// The dynamics of benchmark plant A1.
 pub(crate) fn a1() -> Dynamics {
@@ -68,7 +68,7 @@ impl Loop {
 
     /// One sample: feed-forward of the target, feedback of the error.
     pub(crate) fn advance(&mut self, target: f64, error: f64) {
-        self.integral += KI * error;
+        self.integral += KI * DT * error;
         self.drive = (self.inverse.step(target) + KP * error + self.integral).clamp(-560.0, 560.0);
         self.position = self.dynamics.advance(self.actuator.step(self.drive));
     }

@@ -1,14 +1,19 @@
+//! Where the feed-forward comes from.
+
+use alloc::boxed::Box;
+
 use crate::engine::CompiledModel;
-use crate::error::Error;
+use crate::error::{Error, MAX_MAGNITUDE};
 use crate::process::Process;
+use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
 use crate::stream::{Forward, Inverse, StreamState};
 
-/// Where the feed-forward term H^-1\[r\] of equation (8) comes from: a target in, volts out.
+/// Where the feed-forward term H^-1\[target\] of equation (8) comes from: a target in, volts out.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 /// let limits = (-500.0, 500.0);
-/// let options = ControllerOptions { transition: 0.0, ..ControllerOptions::new(0.0, 0.0, limits) };
+/// let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, 1e-4, limits) };
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
 /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let exact: FeedForward = model.inverse(Some(limits))?.into();
@@ -26,18 +31,47 @@ use crate::stream::{Forward, Inverse, StreamState};
 pub enum FeedForward {
     /// Feedback alone: 0 V.
     None,
-    /// The exact inverse of the actuator's model. It should have the limits of the controller: else targets out of reach
-    /// take its memory where the drive never goes.
+    /// The exact inverse of the actuator's model. It must have the limits of the controller: else targets out of reach
+    /// would take its memory where the drive never goes.
     Inverse(Inverse),
+    /// The exact inverse of hysteresis with maps and creep, with the limits of the controller. Its creep goes on at every
+    /// sample, also while the drive is held.
+    QuasiStatic(Box<QuasiStaticInverse>),
     /// A model that is itself an inverse, displacement in and volts out: Table II, or a closed form.
     Forward(Forward),
     /// Volts that come with every [`Command`](super::Command); a sample without them is rejected.
     Given,
 }
 
+/// What the source of the feed-forward remembers.
+///
+/// ```
+/// use hysteresis_core::{ControllerOptions, FeedForwardState, HybridController, Offsets, PrandtlIshlinskii};
+/// let limits = (-10.0, 10.0);
+/// let inverse = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?.inverse(Some(limits))?;
+/// let options = ControllerOptions::new(0.0, 0.0, 1e-4, limits);
+/// let controller = HybridController::new(inverse.clone().into(), None, &options)?;
+/// assert_eq!(controller.state().feedforward, Some(FeedForwardState::Stream(inverse.state())));
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum FeedForwardState {
+    /// An inverse, or a model that is itself one.
+    Stream(StreamState),
+    /// The inverse of hysteresis with maps and creep.
+    QuasiStatic(QuasiStaticState),
+}
+
 impl From<Inverse> for FeedForward {
     fn from(stream: Inverse) -> Self {
         Self::Inverse(stream)
+    }
+}
+
+impl From<QuasiStaticInverse> for FeedForward {
+    fn from(stream: QuasiStaticInverse) -> Self {
+        Self::QuasiStatic(Box::new(stream))
     }
 }
 
@@ -53,6 +87,7 @@ impl FeedForward {
     pub(super) fn step(&mut self, target: f64) -> f64 {
         match self {
             Self::Inverse(stream) => stream.step(target),
+            Self::QuasiStatic(stream) => stream.step(target),
             Self::Forward(stream) => stream.step(target),
             Self::None | Self::Given => 0.0,
         }
@@ -63,9 +98,50 @@ impl FeedForward {
     pub(super) fn peek(&self, target: f64) -> f64 {
         match self {
             Self::Inverse(stream) => stream.peek(target),
+            Self::QuasiStatic(stream) => stream.peek(target),
             Self::Forward(stream) => stream.peek(target),
             Self::None | Self::Given => 0.0,
         }
+    }
+
+    /// A sample passes in which the drive is held: what creeps goes on.
+    #[inline]
+    pub(super) fn wait(&mut self) {
+        if let Self::QuasiStatic(stream) = self {
+            stream.follow_drive(stream.output());
+        }
+    }
+
+    /// Remembers a drive that goes out instead of its own. A model that is itself an inverse knows targets alone and
+    /// stays where it is.
+    #[inline]
+    pub(super) fn follow_drive(&mut self, drive: f64) {
+        match self {
+            Self::Inverse(stream) => _ = stream.follow_drive(drive),
+            Self::QuasiStatic(stream) => _ = stream.follow_drive(drive),
+            Self::Forward(_) | Self::None | Self::Given => {}
+        }
+    }
+
+    /// Takes over what was driven before, oldest drive first.
+    pub(super) fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        match self {
+            Self::Inverse(stream) => stream.follow(drives),
+            Self::QuasiStatic(stream) => stream.follow(drives),
+            Self::Forward(_) => Err(Error::CannotFollow),
+            Self::None | Self::Given => Ok(()),
+        }
+    }
+
+    /// Checks that an inverse has the limits of its controller.
+    pub(super) fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
+        let got = match self {
+            Self::Inverse(stream) => stream.limits(),
+            Self::QuasiStatic(stream) => stream.limits(),
+            Self::Forward(_) | Self::None | Self::Given => return Ok(()),
+        };
+        let same = got.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE)) == expected;
+        if same { Ok(()) } else { Err(Error::OtherLimits { expected, got }) }
     }
 
     pub(super) fn is_given(&self) -> bool {
@@ -75,34 +151,38 @@ impl FeedForward {
     pub(super) fn reset(&mut self) {
         match self {
             Self::Inverse(stream) => stream.reset(),
+            Self::QuasiStatic(stream) => stream.reset(),
             Self::Forward(stream) => stream.reset(),
             Self::None | Self::Given => {}
         }
     }
 
-    pub(super) fn set_model(&mut self, kernel: &CompiledModel) -> Result<(), Error> {
+    pub(super) fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
         match self {
-            Self::Inverse(stream) => stream.set_model(kernel),
-            Self::Forward(stream) => stream.set_model(kernel),
+            Self::Inverse(stream) => stream.set_model(model),
+            Self::QuasiStatic(stream) => stream.set_model(model),
+            Self::Forward(stream) => stream.set_model(model),
             Self::None | Self::Given => Err(Error::NoModel),
         }
     }
 
     /// What the source remembers. Allocates.
-    pub(super) fn state(&self) -> Option<StreamState> {
+    pub(super) fn state(&self) -> Option<FeedForwardState> {
         match self {
-            Self::Inverse(stream) => Some(stream.state()),
-            Self::Forward(stream) => Some(stream.state()),
+            Self::Inverse(stream) => Some(FeedForwardState::Stream(stream.state())),
+            Self::QuasiStatic(stream) => Some(FeedForwardState::QuasiStatic(stream.state())),
+            Self::Forward(stream) => Some(FeedForwardState::Stream(stream.state())),
             Self::None | Self::Given => None,
         }
     }
 
-    pub(super) fn set_state(&mut self, state: Option<&StreamState>) -> Result<(), Error> {
+    pub(super) fn set_state(&mut self, state: Option<&FeedForwardState>) -> Result<(), Error> {
         match (self, state) {
-            (Self::Inverse(stream), Some(state)) => stream.set_state(state),
-            (Self::Forward(stream), Some(state)) => stream.set_state(state),
+            (Self::Inverse(stream), Some(FeedForwardState::Stream(state))) => stream.set_state(state),
+            (Self::QuasiStatic(stream), Some(FeedForwardState::QuasiStatic(state))) => stream.set_state(state),
+            (Self::Forward(stream), Some(FeedForwardState::Stream(state))) => stream.set_state(state),
             (Self::None | Self::Given, None) => Ok(()),
-            _ => Err(Error::State { expected: "a feed-forward if, and only if, the controller has one with a memory" }),
+            _ => Err(Error::State { expected: "a feed-forward of the kind that the controller has" }),
         }
     }
 }

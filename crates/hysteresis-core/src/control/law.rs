@@ -1,50 +1,33 @@
 //! Equation (8) for one sample: from one state of the loop to the next.
 
-use super::Mode;
-use super::limiter::Limiter;
-use super::state::LoopState;
-use super::terms::Terms;
-use crate::error::{Error, check_non_negative};
+use super::command::Mode;
+use super::gate::Reading;
+use super::limiter::{Limiter, approach};
+use super::loop_state::{LoopState, StopRamp};
+use super::options::{AntiWindup, ControllerOptions, Gains, Law};
+use super::terms::{Counters, Terms};
+use crate::error::{Error, check_positive};
 
-/// The gains of the feedback.
+/// What the integral keeps of a sample.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gains {
-    pub(super) kp: f64,
-    pub(super) ki: f64,
-}
-
-impl Gains {
-    /// Negative gains would drive away from the reference.
-    pub(super) fn new(kp: f64, ki: f64) -> Result<Self, Error> {
-        Ok(Self { kp: check_non_negative("kp", None, kp)?, ki: check_non_negative("ki", None, ki)? })
-    }
-
-    /// The share of what the limiter cut off that the integral takes at a sample: one over the integral time.
-    fn share(self) -> f64 {
-        if self.ki < self.kp { self.ki / self.kp } else { 1.0 }
-    }
-}
-
-/// What the integral keeps of a sample. The incremental laws start from the drive that went out: they are positional with
-/// an integral that takes all of what the limiter cut off at once.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Keep {
-    UnlessPushing,
-    /// The share is that of the gains unless given.
-    Tracking {
-        share: Option<f64>,
-    },
-    WhatIsLeft,
-    WhatIsLeftAndFeedForward,
+enum IntegratorUpdate {
+    /// No error that pushes a limited drive further.
+    Conditional,
+    /// All errors, less a share of what the limiter cut off. Without a share, one sample over the integral time.
+    BackCalculation { share: Option<f64> },
+    /// All errors, less all that the limiter cut off. An incremental law starts from the drive that went out, which is the
+    /// positional law with such an integral.
+    Incremental,
 }
 
 /// What does not change from sample to sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rules {
     pub(super) gains: Gains,
-    pub(super) keep: Keep,
-    /// How many samples a transition takes.
-    pub(super) fading: u32,
+    update: IntegratorUpdate,
+    dt: f64,
+    /// How many samples the bumpless term takes to go to zero.
+    pub(super) bumpless_samples: u32,
     pub(super) max_missing: u32,
 }
 
@@ -53,89 +36,125 @@ pub(super) struct Rules {
 pub(super) struct Sample {
     pub(super) reference: f64,
     pub(super) target: f64,
-    /// Reference minus measurement, if there is one.
-    pub(super) error: Option<f64>,
+    /// Whether the target comes from a preview whose window was filling until now.
+    pub(super) window_filled: bool,
+    pub(super) reading: Reading,
     /// Volts instead of those of the source.
     pub(super) given: Option<f64>,
 }
 
 impl Rules {
+    pub(super) fn new(options: &ControllerOptions) -> Result<Self, Error> {
+        let dt = options.checked_dt()?;
+        let gains = Gains::new(options.kp, options.ki, dt)?;
+        let update = match (options.law, options.anti_windup) {
+            (Law::Incremental, _) => IntegratorUpdate::Incremental,
+            (Law::Positional, AntiWindup::Conditional) => IntegratorUpdate::Conditional,
+            (Law::Positional, AntiWindup::BackCalculation { tracking_time }) => {
+                let share = |time| check_positive("tracking_time", time).map(|time| (dt / time).min(1.0));
+                IntegratorUpdate::BackCalculation { share: tracking_time.map(share).transpose()? }
+            }
+        };
+        let bumpless_samples = options.bumpless_samples()?;
+        Ok(Self { gains, update, dt, bumpless_samples, max_missing: options.max_missing })
+    }
+
     /// The loop after a sample that is acted upon, whose feed-forward is `feedforward`.
     #[inline]
     pub(super) fn act(&self, before: &LoopState, limiter: &Limiter, sample: &Sample, feedforward: f64) -> LoopState {
-        let feedback = sample.error.is_some() && before.mode == Mode::Run;
-        let error = sample.error.unwrap_or(before.terms.error);
+        let feedback = sample.reading.is_plausible() && before.mode == Mode::Run;
+        let error = match sample.reading {
+            Reading::Plausible(measurement) => sample.reference - measurement,
+            Reading::Missing | Reading::Implausible => before.terms.error,
+        };
         let proportional = if feedback { self.gains.kp * error } else { 0.0 };
-        let change = if feedback && before.resting == 0 { self.gains.ki * error } else { 0.0 };
+        let integrates = feedback && before.integral_rest_samples == 0;
+        let change = if integrates { self.gains.ki_dt * error } else { 0.0 };
         let integral = before.integral + change;
         let wanted = feedforward + proportional + integral;
         let last = before.terms.drive;
-        let (transition, fading, demanded) = if before.started {
-            let (transition, fading) = self.transition(before, feedback, proportional);
-            (transition, fading, wanted + transition)
+        let mut after = *before;
+        let (bumpless, unlimited_drive) = if before.started {
+            let jump = jump(before, sample, feedback, proportional, feedforward);
+            let bumpless = self.bumpless(&mut after, jump);
+            after.integral_rest_samples = before.integral_rest_samples.saturating_sub(1);
+            (bumpless, wanted + bumpless)
         } else {
-            (last - wanted, if last == wanted { 0 } else { self.fading }, last)
+            after.bumpless_samples = if last == wanted { 0 } else { self.bumpless_samples };
+            after.integral_rest_samples = before.integral_rest_samples.min(after.bumpless_samples);
+            (last - wanted, last)
         };
-        let limited = limiter.limit(demanded, last);
-        let kept = if feedback {
-            self.kept(before.integral, change, demanded - limited.drive, feedforward)
-        } else {
-            before.integral
-        };
-        let given = sample.given.is_some();
-        let resting = if before.started { before.resting.saturating_sub(1) } else { before.resting.min(fading) };
-        let mut after = LoopState { integral: kept, started: true, fading, resting, feedback, given, ..*before };
-        after.terms = Terms {
-            reference: sample.reference,
-            target: sample.target,
-            error,
-            feedforward,
-            proportional,
-            integral,
-            transition,
-            demanded,
-            drive: limited.drive,
-            saturated: limited.saturated,
-            slewing: limited.slewing,
-        };
-        after.counters.saturated = before.counters.saturated.saturating_add(limited.saturated.into());
-        after.counters.slewing = before.counters.slewing.saturating_add(limited.slewing.into());
+        (after.started, after.feedback_active, after.feedforward_given) = (true, feedback, sample.given.is_some());
+        let Sample { reference, target, .. } = *sample;
+        after.terms = Terms { reference, target, error, feedforward, proportional, integral, bumpless, ..before.terms };
+        after.put_out(unlimited_drive, limiter);
+        if feedback {
+            after.integral = self.updated(before.integral, change, unlimited_drive - after.terms.drive);
+        }
+        after.take_reading(sample.reading);
         after
     }
 
-    /// What is left of the transition, and for how many samples: it goes down by the same amount at every sample. The
-    /// proportional term comes in from nothing, and goes out of what it was.
+    /// The loop after a sample of a stop.
     #[inline]
-    fn transition(&self, before: &LoopState, feedback: bool, proportional: f64) -> (f64, u32) {
-        let (transition, fading) = if before.fading > 1 {
-            let left = before.fading - 1;
-            (before.terms.transition * (f64::from(left) / f64::from(before.fading)), left)
-        } else {
-            (0.0, 0)
-        };
-        if feedback && !before.feedback {
-            (transition - proportional, self.fading)
-        } else if before.feedback && !feedback {
-            (transition + before.terms.proportional, self.fading)
-        } else {
-            (transition, fading)
-        }
+    pub(super) fn ramp(&self, before: &LoopState, limiter: &Limiter, ramp: &StopRamp) -> LoopState {
+        let mut after = *before;
+        after.put_out(approach(ramp.rest_drive, before.terms.drive, ramp.rate * self.dt), limiter);
+        after
+    }
+
+    /// What is left of the bumpless term: it goes down by the same amount at every sample, and takes a jump.
+    #[inline]
+    fn bumpless(&self, after: &mut LoopState, jump: f64) -> f64 {
+        let (bumpless, samples) = (after.terms.bumpless, after.bumpless_samples);
+        let left = samples.saturating_sub(1);
+        let rest = if left > 0 { bumpless * (f64::from(left) / f64::from(samples)) } else { 0.0 };
+        after.bumpless_samples = if jump == 0.0 { left } else { self.bumpless_samples };
+        rest - jump
     }
 
     /// What the integral keeps, `excess` being what the limiter cut off.
     #[inline]
-    fn kept(&self, integral: f64, change: f64, excess: f64, feedforward: f64) -> f64 {
+    fn updated(&self, integral: f64, change: f64, excess: f64) -> f64 {
         let sum = integral + change;
-        match self.keep {
-            Keep::UnlessPushing => {
-                let pushing = (excess > 0.0 && change > 0.0) || (excess < 0.0 && change < 0.0);
-                if pushing { integral } else { sum }
+        match self.update {
+            IntegratorUpdate::Conditional => {
+                let pushes = (excess > 0.0 && change > 0.0) || (excess < 0.0 && change < 0.0);
+                if pushes { integral } else { sum }
             }
             // Without integral action there is nothing that could wind up, nor bring back what is taken.
-            Keep::Tracking { .. } if self.gains.ki == 0.0 => sum,
-            Keep::Tracking { share } => sum - excess * share.unwrap_or_else(|| self.gains.share()),
-            Keep::WhatIsLeft => sum - excess,
-            Keep::WhatIsLeftAndFeedForward => sum - excess + feedforward,
+            IntegratorUpdate::BackCalculation { .. } if self.gains.ki_dt == 0.0 => sum,
+            IntegratorUpdate::BackCalculation { share } => {
+                sum - excess * share.unwrap_or_else(|| self.gains.integral_share())
+            }
+            IntegratorUpdate::Incremental => sum - excess,
         }
+    }
+}
+
+/// What the wanted drive jumps by for other reasons than motion: the proportional term comes or goes with the feedback,
+/// or the window of the preview is full and its target takes over from the first reference.
+#[inline]
+fn jump(before: &LoopState, sample: &Sample, feedback: bool, proportional: f64, feedforward: f64) -> f64 {
+    let of_feedback = match (before.feedback_active, feedback) {
+        (false, true) => proportional,
+        (true, false) => -before.terms.proportional,
+        _ => 0.0,
+    };
+    let taken_over = sample.window_filled && sample.given.is_none();
+    let of_preview = if taken_over { feedforward - before.terms.feedforward } else { 0.0 };
+    of_feedback + of_preview
+}
+
+impl LoopState {
+    /// Limits a drive, makes it the present one and counts what was cut off.
+    #[inline]
+    fn put_out(&mut self, unlimited_drive: f64, limiter: &Limiter) {
+        let limited = limiter.limit(unlimited_drive, self.terms.drive);
+        (self.terms.unlimited_drive, self.terms.drive) = (unlimited_drive, limited.drive);
+        (self.terms.saturated, self.terms.slewing) = (limited.saturated, limited.slewing);
+        let Counters { saturated_count, slewing_count, .. } = &mut self.counters;
+        *saturated_count = saturated_count.saturating_add(limited.saturated.into());
+        *slewing_count = slewing_count.saturating_add(limited.slewing.into());
     }
 }

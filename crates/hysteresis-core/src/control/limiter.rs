@@ -1,33 +1,58 @@
 //! What stands between every number and the amplifier.
 
+use super::options::{ControllerOptions, check_range};
+use crate::error::{Error, check_positive};
+
 /// The limits of the drive, and how far it may move in one sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limiter {
-    pub(super) low: f64,
-    pub(super) high: f64,
+    low: f64,
+    high: f64,
     /// In volts per sample; infinite without a limit.
-    pub(super) step: f64,
+    step: f64,
 }
 
-/// What is left of a demand.
+/// What is left of an unlimited drive.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limited {
     pub(super) drive: f64,
-    /// Whether the demand lay beyond the limits.
+    /// Whether the unlimited drive lay beyond the limits.
     pub(super) saturated: bool,
-    /// Whether the demand, within the limits, was too far from the last drive.
+    /// Whether the unlimited drive, within the limits, was too far from the last drive.
     pub(super) slewing: bool,
 }
 
 impl Limiter {
-    /// The nearest to the demand that lies within the limits and within a step of the last drive `from`. A demand that is
-    /// no number, which the bounds on all that enters rule out, would leave the drive where it is.
-    #[inline]
-    pub(super) fn limit(&self, demanded: f64, from: f64) -> Limited {
-        let allowed = nearest(demanded, self.low, self.high, from);
-        let drive = nearest(allowed, from - self.step, from + self.step, from);
-        Limited { drive, saturated: allowed != demanded, slewing: drive != allowed }
+    pub(super) fn new(options: &ControllerOptions) -> Result<Self, Error> {
+        check_range("limits", options.limits, "the low limit")?;
+        let dt = options.checked_dt()?;
+        let step = match options.slew {
+            Some(slew) => check_positive("slew", slew)? * dt,
+            None => f64::INFINITY,
+        };
+        Ok(Self { low: options.limits.0, high: options.limits.1, step })
     }
+
+    /// The nearest to the unlimited drive that lies within the limits and within a step of the last drive `from`. A NaN,
+    /// which the bounds on all inputs rule out, would leave the drive where it is.
+    #[inline]
+    pub(super) fn limit(&self, unlimited: f64, from: f64) -> Limited {
+        let allowed = nearest(unlimited, self.low, self.high, from);
+        let drive = approach(allowed, from, self.step);
+        Limited { drive, saturated: allowed != unlimited, slewing: drive != allowed }
+    }
+}
+
+/// The nearest to `to` that is at most `step` from `from`.
+///
+/// `from + step` may round away from `from`, by half a unit in the last place. It is rounded towards `from` then, so that
+/// the difference of the two drives, computed in doubles, never exceeds `step`.
+#[inline]
+pub(super) fn approach(to: f64, from: f64, step: f64) -> f64 {
+    let (below, above) = (from - step, from + step);
+    let below = if from - below > step { below.next_up() } else { below };
+    let above = if above - from > step { above.next_down() } else { above };
+    nearest(to, below, above, from)
 }
 
 #[inline]
@@ -49,8 +74,8 @@ mod tests {
 
     const LIMITER: Limiter = Limiter { low: -20.0, high: 150.0, step: 5.0 };
 
-    fn limit(demanded: f64, from: f64) -> (f64, bool, bool) {
-        let Limited { drive, saturated, slewing } = LIMITER.limit(demanded, from);
+    fn limit(unlimited: f64, from: f64) -> (f64, bool, bool) {
+        let Limited { drive, saturated, slewing } = LIMITER.limit(unlimited, from);
         (drive, saturated, slewing)
     }
 
@@ -63,10 +88,21 @@ mod tests {
     }
 
     #[test]
-    fn no_demand_is_followed_that_is_no_number() {
+    fn a_nan_repeats_the_last_drive() {
         assert_eq!(limit(f64::NAN, 7.0), (7.0, true, false));
         assert_eq!(limit(f64::INFINITY, 149.0), (150.0, true, false));
         let free = Limiter { step: f64::INFINITY, ..LIMITER };
         assert_eq!(free.limit(f64::NEG_INFINITY, 150.0).drive, -20.0);
+    }
+
+    #[test]
+    fn a_step_is_never_exceeded_by_rounding() {
+        let (from, step) = (0.4, 1.3);
+        assert!(from + step - from > step, "the plain sum would exceed it");
+        assert!(approach(9.0, from, step) - from <= step);
+        assert!(-from - approach(-9.0, -from, step) <= step);
+        assert!(approach(9.0, from, step) > 1.7 - 1e-15);
+        // A step that the drive is too large for leaves it where it is.
+        assert_eq!(approach(2e100, 1e100, 1.0), 1e100);
     }
 }

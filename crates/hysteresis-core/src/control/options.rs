@@ -1,37 +1,24 @@
-use crate::error::{Bound, Error, check_finite, check_non_negative, check_positive};
+//! How a controller is set up.
 
-use super::law::{Gains, Keep, Rules};
-use super::limiter::Limiter;
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_non_negative, check_positive};
 
 /// The form of the law that is evaluated.
 ///
 /// ```
 /// use hysteresis_core::Law;
-/// assert!(Law::default() == Law::Positional && Law::Positional.is_sound());
-/// assert!(!Law::Printed.is_sound());
+/// assert_eq!(Law::default(), Law::Positional);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Law {
-    /// u = H^-1\[r\] + kp e + sum of ki e: equation (8) as it must be meant (errata 10 and 11).
+    /// u = H^-1\[target\] + kp e + ki dt sum e: equation (8) as it must be meant (errata 10 and 11).
     #[default]
     Positional,
-    /// u += change of H^-1\[r\] + kp (change of e) + ki e, from the drive that went out. The same as long as nothing
-    /// limits the drive; what a limit cuts off is lost until the integral has made up for it (erratum 12).
+    /// u += change of H^-1\[target\] + kp (change of e) + ki dt e, from the drive that went out. The same as long as nothing
+    /// limits the drive. What a limit cuts off is lost until the integral has made up for it (erratum 12).
     Incremental,
-    /// u += H^-1\[r\] + kp (change of e) + ki e: equation (8) as printed, which sums up the feed-forward and runs to the
-    /// rail (erratum 10). For comparison only.
-    Printed,
 }
 
-impl Law {
-    /// Whether the law can control anything: not so the printed one.
-    #[must_use]
-    pub fn is_sound(self) -> bool {
-        self != Self::Printed
-    }
-}
-
-/// What keeps the integral of the positional law from winding up while the drive is limited, by limits or by slew.
+/// What keeps the integral of the positional law from winding up while limits or slew limit the drive.
 ///
 /// ```
 /// use hysteresis_core::AntiWindup;
@@ -39,12 +26,12 @@ impl Law {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AntiWindup {
-    /// The sum takes no error that would push a limited drive further.
+    /// Conditional integration: the integral takes no error that would push a limited drive further.
     #[default]
     Conditional,
-    /// The sum also takes what the limiter cut off, over a tracking time.
+    /// Back-calculation: the integral also takes what the limiter cut off, over a tracking time.
     BackCalculation {
-        /// The tracking time in seconds; without one, the integral time kp / ki samples, and no less than a sample.
+        /// The tracking time in seconds; without one, the integral time kp / ki. A time below `dt` acts as `dt`.
         tracking_time: Option<f64>,
     },
 }
@@ -53,16 +40,17 @@ pub enum AntiWindup {
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
-/// let options = ControllerOptions { slew: Some(2e5), ..ControllerOptions::new(60.0, 0.6, (-500.0, 500.0)) };
+/// let set = ControllerOptions::new(60.0, 6e3, 1e-4, (-500.0, 500.0)); // V/um, V/um/s, s, V
+/// let options = ControllerOptions { slew: Some(2e5), ..set };
 /// assert!(HybridController::new(FeedForward::None, None, &options).is_ok());
 /// let error = HybridController::new(FeedForward::None, None, &ControllerOptions { dt: 0.0, ..options }).unwrap_err();
 /// assert_eq!(error.to_string(), "dt: expected a finite number > 0, got 0.0");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerOptions {
-    /// Proportional gain in volts per unit of the measurement, not negative.
+    /// Proportional gain in volts per unit of the measurement (V/um), not negative.
     pub kp: f64,
-    /// Integral gain in volts per unit of the measurement and sample, not negative.
+    /// Integral gain in volts per unit of the measurement and second (V/um/s), not negative.
     pub ki: f64,
     /// The sampling interval in seconds.
     pub dt: f64,
@@ -74,75 +62,103 @@ pub struct ControllerOptions {
     pub law: Law,
     /// Of the positional law.
     pub anti_windup: AntiWindup,
-    /// How long it takes, in seconds, until the difference at a start or a switch is gone: it goes down in a straight line.
-    pub transition: f64,
-    /// How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone.
+    /// How long, in seconds, the difference at a start or a switch takes to go to zero, in a straight line: the lead-in of
+    /// a motion.
+    pub bumpless_time: f64,
+    /// How many measurements in a row may be missing or implausible, the drive being held, before feed-forward goes on
+    /// alone.
     pub max_missing: u32,
+    /// The lowest and the highest measurement that the sensor can show. What lies outside is implausible.
+    pub measurement_range: Option<(f64, f64)>,
+    /// The largest change of the measurement from one sample to the next. What is farther from the last plausible
+    /// measurement is implausible; but after `max_missing` unusable ones in a row (and at least one) the next one within
+    /// the range is taken as it is, so a real change of level is never shut out.
+    pub max_measurement_step: Option<f64>,
     /// The drive that the amplifier has at the start; without one, zero or the limit nearest to it.
     pub start_drive: Option<f64>,
 }
 
 impl ControllerOptions {
-    /// 10 kHz, no limit of the slew, the positional law with conditional integration, transitions of 5 ms, at most 10
-    /// measurements missing.
+    /// The positional law with conditional integration, no limit of the slew, a bumpless time of 5 ms, at most 10
+    /// measurements missing, every finite measurement plausible.
     #[must_use]
-    pub fn new(kp: f64, ki: f64, limits: (f64, f64)) -> Self {
+    pub fn new(kp: f64, ki: f64, dt: f64, limits: (f64, f64)) -> Self {
         Self {
             kp,
             ki,
-            dt: 1e-4,
+            dt,
             limits,
             slew: None,
             law: Law::default(),
             anti_windup: AntiWindup::default(),
-            transition: 5e-3,
+            bumpless_time: 5e-3,
             max_missing: 10,
+            measurement_range: None,
+            max_measurement_step: None,
             start_drive: None,
         }
     }
 
-    pub(super) fn limiter(&self) -> Result<Limiter, Error> {
-        let (low, high) = self.limits;
-        check_finite("limits", Some(0), low)?;
-        check_finite("limits", Some(1), high)?;
-        if low >= high {
-            let expected = Bound::Above { what: "the low limit", limit: low };
-            return Err(Error::Domain { parameter: "limits", index: Some(1), expected, got: high });
-        }
-        let dt = check_positive("dt", self.dt)?;
-        let step = match self.slew {
-            Some(slew) => check_positive("slew", slew)? * dt,
-            None => f64::INFINITY,
-        };
-        Ok(Limiter { low, high, step })
+    /// The sampling interval, checked.
+    pub(super) fn checked_dt(&self) -> Result<f64, Error> {
+        check_positive("dt", self.dt)
+    }
+
+    /// The bumpless time in samples.
+    pub(super) fn bumpless_samples(&self) -> Result<u32, Error> {
+        let time = check_non_negative("bumpless_time", None, self.bumpless_time)?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
+        let samples = (time / self.checked_dt()? + 0.5) as u32;
+        Ok(samples)
     }
 
     /// The drive at the start.
-    pub(super) fn start(&self) -> Result<f64, Error> {
+    pub(super) fn checked_start_drive(&self) -> Result<f64, Error> {
         let (low, high) = self.limits;
         let Some(drive) = self.start_drive else { return Ok(0.0_f64.max(low).min(high)) };
         check_drive("start_drive", drive, self.limits)
     }
+}
 
-    pub(super) fn rules(&self) -> Result<Rules, Error> {
-        let gains = Gains::new(self.kp, self.ki)?;
-        let transition = check_non_negative("transition", None, self.transition)?;
-        let keep = match (self.law, self.anti_windup) {
-            (Law::Incremental, _) => Keep::WhatIsLeft,
-            (Law::Printed, _) => Keep::WhatIsLeftAndFeedForward,
-            (Law::Positional, AntiWindup::Conditional) => Keep::UnlessPushing,
-            (Law::Positional, AntiWindup::BackCalculation { tracking_time: None }) => Keep::Tracking { share: None },
-            (Law::Positional, AntiWindup::BackCalculation { tracking_time: Some(time) }) => {
-                Keep::Tracking { share: Some((self.dt / check_positive("tracking_time", time)?).min(1.0)) }
-            }
-        };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
-        let fading = (transition / self.dt + 0.5) as u32;
-        Ok(Rules { gains, keep, fading, max_missing: self.max_missing })
+/// Gains of the feedback, for one sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gains {
+    pub(super) kp: f64,
+    /// ki dt.
+    pub(super) ki_dt: f64,
+}
+
+impl Gains {
+    /// Negative gains would drive away from the reference.
+    pub(super) fn new(kp: f64, ki: f64, dt: f64) -> Result<Self, Error> {
+        let (kp, ki) = (check_non_negative("kp", None, kp)?, check_non_negative("ki", None, ki)?);
+        let ki_dt = ki * dt;
+        if ki_dt > MAX_MAGNITUDE {
+            let expected = Bound::Between { low: 0.0, high: MAX_MAGNITUDE / dt };
+            return Err(Error::Domain { parameter: "ki", index: None, expected, got: ki });
+        }
+        Ok(Self { kp, ki_dt })
+    }
+
+    /// One sample over the integral time kp / ki, at most 1.
+    pub(super) fn integral_share(self) -> f64 {
+        if self.ki_dt < self.kp { self.ki_dt / self.kp } else { 1.0 }
     }
 }
 
-/// Checks a drive that the amplifier is said to have.
+/// Checks a pair (low, high) of finite numbers, or names it.
+pub(super) fn check_range(parameter: &'static str, range: (f64, f64), low_name: &'static str) -> Result<(), Error> {
+    let (low, high) = range;
+    check_finite(parameter, Some(0), low)?;
+    check_finite(parameter, Some(1), high)?;
+    if low < high {
+        return Ok(());
+    }
+    let expected = Bound::Above { what: low_name, limit: low };
+    Err(Error::Domain { parameter, index: Some(1), expected, got: high })
+}
+
+/// Checks a drive against the limits, or names it.
 pub(super) fn check_drive(parameter: &'static str, got: f64, (low, high): (f64, f64)) -> Result<f64, Error> {
     if low <= got && got <= high {
         Ok(got)

@@ -11,15 +11,17 @@ use crate::error::{Bound, Error, check_finite};
 /// target(k) = sum_j c_j r(k + ahead - j),   j = 0 the newest
 /// ```
 ///
-/// With it references enter the controller `ahead` samples early; its feedback uses r(k), from the same window. At the
-/// start all of the window is the first reference, as if it had been there for ever. A window that fills anew, at the
-/// start, after a hold and after a rejected reference, so makes differentiating coefficients ask for a kick as soon as the
-/// next references come, which only limits and slew bound.
+/// With it references enter the controller `ahead` samples early; its feedback uses r(k), from the same window.
+///
+/// The window fills anew at the start, after a hold or a stop and after a rejected reference. Until it is full, the target
+/// is that of a rest at the first reference: coefficients that differentiate would else see a step of the velocity and ask
+/// for a kick. At the sample that fills the window the target takes over, and the bumpless term takes the difference. A
+/// reference that rests for as many samples as there are coefficients, before it moves, has no difference to take.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
 /// let lead = Preview::new(&[0.5, 0.5], 1)?; // half a sample
-/// let options = ControllerOptions::new(0.0, 0.0, (-10.0, 10.0));
+/// let options = ControllerOptions::new(0.0, 0.0, 1e-4, (-10.0, 10.0));
 /// let mut controller = HybridController::new(FeedForward::None, Some(lead), &options)?;
 /// controller.step(1.0.into(), 0.0);
 /// controller.step(2.0.into(), 0.0);
@@ -34,14 +36,15 @@ pub struct Preview {
     /// All references of the window but the newest, a ring: from `newest` on to the end, then from the beginning.
     past: Box<[f64]>,
     newest: usize,
-    started: bool,
+    /// How many references came since the window began to fill, up to the number of coefficients.
+    samples: usize,
 }
 
 /// The references that a [`Preview`] remembers.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
-/// let options = ControllerOptions::new(0.0, 0.0, (-10.0, 10.0));
+/// let options = ControllerOptions::new(0.0, 0.0, 1e-4, (-10.0, 10.0));
 /// let preview = Preview::new(&[0.0, 0.0, 1.0], 0)?;
 /// let mut controller = HybridController::new(FeedForward::None, Some(preview), &options)?;
 /// controller.step(1.0.into(), 0.0);
@@ -54,8 +57,8 @@ pub struct Preview {
 pub struct PreviewState {
     /// The last references, one fewer than there are coefficients, newest first.
     pub past: Vec<f64>,
-    /// Whether there was a reference since the start.
-    pub started: bool,
+    /// How many references came since the window began to fill, up to the number of coefficients.
+    pub samples: usize,
 }
 
 /// What the window shows.
@@ -63,6 +66,8 @@ pub struct PreviewState {
 pub(super) struct View {
     pub(super) reference: f64,
     pub(super) target: f64,
+    /// Whether the window is full with this reference, for the first time.
+    pub(super) filled: bool,
 }
 
 impl Preview {
@@ -80,7 +85,7 @@ impl Preview {
             return Err(Error::Domain { parameter: "ahead", index: None, expected, got: count_as_f64(ahead) });
         }
         let past = vec![0.0; last].into();
-        Ok(Self { coefficients: coefficients.into(), ahead, past, newest: 0, started: false })
+        Ok(Self { coefficients: coefficients.into(), ahead, past, newest: 0, samples: 0 })
     }
 
     /// The coefficients c_j, the newest reference's first.
@@ -95,6 +100,11 @@ impl Preview {
         self.ahead
     }
 
+    /// How many samples come before the one that fills the window, if it is not full.
+    pub(super) fn samples_until_full(&self) -> Option<f64> {
+        self.past.len().checked_sub(self.samples).map(count_as_f64)
+    }
+
     /// The references before the newest, newest first.
     #[inline]
     fn past(&self) -> impl Iterator<Item = f64> + '_ {
@@ -105,11 +115,18 @@ impl Preview {
     /// What the window shows once `newest` has come.
     #[inline]
     pub(super) fn look(&self, newest: f64) -> View {
-        let mut view = View { reference: newest, target: 0.0 };
-        let known = self.started;
+        let size = self.coefficients.len();
+        let come = self.samples.saturating_add(1);
+        let first = match self.samples {
+            0 => Some(newest),
+            _ if come < size => self.past.get(self.oldest()).copied(),
+            _ => None,
+        };
+        let mut view = View { reference: newest, target: 0.0, filled: come == size };
+        let known = self.samples > 0;
         let window = core::iter::once(newest).chain(self.past().map(|r| if known { r } else { newest }));
         for (j, (c, r)) in self.coefficients.iter().zip(window).enumerate() {
-            view.target += c * r;
+            view.target += c * first.unwrap_or(r);
             if j == self.ahead {
                 view.reference = r;
             }
@@ -117,27 +134,33 @@ impl Preview {
         view
     }
 
+    /// Where the oldest reference is; while the window fills, that is the first one.
+    #[inline]
+    fn oldest(&self) -> usize {
+        self.newest.checked_sub(1).unwrap_or(self.past.len().saturating_sub(1))
+    }
+
     /// Takes a reference.
     #[inline]
     pub(super) fn push(&mut self, newest: f64) {
-        if !self.started {
+        if self.samples == 0 {
             self.past.fill(newest);
-            self.started = true;
         }
-        self.newest = self.newest.checked_sub(1).unwrap_or(self.past.len().saturating_sub(1));
+        self.samples = self.samples.saturating_add(1).min(self.coefficients.len());
+        self.newest = self.oldest();
         if let Some(oldest) = self.past.get_mut(self.newest) {
             *oldest = newest;
         }
     }
 
-    /// The next reference fills the window.
+    /// The next reference is the first of a window that fills.
     #[inline]
     pub(super) fn restart(&mut self) {
-        self.started = false;
+        self.samples = 0;
     }
 
     pub(super) fn state(&self) -> PreviewState {
-        PreviewState { past: self.past().collect(), started: self.started }
+        PreviewState { past: self.past().collect(), samples: self.samples }
     }
 
     pub(super) fn check(&self, state: &PreviewState) -> Result<(), Error> {
@@ -148,12 +171,17 @@ impl Preview {
         for (j, r) in state.past.iter().enumerate() {
             check_finite("state.preview.past", Some(j), *r)?;
         }
+        let last = self.coefficients.len();
+        if state.samples > last {
+            let (parameter, got) = ("state.preview.samples", count_as_f64(state.samples));
+            return Err(Error::Domain { parameter, index: None, expected: Bound::UpTo { last }, got });
+        }
         Ok(())
     }
 
     /// Continues from a state that was checked.
     pub(super) fn set_state(&mut self, state: &PreviewState) {
         self.past.copy_from_slice(&state.past);
-        (self.newest, self.started) = (0, state.started);
+        (self.newest, self.samples) = (0, state.samples);
     }
 }

@@ -21,3 +21,12 @@ impl From<ModifiedPrandtlIshlinskii> for Model {
         Self::Modified(model)
     }
 }
+
+impl From<Model> for ModifiedPrandtlIshlinskii {
+    fn from(model: Model) -> Self {
+        match model {
+            Model::Conventional(model) => (&model).into(),
+            Model::Modified(model) => model,
+        }
+    }
+}

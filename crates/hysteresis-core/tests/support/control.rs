@@ -1,11 +1,13 @@
 //! Random controllers and what may happen to them.
 
 use hysteresis_core::{
-    AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, FeedForward, Forward, HybridController,
-    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, Ratios,
+    AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, CreepTerms, FeedForward, Forward,
+    HybridController, Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, QuasiStatic, Ratios,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
+
+pub(crate) const DT: f64 = 1e-4;
 
 /// Two actuators of the same operators, volts in and um out, or two banks that are roughly their inverses.
 pub(crate) fn compiled(which: usize, inverse: bool) -> CompiledModel {
@@ -25,6 +27,7 @@ pub(crate) enum Source {
     Given,
     Exact(usize),
     Parametric(usize),
+    Creeping,
 }
 
 impl Source {
@@ -34,6 +37,11 @@ impl Source {
             Self::Given => FeedForward::Given,
             Self::Exact(which) => Inverse::new(&compiled(which, false), Some(limits)).unwrap().into(),
             Self::Parametric(which) => Forward::new(&compiled(which, true)).into(),
+            Self::Creeping => {
+                let creep = CreepTerms::new(&[0.02, 0.05], &[0.9, 0.99]).unwrap();
+                let stage = QuasiStatic::new(&compiled(0, false)).with_creep(creep);
+                stage.inverse(Some(limits)).unwrap().into()
+            }
         }
     }
 }
@@ -44,6 +52,7 @@ pub(crate) fn source() -> impl Strategy<Value = Source> {
         1 => Just(Source::Given),
         3 => (0..2_usize).prop_map(Source::Exact),
         2 => (0..2_usize).prop_map(Source::Parametric),
+        1 => Just(Source::Creeping),
     ]
 }
 
@@ -71,7 +80,6 @@ fn law() -> impl Strategy<Value = (Law, AntiWindup)> {
         2 => Just((Law::Positional, AntiWindup::Conditional)),
         2 => tracking.prop_map(|tracking_time| (Law::Positional, AntiWindup::BackCalculation { tracking_time })),
         1 => Just((Law::Incremental, AntiWindup::Conditional)),
-        1 => Just((Law::Printed, AntiWindup::Conditional)),
     ]
 }
 
@@ -80,15 +88,26 @@ fn window() -> impl Strategy<Value = Option<(Vec<f64>, usize)>> {
     prop_oneof![1 => Just(None), 1 => vec(-3.0..3.0, 1..6).prop_flat_map(ahead)]
 }
 
+/// What a sensor can show: nothing is known, or positions of a few um that move by less than that in a sample.
+fn gate() -> impl Strategy<Value = (Option<(f64, f64)>, Option<f64>)> {
+    (maybe_pair(), prop_oneof![Just(None), (0.1..5.0).prop_map(Some)])
+}
+
+fn maybe_pair() -> impl Strategy<Value = Option<(f64, f64)>> {
+    prop_oneof![Just(None), (-5.0..-2.0, 2.0..5.0).prop_map(Some)]
+}
+
 pub(crate) fn setup() -> impl Strategy<Value = Setup> {
     let slew = prop_oneof![1 => Just(None), 2 => (1e3..1e6).prop_map(Some)];
     let limits = prop_oneof![Just((-500.0, 500.0)), Just((-20.0, 150.0)), Just((30.0, 100.0)), Just((-1e100, 1e100))];
-    let transition = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
-    (source(), window(), (gain(), gain()), limits, slew, law(), transition, 0..4_u32).prop_map(
-        |(source, window, (kp, ki), limits, slew, (law, anti_windup), transition, max_missing)| {
-            let set = ControllerOptions::new(kp, ki, limits);
-            let options = ControllerOptions { slew, law, anti_windup, transition, max_missing, ..set };
-            Setup { source, window, options }
+    let dt = prop_oneof![Just(DT), 1e-5..1e-3];
+    let bumpless_time = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
+    (source(), window(), (gain(), gain(), dt, limits, slew), law(), bumpless_time, 0..4_u32, gate()).prop_map(
+        |(source, window, (kp, ki, dt, limits, slew), (law, anti_windup), bumpless_time, max_missing, gate)| {
+            let set = ControllerOptions::new(kp, ki / DT, dt, limits);
+            let (measurement_range, max_measurement_step) = gate;
+            let options = ControllerOptions { slew, law, anti_windup, bumpless_time, max_missing, ..set };
+            Setup { source, window, options: ControllerOptions { measurement_range, max_measurement_step, ..options } }
         },
     )
 }
@@ -100,12 +119,14 @@ pub(crate) enum Event {
     /// A plan, and whether it is committed.
     Plan(Command, f64, bool),
     Mode(Mode),
+    Stop(f64, f64),
     Release,
     Gains(f64, f64),
     Model(usize),
     Source(Source),
     Reset,
     ResetAt(f64),
+    Follow(f64, f64),
     Save,
     Restore,
 }
@@ -125,13 +146,14 @@ pub(crate) fn command() -> impl Strategy<Value = Command> {
         .prop_map(|(reference, target, feedforward)| Command { reference, target, feedforward })
 }
 
-/// Samples, and changes of mode: what leaves the configuration as it is.
+/// Samples, stops and changes of mode: what leaves the configuration as it is.
 pub(crate) fn event() -> impl Strategy<Value = Event> {
     let mode = prop_oneof![Just(Mode::Run), Just(Mode::Feedforward), Just(Mode::Hold)];
     prop_oneof![
         20 => (command(), wild()).prop_map(|(command, y)| Event::Sample(command, y)),
         4 => (command(), wild(), any::<bool>()).prop_map(|(command, y, commit)| Event::Plan(command, y, commit)),
         1 => mode.prop_map(Event::Mode),
+        1 => (1e2..1e6, -600.0..600.0).prop_map(|(rate, rest)| Event::Stop(rate, rest)),
         2 => Just(Event::Release),
     ]
 }
@@ -139,7 +161,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
 /// Another configuration.
 pub(crate) fn switch() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki)),
+        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki / DT)),
         (0..2_usize).prop_map(Event::Model),
         source().prop_map(Event::Source),
     ]
@@ -152,6 +174,7 @@ pub(crate) fn upheaval() -> impl Strategy<Value = Event> {
         3 => switch(),
         1 => Just(Event::Reset),
         1 => (-600.0..600.0).prop_map(Event::ResetAt),
+        1 => (-600.0..600.0, -600.0..600.0).prop_map(|(first, last)| Event::Follow(first, last)),
         1 => Just(Event::Save),
         1 => Just(Event::Restore),
     ]
@@ -166,15 +189,17 @@ pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mu
             controller.plan(command, y);
             assert!(!commit || controller.commit());
         }
-        Event::Mode(mode) => controller.set_mode(mode),
+        Event::Mode(mode) => controller.set_mode(mode).unwrap(),
+        Event::Stop(rate, rest) => _ = controller.stop(rate, rest),
         Event::Release => controller.release(),
         Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
         Event::Model(which) => {
             let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
             _ = controller.set_model(&compiled(which, inverse));
         }
-        Event::Source(source) => controller.set_feedforward(source.make(limits)),
+        Event::Source(source) => controller.set_feedforward(source.make(limits)).unwrap(),
         Event::Reset => controller.reset(),
+        Event::Follow(first, last) => return controller.follow(&[first, last]).is_ok(),
         Event::ResetAt(drive) => return controller.reset_at(drive).is_ok(),
         Event::Save => *saved = Some(controller.state()),
         Event::Restore => return saved.as_ref().is_some_and(|state| controller.set_state(state).is_ok()),

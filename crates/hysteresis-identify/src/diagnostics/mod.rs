@@ -1,26 +1,32 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
-pub(crate) mod colour;
 mod survey;
 
 use hysteresis_core::Model;
 
 use crate::error::Error;
 use crate::finding::{Finding, FindingCode};
+use crate::fit::chain::Chain;
+use crate::fit::intervals::Intervals;
+use crate::fit::linear_part::LinearPart;
+use crate::fit::regressor::OperatorBank;
+use crate::fit::tangent::OperatorsAt;
 use crate::numeric::as_f64;
+use crate::options::{Options, Setting};
 use crate::record::Record;
 use crate::signal;
 use survey::Survey;
 
-/// Looks for every [`FindingCode`] in the fitted samples of `records`, given the model and delay fitted to them.
+/// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead time
+/// fitted to them; `dead_time` in seconds, or in samples for records without a sampling interval.
 ///
 /// Each record has an output offset of its own, the one that its residuals have no mean with. One pass over the
 /// records with all operators, and a QR of their outputs: the work of one step of an identification.
 ///
 /// ```
 /// use hysteresis_core::Process;
-/// use hysteresis_simulate::paper;
 /// use hysteresis_identify::{FindingCode, Record, diagnose};
+/// use hysteresis_simulate::paper;
 ///
 /// let actuator = paper::table_1_recovered();
 /// let mut stream = actuator.forward();
@@ -33,28 +39,40 @@ use survey::Survey;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoRecords`], and [`Error::Domain`] for a delay that is negative or not below the length of every record.
-pub fn diagnose(records: &[Record<'_>], model: &Model, delay: f64) -> Result<Vec<Finding>, Error> {
-    let Some(shortest) = records.iter().map(|record| record.input().len()).min() else {
+/// [`Error::NoRecords`], [`Error::NoInterval`] if some records have a sampling interval and others not, and
+/// [`Error::Domain`] for a dead time that is negative or not below the length of every record.
+pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result<Vec<Finding>, Error> {
+    let Some(first) = records.first() else {
         return Err(Error::NoRecords);
     };
-    if !(delay >= 0.0 && delay < as_f64(shortest)) {
-        let expected = "a number >= 0 below the length of the shortest record";
-        return Err(Error::Domain { parameter: "delay", index: None, expected, got: delay });
-    }
-    let survey = Survey::of(records, model, delay);
+    Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
+    let (bank, weights, offsets) = OperatorBank::of_model(model);
+    let operators = OperatorsAt { bank, input_offset: offsets.input };
+    let linear = LinearPart::delay(dead_time);
+    Ok(findings(records, &Chain { operators, weights, linear, dt: first.dt().unwrap_or(1.0) }))
+}
+
+/// The findings about a whole chain.
+pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
+    let survey = Survey::of(records, chain);
+    let lag = |record: &Record<'_>| chain.linear.lag().max(0.0) / record.dt().unwrap_or(chain.dt);
     let checks = [
         too_few_samples(records, &survey),
         survey.unreached(),
         no_minor_loops(records),
         survey.collinear(),
-        worst(records, |place, record| rate_effects(record, &survey.residuals[place], delay)),
+        worst(records, |place, record| rate_effects(record, &survey.residuals[place], lag(record))),
         worst(records, |place, record| drift(record, &survey.residuals[place])),
         worst(records, |place, record| outliers(record, &survey.residuals[place])),
         worst(records, |_, record| Some(clipped_output(record))),
-        worst(records, |place, record| Some(clipped_input(record, &survey.residuals[place]))),
+        worst(records, |place, record| {
+            let residual = &survey.residuals[place];
+            let output = &record.output()[record.skip()..];
+            let explains_motion = !chain.linear.is_dead_time_alone();
+            Some(clipped_input(record, if explains_motion { residual } else { output }, residual))
+        }),
     ];
-    Ok(checks.into_iter().flatten().collect())
+    checks.into_iter().flatten().collect()
 }
 
 /// The finding of the record that is furthest past its limit, if one is.
@@ -88,7 +106,7 @@ fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
         fitted().map(|input| signal::turns(input, swing).into_iter().filter(|k| inside(&input[*k])).count()).sum(),
     );
     let message = format!(
-        "{value} reversals of the input inside its range from {low:.4} to {high:.4}: delay, ratios and loop width are \
+        "{value} reversals of the input inside its range from {low:.4} to {high:.4}: dead time, ratios and loop width are \
          weakly determined"
     );
     let measured = Finding::new(FindingCode::NoMinorLoops, value, LIMIT, message);
@@ -152,7 +170,8 @@ fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
 fn clipped_output(record: &Record<'_>) -> Finding {
     const LIMIT: f64 = 0.02;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (value, level) = signal::travel_at_the_ends(output, input);
+    let (low, high) = signal::bounds(input);
+    let (value, level) = signal::travel_at_the_ends(output, input, high - low);
     let message = format!(
         "the output stays at {level:.6} while the input moves by {:.1} % of its range: a sensor or converter at its end",
         100.0 * value
@@ -160,12 +179,13 @@ fn clipped_output(record: &Record<'_>) -> Finding {
     Finding::new(FindingCode::ClippedOutput, value, LIMIT, message)
 }
 
-fn clipped_input(record: &Record<'_>, residual: &[f64]) -> Finding {
+/// `unexplained` is what moves while the input stays at its end: the output, or with dynamics and creep the residual.
+fn clipped_input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Finding {
     const HELD: f64 = 0.05;
     const NOISE: f64 = 8.0;
-    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (value, level) = signal::travel_at_the_ends(input, output);
-    let limit = HELD + NOISE * signal::noise(residual) / record.output_range();
+    let (input, range) = (&record.input()[record.skip()..], record.output_range());
+    let (value, level) = signal::travel_at_the_ends(input, unexplained, range);
+    let limit = HELD + NOISE * signal::noise(residual) / range;
     let message = format!(
         "the recorded input stays at {level:.6} while the output moves by {:.1} % of its range: a monitor at its end",
         100.0 * value

@@ -1,11 +1,11 @@
 //! One pass over the records with all operators of a model.
 
 use faer::Mat;
-use hysteresis_core::Model;
 
 use crate::finding::{Finding, FindingCode};
+use crate::fit::chain::Chain;
 use crate::fit::factor::TriangularFactor;
-use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::fit::tangent::Tangent;
 use crate::numeric::as_f64;
 use crate::record::Record;
 use crate::signal;
@@ -25,30 +25,35 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    pub(super) fn of(records: &[Record<'_>], model: &Model, delay: f64) -> Self {
-        let (bank, weights, offsets) = OperatorBank::of_model(model);
-        let thresholds = bank.thresholds().to_vec();
+    pub(super) fn of(records: &[Record<'_>], chain: &Chain) -> Self {
+        let thresholds = chain.operators.bank.thresholds().to_vec();
+        // The operators, whether their weights are split or not.
+        let tangent = Tangent {
+            operators: chain.operators.clone(),
+            linear: chain.linear.clone(),
+            columns: thresholds.len(),
+            weights: Vec::new(),
+            slopes: Vec::new(),
+        };
         let (means, n) = (records.len(), thresholds.len());
         let mut factor = TriangularFactor::new(means + n);
         let mut row = vec![0.0; means + n];
         let mut operator_bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); n];
         let (mut residuals, mut squares) = (Vec::new(), 0.0);
         for (place, record) in records.iter().enumerate() {
-            let mut regressor = Regressor::new(&bank, record.input(), offsets.input, delay);
+            let dt = record.dt().unwrap_or(chain.dt);
+            let predicted = chain.response(record.input(), dt);
+            let mut rows = tangent.rows(record.input(), dt);
             row[..means].fill(0.0);
             row[place] = 1.0;
             let mut residual = Vec::with_capacity(record.fitted_samples());
-            for (k, measured) in record.output().iter().enumerate() {
-                regressor.go_to(k, None);
-                if k < record.skip() {
-                    continue;
-                }
-                regressor.row(&mut row[means..]);
+            for (k, measured) in record.output().iter().enumerate().skip(record.skip()) {
+                rows.write(k, None, &mut row[means..]);
                 factor.push(&row);
                 for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {
                     (*low, *high) = (low.min(*z), high.max(*z));
                 }
-                residual.push(measured - regressor.output(&weights));
+                residual.push(measured - predicted[k]);
             }
             residuals.push(centred(&residual));
             let output = centred(&record.output()[record.skip()..]);

@@ -1,12 +1,7 @@
 //! Identification of the linear part behind a known hysteresis model: the cascade of Remark 1 of the paper.
 
-mod findings;
 mod identification;
 mod options;
-mod response;
-mod search;
-mod uncertainty;
 
 pub use identification::{DynamicsIdentification, identify_dynamics};
-pub use options::{CreepTerms, DynamicsOptions, Order};
-pub use uncertainty::Uncertainty;
+pub use options::DynamicsOptions;

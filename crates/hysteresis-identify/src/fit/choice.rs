@@ -3,9 +3,10 @@
 use crate::error::Error;
 use crate::fit::folds::{CrossValidation, SMOOTHNESS, Stretches};
 use crate::fit::monitor::SearchMonitor;
+use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
 use crate::fit::search::search;
-use crate::fit::space::{Point, Space};
+use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::options::{Options, Setting, Thresholds, WeightLaw};
 use crate::record::Record;
@@ -44,7 +45,7 @@ struct Underway {
     best: Option<(CrossValidation, Point)>,
 }
 
-/// Chooses what `options` leave open, each candidate at the ratios, offset and delay that suit it: first the weight law,
+/// Chooses what `options` leave open, each candidate at the ratios, offset and dead time that suit it: first the weight law,
 /// then the number of operators, the smoothness of each on the way. Stopped and told to keep the best, it chooses from what
 /// it has tried until then.
 pub(crate) fn choose(
@@ -101,7 +102,7 @@ fn choose_all(
         let with = |weights| Options { weights, thresholds: thresholds.clone(), ..options.clone() };
         // Few samples are no reason to believe in the law of few unknowns.
         let free = with(WeightLaw::Free);
-        enough(records, &Space::new(records, &free), &WeightBasis::new(&free))?;
+        enough(records, &Space::new(records, &free)?, &WeightBasis::new(&free))?;
         let possible = LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).collect();
         let (candidate, tried) = simplest_good(records, possible, (0, searches), underway, monitor)?;
         options.weights = candidate.options.weights;
@@ -189,13 +190,13 @@ fn good(tried: &[CrossValidation]) -> usize {
 }
 
 fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
-    let (space, law) = (Space::new(records, options), WeightBasis::new(options));
+    let (space, basis) = (Space::new(records, options)?, WeightBasis::new(options));
     let given = match options.smoothness {
         Setting::Fixed(smoothness) => Some(smoothness),
         Setting::Fit => None,
     };
-    let levels = levels(records, &space, &law, given.unwrap_or(0.0), true)?;
-    let (fit, _) = search(&levels, &law, None, monitor)?;
+    let levels = levels(records, &space, &basis, given.unwrap_or(0.0), true)?;
+    let (fit, _) = search(&levels, &basis, None, monitor)?;
     let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
     let validate = |smoothness: f64| stretches.cross_validate(options, smoothness);
     let smoothness_tried = if given.is_none() { SMOOTHNESS.map(validate).to_vec() } else { Vec::new() };
@@ -205,8 +206,8 @@ fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut SearchMoni
 }
 
 /// How many samples there are, if there are enough for so many unknowns, and the latter.
-fn enough(records: &[Record<'_>], space: &Space, law: &WeightBasis) -> Result<(usize, usize), Error> {
-    let unknowns = law.freedom() + records.len() + space.axes().len();
+fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis) -> Result<(usize, usize), Error> {
+    let unknowns = basis.freedom() + records.len() + space.axes().len();
     let samples: usize = records.iter().map(Record::fitted_samples).sum();
     if samples < 2 * unknowns {
         return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
@@ -218,16 +219,16 @@ fn enough(records: &[Record<'_>], space: &Space, law: &WeightBasis) -> Result<(u
 pub(crate) fn levels<'a>(
     records: &'a [Record<'a>],
     space: &'a Space,
-    law: &'a WeightBasis,
+    basis: &'a WeightBasis,
     smoothness: f64,
     roughly: bool,
 ) -> Result<Vec<Projection<'a>>, Error> {
-    let (samples, unknowns) = enough(records, space, law)?;
+    let (samples, unknowns) = enough(records, space, basis)?;
     let mut strides = vec![(samples / (SCAN_SAMPLES_PER_UNKNOWN * unknowns)).max(1)];
     strides.extend(REFINE_SAMPLES.map(|rows| samples / rows).into_iter().filter(|stride| *stride > 1));
     strides.truncate(if roughly { 2 } else { strides.len() });
     if !roughly || strides.len() == 1 {
         strides.push(1);
     }
-    Ok(strides.iter().map(|stride| Projection::new(records, space, law, smoothness, *stride)).collect())
+    Ok(strides.iter().map(|stride| Projection::new(records, space, basis, smoothness, *stride)).collect())
 }

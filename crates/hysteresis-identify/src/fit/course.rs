@@ -30,9 +30,10 @@ pub(crate) enum Course {
 }
 
 impl Course {
-    /// The course that takes one in `stride` of the fitted samples.
-    pub(crate) fn new(record: &Record<'_>, stride: usize) -> Self {
-        let (skip, samples) = (record.skip(), record.input().len());
+    /// The course that takes one in `stride` of the fitted samples, but for the last `unread`.
+    pub(crate) fn new(record: &Record<'_>, stride: usize, unread: usize) -> Self {
+        let skip = record.skip();
+        let samples = record.input().len().saturating_sub(unread).max(skip + 1);
         if stride == 1 {
             return Self::All { skip, samples };
         }

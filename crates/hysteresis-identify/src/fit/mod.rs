@@ -1,16 +1,29 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
 pub(crate) mod bounded;
+pub(crate) mod chain;
 pub(crate) mod choice;
 pub(crate) mod course;
+pub(crate) mod dead_time;
 pub(crate) mod factor;
 pub(crate) mod folds;
+pub(crate) mod gradients;
+pub(crate) mod intervals;
+pub(crate) mod joint;
+mod lanes;
+pub(crate) mod linear_part;
 pub(crate) mod monitor;
+mod placement;
+pub(crate) mod point;
 pub(crate) mod projection;
 pub(crate) mod regressor;
+pub(crate) mod response;
+pub(crate) mod root;
 pub(crate) mod search;
 pub(crate) mod smoothness;
 pub(crate) mod space;
+mod starts;
+pub(crate) mod tangent;
 pub(crate) mod weight_basis;
 
 pub use folds::CrossValidation;

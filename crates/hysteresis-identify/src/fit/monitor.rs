@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use crate::error::Error;
+use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
-use crate::fit::space::Point;
 use crate::numeric::as_f64;
 
 /// What the search is doing.
@@ -15,6 +15,8 @@ pub enum SearchStage {
     Scan,
     /// Improving the best starts on that selection.
     Refine,
+    /// Trying dynamics and creep behind the hysteresis found.
+    Dynamics,
     /// Improving the best of them on all samples.
     Finish,
 }
@@ -42,6 +44,8 @@ pub enum Stop {
     KeepBest,
 }
 
+const WHOLE: Span = Span { from: 0.0, to: 1.0 };
+
 /// Counts evaluations and reports them.
 pub(crate) struct SearchMonitor<'a> {
     report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>,
@@ -49,14 +53,16 @@ pub(crate) struct SearchMonitor<'a> {
     /// Where the smallest error of this stage was found.
     best: Option<Point>,
     keeps_best: bool,
-    /// The share of the whole work that the present search is.
+    /// The share of the present part of the work that the present search is.
     span: Span,
+    /// The share of the whole work that the present part is.
+    part: Span,
 }
 
 impl<'a> SearchMonitor<'a> {
     pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
         let now = Progress { stage: SearchStage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now, best: None, keeps_best: false, span: Span { from: 0.0, to: 1.0 } }
+        Self { report, now, best: None, keeps_best: false, span: WHOLE, part: WHOLE }
     }
 
     /// The best point so far, if the search was stopped and that is to be kept.
@@ -66,9 +72,24 @@ impl<'a> SearchMonitor<'a> {
 
     /// Makes the next search the part number `part` of so many.
     pub(crate) fn within(&mut self, part: usize, of: usize) {
-        let whole = Span { from: 0.0, to: 1.0 };
-        self.span = Span { from: whole.at(part, of), to: whole.at(part + 1, of) };
+        self.span = Span { from: WHOLE.at(part, of), to: WHOLE.at(part + 1, of) };
         self.enter(SearchStage::Scan);
+    }
+
+    /// Whether the search was stopped and the best is to be kept.
+    pub(crate) fn keeps_best(&self) -> bool {
+        self.keeps_best
+    }
+
+    /// Begins the search for dynamics: what was best for the hysteresis alone is none of its points.
+    pub(crate) fn forget(&mut self) {
+        self.enter(SearchStage::Dynamics);
+        self.best = None;
+    }
+
+    /// Makes the next searches a part of the whole work.
+    pub(crate) fn begin(&mut self, part: Span) {
+        (self.part, self.span) = (part, WHOLE);
     }
 
     pub(crate) fn evaluations(&self) -> usize {
@@ -93,7 +114,7 @@ impl<'a> SearchMonitor<'a> {
         if rmse < self.now.best_rmse {
             (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
         }
-        self.now.fraction = self.span.from + (self.span.to - self.span.from) * fraction;
+        self.now.fraction = self.part.within(self.span.within(fraction));
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(stop) => {
@@ -106,12 +127,17 @@ impl<'a> SearchMonitor<'a> {
 
 /// The part of the whole work that an improvement takes.
 #[derive(Clone, Copy)]
-pub(super) struct Span {
-    pub(super) from: f64,
-    pub(super) to: f64,
+pub(crate) struct Span {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
 }
 
 impl Span {
+    /// A share of it, as a share of the whole.
+    fn within(self, share: f64) -> f64 {
+        self.from + (self.to - self.from) * share
+    }
+
     pub(super) fn at(self, done: usize, of: usize) -> f64 {
         self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
     }

@@ -5,9 +5,10 @@ use faer::Mat;
 use crate::fit::bounded;
 use crate::fit::course::Course;
 use crate::fit::factor::{TriangularFactor, back_substitute};
-use crate::fit::regressor::Regressor;
+use crate::fit::point::Point;
 use crate::fit::smoothness::{penalty, with_penalty};
-use crate::fit::space::{Parameter, Point, Space};
+use crate::fit::space::Space;
+use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 use crate::record::Record;
@@ -57,7 +58,7 @@ pub(crate) struct Step {
 pub(crate) struct Projection<'a> {
     records: &'a [Record<'a>],
     space: &'a Space,
-    law: &'a WeightBasis,
+    basis: &'a WeightBasis,
     smoothness: f64,
     courses: Vec<Course>,
     rows: usize,
@@ -69,14 +70,15 @@ impl<'a> Projection<'a> {
     pub(crate) fn new(
         records: &'a [Record<'a>],
         space: &'a Space,
-        law: &'a WeightBasis,
+        basis: &'a WeightBasis,
         smoothness: f64,
         stride: usize,
     ) -> Self {
-        let courses: Vec<_> = records.iter().map(|record| Course::new(record, stride)).collect();
+        let course = |record| Course::new(record, stride, space.unread_samples());
+        let courses: Vec<_> = records.iter().map(course).collect();
         let rows = courses.iter().map(Course::len).sum();
         let input_squares = records.iter().zip(&courses).map(|(record, course)| input_squares(record, course)).sum();
-        Self { records, space, law, smoothness, courses, rows, input_squares }
+        Self { records, space, basis, smoothness, courses, rows, input_squares }
     }
 
     /// The rows that penalise weights that are not smooth, one column for each unknown; none for smoothness zero.
@@ -84,7 +86,7 @@ impl<'a> Projection<'a> {
         if smoothness == 0.0 {
             return Mat::new();
         }
-        penalty(self.law, &self.space.thresholds(point), smoothness * self.input_squares)
+        penalty(self.basis, &self.space.thresholds(point), smoothness * self.input_squares)
     }
 
     pub(crate) fn space(&self) -> &Space {
@@ -108,7 +110,7 @@ impl<'a> Projection<'a> {
     ///
     /// `like` is a fit near by, if there is one: its weights at zero are likely zero here too.
     pub(crate) fn fit(&self, point: &Point, like: Option<&ProjectedFit>) -> ProjectedFit {
-        self.solve(point, &self.factor(point, &[], &[]), 0, like)
+        self.solve(point, &self.factor(point, None), 0, like)
     }
 
     /// The fit at a point together with its derivatives along the axes, in one pass over the records.
@@ -121,12 +123,17 @@ impl<'a> Projection<'a> {
         weights: &[f64],
         like: Option<&ProjectedFit>,
     ) -> (ProjectedFit, Linearised) {
-        let neighbours = self.space.neighbours(point);
-        let factor = self.factor(point, &neighbours, weights);
-        let fit = self.solve(point, &factor, neighbours.len(), like);
+        let factor = self.factor(point, Some(weights));
+        let fit = self.solve(point, &factor, self.space.axes().len(), like);
         let free = positive(&fit.unknowns);
         let penalty = self.penalty(point, self.smoothness);
         (fit, Linearised { factor, penalty, records: self.records.len(), free })
+    }
+
+    /// The fit at a point and its derivatives there.
+    pub(crate) fn at(&self, point: &Point) -> (ProjectedFit, Linearised) {
+        let fit = self.fit(point, None);
+        self.linearise(point, &fit.weights, Some(&fit))
     }
 
     fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&ProjectedFit>) -> ProjectedFit {
@@ -143,7 +150,7 @@ impl<'a> Projection<'a> {
         let output_offsets = output_offsets(factor, offsets, &solution.x);
         ProjectedFit {
             point: *point,
-            weights: self.law.weights(&solution.x),
+            weights: self.basis.weights(&solution.x),
             unknowns: solution.x,
             output_offsets,
             squares,
@@ -155,75 +162,47 @@ impl<'a> Projection<'a> {
 
     /// R of [output offsets | unknowns | derivatives | y], a derivative being the change of the output on the way to a
     /// neighbour at fixed weights, over the distance.
-    fn factor(&self, point: &Point, neighbours: &[(Parameter, Point, f64)], weights: &[f64]) -> Mat<f64> {
-        let (offsets, n) = (self.records.len(), self.law.columns());
-        let mut factor = TriangularFactor::new(offsets + n + neighbours.len() + 1);
+    fn factor(&self, point: &Point, weights: Option<&[f64]>) -> Mat<f64> {
+        let (offsets, tangent) = (self.records.len(), self.space.tangent(point, self.basis.columns(), weights));
+        let mut factor = TriangularFactor::new(offsets + tangent.columns + tangent.slopes.len() + 1);
         for place in 0..offsets {
-            self.rows_of(place, point, neighbours, weights, |_, row| factor.push(row));
+            self.rows_of(place, &tangent, |_, row| factor.push(row));
         }
-        self.law.in_unknowns(factor.finish().as_ref(), offsets)
+        self.basis.in_unknowns(factor.finish().as_ref(), offsets)
     }
 
     /// R of [output offsets | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
     /// stretches, and part i has the i-th of each; with the number of its rows.
     pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize) -> Vec<(Mat<f64>, usize)> {
-        let (offsets, n) = (self.records.len(), self.law.columns());
-        let neighbours = self.space.neighbours(&fit.point);
-        let columns = offsets + n + neighbours.len() + 1;
+        let offsets = self.records.len();
+        let tangent = self.space.tangent(&fit.point, self.basis.columns(), Some(&fit.weights));
+        let columns = offsets + tangent.columns + tangent.slopes.len() + 1;
         let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(columns), 0)).collect();
         for place in 0..offsets {
             let rows = self.courses[place].len();
-            self.rows_of(place, &fit.point, &neighbours, &fit.weights, |row, values| {
+            self.rows_of(place, &tangent, |row, values| {
                 let (factor, rows) = &mut factors[row * count / rows];
                 factor.push(values);
                 *rows += 1;
             });
         }
-        let finished =
-            |(factor, rows): (TriangularFactor, usize)| (self.law.in_unknowns(factor.finish().as_ref(), offsets), rows);
+        let finished = |(factor, rows): (TriangularFactor, usize)| {
+            (self.basis.in_unknowns(factor.finish().as_ref(), offsets), rows)
+        };
         factors.into_iter().map(finished).collect()
     }
 
     /// Hands over the rows of one record, numbered.
-    fn rows_of(
-        &self,
-        place: usize,
-        point: &Point,
-        neighbours: &[(Parameter, Point, f64)],
-        weights: &[f64],
-        mut take: impl FnMut(usize, &[f64]),
-    ) {
-        let (offsets, n) = (self.records.len(), self.law.columns());
-        let (record, course) = (&self.records[place], &self.courses[place]);
-        let bank = self.space.bank(point);
-        let banks: Vec<_> = neighbours.iter().map(|(_, neighbour, _)| self.space.bank(neighbour)).collect();
-        let start = |bank, point: &Point| {
-            Regressor::new(bank, record.input(), point.get(Parameter::InputOffset), point.get(Parameter::Delay))
-        };
-        let mut here = start(&bank, point);
-        // The derivative by the delay is at hand without a neighbour.
-        let mut there: Vec<_> = (banks.iter().zip(neighbours))
-            .map(|(bank, (axis, neighbour, _))| (*axis != Parameter::Delay).then(|| start(bank, neighbour)))
-            .collect();
-        let mut row = vec![0.0; offsets + n + neighbours.len() + 1];
+    fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
+        let (offsets, record, course) = (self.records.len(), &self.records[place], &self.courses[place]);
+        let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place));
+        let last = offsets + tangent.columns + tangent.slopes.len();
+        let mut row = vec![0.0; last + 1];
         row[place] = 1.0;
         for number in 0..course.len() {
             let k = course.sample(number);
-            here.go_to(k, course.turns());
-            here.row(&mut row[offsets..offsets + n]);
-            if !neighbours.is_empty() {
-                let output = here.output(weights);
-                for (j, (there, (_, _, distance))) in there.iter_mut().zip(neighbours).enumerate() {
-                    row[offsets + n + j] = match there {
-                        None => here.slope_over_delay(weights),
-                        Some(there) => {
-                            there.go_to(k, course.turns());
-                            (there.output(weights) - output) / distance
-                        }
-                    };
-                }
-            }
-            row[offsets + n + neighbours.len()] = record.output()[k];
+            rows.write(k, course.turns(), &mut row[offsets..last]);
+            row[last] = record.output()[k];
             take(number, &row);
         }
     }
@@ -313,7 +292,8 @@ fn positive(unknowns: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::regressor::OperatorBank;
+    use crate::fit::point::Parameter;
+    use crate::fit::regressor::{OperatorBank, Regressor};
     use crate::options::{Options, Thresholds};
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
@@ -336,16 +316,16 @@ mod tests {
         let record = |i: usize, skip| Record::new(&signals[i].0, &signals[i].1, skip).unwrap();
         let records = [record(0, 100), record(1, 0)];
         let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
-        let space = Space::new(&records, &options);
-        let law = WeightBasis::new(&options);
-        let projection = Projection::new(&records, &space, &law, 0.0, 1);
-        let point = space.starts()[1].with(Parameter::Delay, 1.3);
+        let space = Space::new(&records, &options).unwrap();
+        let basis = WeightBasis::new(&options);
+        let projection = Projection::new(&records, &space, &basis, 0.0, 1);
+        let point = space.starts()[1].with(Parameter::DeadTime, 1.3);
         let squares = |fit: &ProjectedFit, point: &Point| {
-            let bank = space.bank(point);
-            let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::Delay));
+            let bank = &space.operators(point).bank;
+            let (offset, delay) = (point.get(Parameter::InputOffset), point.get(Parameter::DeadTime));
             let mut squares = 0.0;
             for (record, output_offset) in records.iter().zip(&fit.output_offsets) {
-                let mut regressor = Regressor::new(&bank, record.input(), offset, delay);
+                let mut regressor = Regressor::new(bank, record.input(), offset, delay);
                 for (k, y) in record.output().iter().enumerate() {
                     regressor.go_to(k, None);
                     if k >= record.skip() {
@@ -364,7 +344,7 @@ mod tests {
             let mut bounds = vec![(0.0, 0.0); space.axes().len()];
             let small = 1e-4 * space.axes()[axis].scale;
             bounds[axis] = (small, small);
-            let step = linearised.step(&bounds, &law);
+            let step = linearised.step(&bounds, &basis);
             let there = projection.fit(&space.moved(&point, &step.along), None);
             let (change, expected) = (there.squares - fit.squares, step.objective - fit.squares);
             assert!((change - expected).abs() < 0.05 * expected.abs(), "axis {axis}: {change} {expected}");

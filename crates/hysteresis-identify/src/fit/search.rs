@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use crate::error::Error;
 use crate::fit::monitor::{SearchMonitor, SearchStage, Span};
+use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{Linearised, ProjectedFit, Projection};
-use crate::fit::space::{Parameter, Point};
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 
@@ -18,8 +18,8 @@ const LONG: usize = 60;
 const MEDIUM: usize = 15;
 const SHORT: usize = 3;
 
-/// A longer delay must lower the sum of squares by this share: whole periods of the drive fit alike.
-const DELAY_MUST_GAIN: f64 = 0.01;
+/// A longer dead time must lower the sum of squares by this share: whole periods of the drive fit alike.
+const DEAD_TIME_MUST_GAIN: f64 = 0.01;
 
 /// The trust region of the first step, in scales of the axes.
 const FIRST_RADIUS: f64 = 0.25;
@@ -44,7 +44,7 @@ struct Patience {
 /// all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
-    law: &WeightBasis,
+    basis: &WeightBasis,
     known: Option<&ProjectedFit>,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<(ProjectedFit, Linearised), Error> {
@@ -58,13 +58,13 @@ pub(crate) fn search(
             known.clone()
         } else {
             let scanned = scan(thinned, &starts, monitor)?;
-            refine(thinned, law, scanned, monitor)?
+            refine(thinned, basis, scanned, monitor)?
         };
         let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
         for (i, more) in middle.iter().enumerate() {
             let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
             let patience = patience(more.rows(), if i == 0 { LONG } else { MEDIUM });
-            found = improve(more, law, &found.point, Some(&found), patience, span, monitor)?.0;
+            found = improve(more, basis, &found.point, Some(&found), patience, span, monitor)?.0;
         }
         best = Some(found);
     }
@@ -72,7 +72,7 @@ pub(crate) fn search(
     let start = best.as_ref().map_or(starts[0], |fit| fit.point);
     improve(
         all,
-        law,
+        basis,
         &start,
         best.as_ref(),
         patience(all.rows(), if levels.len() > 2 { SHORT } else { LONG }),
@@ -81,14 +81,14 @@ pub(crate) fn search(
     )
 }
 
-/// The fits at all starts, best first, all at the delay that suits the best of them.
+/// The fits at all starts, best first, all at the dead time that suits the best of them.
 fn scan(
     thinned: &Projection<'_>,
     starts: &[Point],
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Vec<ProjectedFit>, Error> {
-    let delays = thinned.space().delays();
-    let (mut done, total) = (0, 2 * starts.len() + delays.len());
+    let dead_times = thinned.space().dead_times();
+    let (mut done, total) = (0, 2 * starts.len() + dead_times.len());
     let span = Span { from: 0.0, to: 0.2 };
     let mut fit_at = |point: &Point| {
         let fit = thinned.fit(point, None);
@@ -98,15 +98,16 @@ fn scan(
     let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
     fits.sort_by(by_objective);
     let mut best = fits[0].clone();
-    for delay in delays {
-        let later = fit_at(&fits[0].point.with(Parameter::Delay, delay))?;
-        if later.objective < (1.0 - DELAY_MUST_GAIN) * best.objective {
+    for dead_time in dead_times {
+        let later = fit_at(&fits[0].point.with(Parameter::DeadTime, dead_time))?;
+        if later.objective < (1.0 - DEAD_TIME_MUST_GAIN) * best.objective {
             best = later;
         }
     }
-    let delay = best.point.get(Parameter::Delay);
-    if delay != fits[0].point.get(Parameter::Delay) {
-        fits = starts.iter().map(|start| fit_at(&start.with(Parameter::Delay, delay))).collect::<Result<_, _>>()?;
+    let dead_time = best.point.get(Parameter::DeadTime);
+    if dead_time != fits[0].point.get(Parameter::DeadTime) {
+        fits =
+            starts.iter().map(|start| fit_at(&start.with(Parameter::DeadTime, dead_time))).collect::<Result<_, _>>()?;
         fits.sort_by(by_objective);
     }
     Ok(fits)
@@ -115,7 +116,7 @@ fn scan(
 /// Where the best of these fits leads: in every round the better ones go on.
 fn refine(
     thinned: &Projection<'_>,
-    law: &WeightBasis,
+    basis: &WeightBasis,
     mut fits: Vec<ProjectedFit>,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
@@ -127,7 +128,7 @@ fn refine(
         for fit in &mut fits {
             let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
             let patience = Patience { gain: 1e-5, passes };
-            *fit = improve(thinned, law, &fit.point, Some(&*fit), patience, span, monitor)?.0;
+            *fit = improve(thinned, basis, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
         fits.sort_by(by_objective);
@@ -135,8 +136,21 @@ fn refine(
     Ok(fits.swap_remove(0))
 }
 
-fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
+pub(super) fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
     p.objective.total_cmp(&q.objective)
+}
+
+/// Where a few steps lead from a start.
+pub(super) fn attempt(
+    projection: &Projection<'_>,
+    basis: &WeightBasis,
+    start: &Point,
+    passes: usize,
+    span: Span,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<ProjectedFit, Error> {
+    let patience = Patience { gain: 1e-4, passes };
+    Ok(improve(projection, basis, start, None, patience, span, monitor)?.0)
 }
 
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.
@@ -148,7 +162,7 @@ fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
 /// next derivatives at once, at the weights that the step foresaw.
 fn improve(
     projection: &Projection<'_>,
-    law: &WeightBasis,
+    basis: &WeightBasis,
     start: &Point,
     like: Option<&ProjectedFit>,
     mut patience: Patience,
@@ -167,7 +181,7 @@ fn improve(
     let passes = patience.passes;
     while !projection.space().axes().is_empty() && here.objective > ROUNDING_SQUARES * here.base_squares {
         let fraction = span.at(passes - patience.passes, passes);
-        let found = step_down(projection, law, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
+        let found = step_down(projection, basis, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
         let Some(there) = found else { break };
         (here, linearised) = there;
     }
@@ -179,7 +193,7 @@ fn improve(
 #[expect(clippy::too_many_arguments, reason = "the state of one descent")]
 fn step_down(
     projection: &Projection<'_>,
-    law: &WeightBasis,
+    basis: &WeightBasis,
     here: &ProjectedFit,
     linearised: &Linearised,
     radius: &mut f64,
@@ -191,7 +205,7 @@ fn step_down(
     while patience.passes > 0 {
         patience.passes -= 1;
         let bounds = projection.space().step_bounds(&here.point, *radius);
-        let step = linearised.step(&bounds, law);
+        let step = linearised.step(&bounds, basis);
         let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
         let promised_decrease = here.objective - step.objective;
         let worth_it = promised_decrease > patience.gain * here.objective && size >= MIN_STEP;

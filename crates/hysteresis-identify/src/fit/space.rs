@@ -1,11 +1,17 @@
 //! Where the search may go: the parameters that enter the model nonlinearly, their bounds and scales.
 
+use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
-use crate::fit::course::turns;
-use crate::fit::regressor::OperatorBank;
-use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options, Setting, Thresholds};
+use super::intervals::Intervals;
+use super::linear_part::LinearPart;
+use super::placement::Placement;
+use super::point::{Axis, Parameter, Point};
+use super::regressor::OperatorBank;
+use super::tangent::{OperatorsAt, Slope, Tangent};
+use crate::creep_model::CreepBasis;
+use crate::error::Error;
+use crate::options::{ModelKind, Options, Order, Setting};
 use crate::record::Record;
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
@@ -14,77 +20,45 @@ const MAX_RA: f64 = 2.0;
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
 
-/// The longest delay that is searched, as a share of the shortest record.
-const MAX_DELAY_SHARE: f64 = 0.1;
+/// The damping ratios that are searched.
+const DAMPINGS: (f64, f64) = (1e-4, 10.0);
+
+/// The highest frequency that is searched, in cycles per sample of the fastest record.
+const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;
+
+/// The lowest frequency that is searched, in cycles per longest record.
+const MIN_CYCLES_PER_RECORD: f64 = 1.0;
+
+/// The largest amplitude of creep that is searched, per unit of its parameter: as a share of the position, per decade for
+/// log-type creep.
+const MAX_AMPLITUDE: f64 = 1.0;
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
 
-/// Reversals nearer to each other than this share of the range count once.
-const MERGED: f64 = 0.01;
-
-/// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(usize)]
-pub(crate) enum Parameter {
-    Ra,
-    RbShare,
-    Rc,
-    InputOffset,
-    Delay,
-}
-
-/// A value for every [`Parameter`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point([f64; 5]);
-
-impl Point {
-    pub(crate) fn with(mut self, parameter: Parameter, value: f64) -> Self {
-        self.0[parameter as usize] = value;
-        self
-    }
-
-    pub(crate) fn get(&self, parameter: Parameter) -> f64 {
-        self.0[parameter as usize]
-    }
-
-    pub(crate) fn with_ratios(self, ratios: Ratios) -> Self {
-        let share = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
-        self.with(Parameter::Ra, ratios.ra).with(Parameter::RbShare, share).with(Parameter::Rc, ratios.rc)
-    }
-}
-
-/// A parameter that is searched, with its bounds and the size of a bold step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Axis {
-    pub(crate) parameter: Parameter,
-    pub(crate) lower: f64,
-    pub(crate) upper: f64,
-    pub(crate) scale: f64,
-}
-
 /// The search space of one identification.
+#[derive(Clone)]
 pub(crate) struct Space {
-    model: ModelKind,
-    thresholds: Thresholds,
+    placement: Placement,
     /// Kept beside the point, so that ratios that were given reach the model bit for bit.
     fixed_ratios: Option<Ratios>,
-    input_low: f64,
-    input_high: f64,
-    /// The inputs at the reversals of every record, if the thresholds are made of them.
-    reversals: Vec<Vec<f64>>,
+    intervals: Intervals,
+    dynamics: Option<Order>,
+    creep: CreepBasis,
     axes: Vec<Axis>,
     origin: Point,
+    /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
+    unread: usize,
 }
 
 impl Space {
-    pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Self {
-        let (mut low, mut high, mut samples) = (f64::INFINITY, f64::NEG_INFINITY, usize::MAX);
-        for record in records {
-            low = low.min(record.input_bounds().0);
-            high = high.max(record.input_bounds().1);
-            samples = samples.min(record.input().len());
-        }
+    /// # Errors
+    /// As [`Intervals::of`], and [`Error::Domain`] for creep that the records cannot tell.
+    pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
+        let intervals = Intervals::of(records, options)?;
+        let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;
+        let placement = Placement::new(records, options);
+        let (low, high) = placement.bounds();
         let range = high - low;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
@@ -92,7 +66,7 @@ impl Space {
             (ModelKind::Modified, Setting::Fit) => None,
         };
         let mut axes = Vec::new();
-        let mut origin = Point([0.0; 5]).with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
+        let mut origin = Point::zero().with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
         if fixed_ratios.is_none() {
             let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
             axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
@@ -109,20 +83,85 @@ impl Space {
             }
         };
         origin = origin.with(Parameter::InputOffset, offset);
-        match options.delay {
-            Setting::Fixed(delay) => origin = origin.with(Parameter::Delay, delay),
+        match options.dead_time {
+            Setting::Fixed(dead_time) => origin = origin.with(Parameter::DeadTime, dead_time),
             Setting::Fit => {
-                let upper = MAX_DELAY_SHARE * as_f64(samples);
-                axes.push(Axis { parameter: Parameter::Delay, lower: 0.0, upper, scale: 4.0 });
+                let (lower, upper) = intervals.dead_times(options.dynamics.is_some());
+                let scale = 4.0 * intervals.smallest();
+                axes.push(Axis { parameter: Parameter::DeadTime, lower, upper, scale });
             }
         }
-        let thresholds = options.thresholds.clone();
-        let reversals = match thresholds {
-            Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * range)).collect(),
-            _ => Vec::new(),
+        let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
+        axes.extend(linear_axes(&intervals, options.dynamics, &creep));
+        for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
+            origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
+        }
+        Ok(Self {
+            placement,
+            fixed_ratios,
+            intervals,
+            dynamics: options.dynamics,
+            creep,
+            axes,
+            origin,
+            unread: if searches_negative { 2 } else { 0 },
+        })
+    }
+
+    /// The same with a parameter that is known.
+    pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
+        let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
+        Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The same hysteresis with linear dynamics in place of its dead time, and no creep.
+    pub(crate) fn from_hysteresis(&self, point: &Point) -> Point {
+        const DAMPING: f64 = 0.7;
+        let operators = [Parameter::Ra, Parameter::RbShare, Parameter::Rc, Parameter::InputOffset];
+        let start = operators.iter().fold(self.origin, |start, axis| start.with(*axis, point.get(*axis)));
+        let lag = point.get(Parameter::DeadTime);
+        let Some(axis) = self.axis(Parameter::LogFrequency) else {
+            return if self.searches(Parameter::DeadTime) { start.with(Parameter::DeadTime, lag) } else { start };
         };
-        let model = options.model;
-        Self { model, thresholds, fixed_ratios, input_low: low, input_high: high, reversals, axes, origin }
+        let frequency = 2.0 * DAMPING / (core::f64::consts::TAU * lag.max(self.intervals.smallest()));
+        start
+            .with(Parameter::LogFrequency, frequency.ln().clamp(axis.lower, axis.upper))
+            .with(Parameter::LogDamping, DAMPING.ln())
+    }
+
+    /// The same point with another dead time, and second-order dynamics damped so that the lag of both stays.
+    pub(crate) fn with_lag_kept(&self, point: &Point, dead_time: f64) -> Point {
+        let point_there = point.with(Parameter::DeadTime, dead_time);
+        let Some(axis) = self.axis(Parameter::LogDamping) else { return point_there };
+        let w = core::f64::consts::TAU * point.get(Parameter::LogFrequency).exp();
+        let change = 0.5 * w * (point.get(Parameter::DeadTime) - dead_time);
+        let damping = point.get(Parameter::LogDamping).exp() + change;
+        let log = damping.max(axis.lower.exp()).ln().clamp(axis.lower, axis.upper);
+        point_there.with(Parameter::LogDamping, log)
+    }
+
+    /// The point of what is known, and of what is searched in its middle.
+    pub(crate) fn origin(&self) -> &Point {
+        &self.origin
+    }
+
+    /// The order of the dynamics, if there are any.
+    pub(crate) fn order(&self) -> Option<Order> {
+        self.dynamics
+    }
+
+    /// How many amplitudes of creep are searched.
+    pub(crate) fn creep_amplitudes(&self) -> usize {
+        self.creep.directions.len()
+    }
+
+    /// How many samples at the end of a record are not read: behind a negative dead time they act after it.
+    pub(crate) fn unread_samples(&self) -> usize {
+        self.unread
+    }
+
+    pub(crate) fn intervals(&self) -> &Intervals {
+        &self.intervals
     }
 
     /// The searched parameters.
@@ -132,40 +171,7 @@ impl Space {
 
     /// The thresholds r_i at a point.
     pub(crate) fn thresholds(&self, point: &Point) -> Vec<f64> {
-        let offset = point.get(Parameter::InputOffset);
-        let reach = match self.model {
-            ModelKind::Modified => (self.input_high - offset).abs().max((self.input_low - offset).abs()),
-            ModelKind::Conventional => 0.5 * (self.input_high - self.input_low),
-        };
-        match &self.thresholds {
-            // Cross-validation puts a number in place of this before a space is made.
-            Thresholds::Auto | Thresholds::AutoQuantiles => Vec::new(),
-            Thresholds::Given(thresholds) => thresholds.clone(),
-            Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
-            Thresholds::Quantiles(n) => {
-                let knots = self.amplitudes(offset, reach);
-                (0..*n).map(|i| interpolated(&knots, as_f64(i) / as_f64(*n))).collect()
-            }
-        }
-    }
-
-    /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
-    fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
-        let mut amplitudes: Vec<f64> = match self.model {
-            ModelKind::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
-            ModelKind::Conventional => {
-                self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
-            }
-        };
-        amplitudes.sort_by(f64::total_cmp);
-        let mut knots = vec![0.0];
-        for amplitude in amplitudes {
-            if amplitude - knots[knots.len() - 1] > MERGED * reach && amplitude < (1.0 - MERGED) * reach {
-                knots.push(amplitude);
-            }
-        }
-        knots.push(reach);
-        knots
+        self.placement.thresholds(point.get(Parameter::InputOffset))
     }
 
     pub(crate) fn ratios(&self, point: &Point) -> Ratios {
@@ -175,8 +181,43 @@ impl Space {
     }
 
     /// The operators at a point.
-    pub(crate) fn bank(&self, point: &Point) -> OperatorBank {
-        OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point))
+    pub(crate) fn operators(&self, point: &Point) -> OperatorsAt {
+        let bank = OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point));
+        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset) }
+    }
+
+    /// What follows the operators at a point.
+    pub(crate) fn linear_part(&self, point: &Point) -> LinearPart {
+        let valid = "the bounds of the search hold frequency and damping within their domains";
+        let frequency = point.get(Parameter::LogFrequency).exp();
+        let dynamics = self.dynamics.map(|order| match order {
+            Order::First => Dynamics::from(FirstOrder::new(frequency).expect(valid)),
+            Order::Second => SecondOrder::new(frequency, point.get(Parameter::LogDamping).exp()).expect(valid).into(),
+        });
+        LinearPart {
+            dynamics,
+            amplitudes: self.creep.amplitudes(|number| point.get(Parameter::Creep(number))),
+            time_constants: self.creep.time_constants.clone(),
+            dead_time: point.get(Parameter::DeadTime),
+        }
+    }
+
+    /// The model at a point, with the derivatives along the axes if weights are given at which to take them.
+    pub(crate) fn tangent(&self, point: &Point, columns: usize, weights: Option<&[f64]>) -> Tangent {
+        let slope = |(parameter, neighbour, distance): (Parameter, Point, f64)| match parameter {
+            Parameter::DeadTime => Slope::DeadTime,
+            Parameter::LogFrequency | Parameter::LogDamping => Slope::Dynamics(self.linear_part(&neighbour), distance),
+            Parameter::Creep(number) => Slope::Creep(self.creep.directions[number].clone()),
+            _ => Slope::Operators(self.operators(&neighbour), distance),
+        };
+        let slopes = weights.map_or_else(Vec::new, |_| self.neighbours(point).into_iter().map(slope).collect());
+        Tangent {
+            operators: self.operators(point),
+            linear: self.linear_part(point),
+            columns,
+            weights: weights.unwrap_or(&[]).to_vec(),
+            slopes,
+        }
     }
 
     /// The point moved by `step` along the axes, each within its bounds.
@@ -196,7 +237,7 @@ impl Space {
     }
 
     /// For every axis a neighbour of the point within the bounds, and how far away it is.
-    pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
+    fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
         let neighbour = |axis: &Axis| {
             let value = point.get(axis.parameter);
             let step = DIFFERENCE_STEP * axis.scale;
@@ -220,34 +261,44 @@ impl Space {
             starts = ratios.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
         }
         if self.searches(Parameter::InputOffset) {
-            let range = self.input_high - self.input_low;
-            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| self.input_low + share * range);
+            let (low, high) = self.placement.bounds();
+            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| low + share * (high - low));
             let at = |start: &Point| places.map(|place| start.with(Parameter::InputOffset, place));
             starts = starts.iter().flat_map(at).collect();
         }
         starts
     }
 
-    /// Delays worth a look: doubling from one sample, if the delay is searched.
-    pub(crate) fn delays(&self) -> Vec<f64> {
-        let delay = self.axes.iter().find(|axis| axis.parameter == Parameter::Delay);
-        let upper = delay.map_or(0.0, |axis| axis.upper);
-        std::iter::successors(Some(1.0), |delay| Some(2.0 * delay)).take_while(|delay| *delay <= upper).collect()
+    /// Dead times worth a look: doubling from one sample, if it is searched.
+    pub(crate) fn dead_times(&self) -> Vec<f64> {
+        let upper = self.axis(Parameter::DeadTime).map_or(0.0, |axis| axis.upper);
+        let first = Some(self.intervals.smallest());
+        std::iter::successors(first, |dead_time| Some(2.0 * dead_time)).take_while(|d| *d <= upper).collect()
+    }
+
+    /// The bounds of a parameter, if it is searched.
+    pub(crate) fn axis(&self, parameter: Parameter) -> Option<&Axis> {
+        self.axes.iter().find(|axis| axis.parameter == parameter)
     }
 
     fn searches(&self, parameter: Parameter) -> bool {
-        self.axes.iter().any(|axis| axis.parameter == parameter)
+        self.axis(parameter).is_some()
     }
 }
 
-fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
-    turns(record.input(), dead_band).into_iter().map(|k| record.input()[k]).collect()
-}
-
-/// The value a share of the way through evenly spaced knots, straight between them.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among the knots")]
-fn interpolated(knots: &[f64], share: f64) -> f64 {
-    let place = share * as_f64(knots.len() - 1);
-    let below = (place as usize).min(knots.len() - 2);
-    knots[below] + (place - as_f64(below)) * (knots[below + 1] - knots[below])
+/// Frequency, damping and amplitudes of creep.
+fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
+    let mut axes = Vec::new();
+    if dynamics.is_some() {
+        let (lower, upper) =
+            (MIN_CYCLES_PER_RECORD / intervals.longest_record(), MAX_CYCLES_PER_SAMPLE / intervals.smallest());
+        axes.push(Axis { parameter: Parameter::LogFrequency, lower: lower.ln(), upper: upper.ln(), scale: 1.0 });
+    }
+    if dynamics == Some(Order::Second) {
+        let (lower, upper) = (DAMPINGS.0.ln(), DAMPINGS.1.ln());
+        axes.push(Axis { parameter: Parameter::LogDamping, lower, upper, scale: 4.0 });
+    }
+    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: MAX_AMPLITUDE, scale: 0.1 };
+    axes.extend((0..creep.directions.len()).map(amplitude));
+    axes
 }

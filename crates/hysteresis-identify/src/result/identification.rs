@@ -1,15 +1,17 @@
 //! An identified model, and what it predicts.
 
 use faer::Mat;
+use hysteresis_control::linear::{Creep, Dynamics};
 use hysteresis_core::{Model, Ratios};
 
+use super::covariance::Covariance;
 use super::quality::Quality;
 use super::spread::Spread;
 use super::standard_errors::StandardErrors;
 use crate::error::RecordError;
 use crate::finding::Finding;
+use crate::fit::chain::Chain;
 use crate::fit::folds::CrossValidation;
-use crate::fit::regressor::{OperatorBank, Regressor};
 use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 use crate::record::{Record, check_finite};
@@ -18,24 +20,46 @@ use crate::record::{Record, check_finite};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Identification {
-    /// The model, with the output offset of the first record.
+    /// The hysteresis, with the output offset of the first record: before creep, dynamics and dead time.
     pub model: Model,
     /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
     pub ratios: Ratios,
-    /// By how many samples the output lags the input, fractions included.
-    pub delay: f64,
+    /// The linear dynamics behind it, if they were asked for, of unit static gain.
+    pub dynamics: Option<Dynamics>,
+    /// The creep, if it was asked for.
+    pub creep: Option<Creep>,
+    /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
+    pub creep_amplitudes: Vec<f64>,
+    /// What the output lags the input besides, in seconds; none for records without a sampling interval.
+    pub dead_time: Option<f64>,
+    /// The same in samples; none for records of several sampling intervals.
+    pub dead_time_samples: Option<f64>,
+    /// How much later slow motion is seen: the dead time and the lag of the dynamics (2 zeta / w, or the time constant)
+    /// together, in seconds; in samples for records without a sampling interval. Records of slow motion tell it better than
+    /// either.
+    pub lag: f64,
+    /// The sampling interval of every record in seconds; empty if there is none.
+    pub dt: Vec<f64>,
+    /// The lowest and the highest input of all records.
+    pub drive_range: (f64, f64),
+    /// The lowest and the highest output of all fitted samples.
+    pub position_range: (f64, f64),
     /// The output offset of every record, in the unit of the output.
     pub output_offsets: Vec<f64>,
     /// The quality over the fitted samples of all records.
     pub fit: Quality,
     /// The quality over the fitted samples of every record.
     pub record_fits: Vec<Quality>,
-    /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these ratios, offset
-    /// and delay: the largest derivative of the sum of squares that a permitted change of a weight would follow
+    /// The standard deviation of the noise, from the residuals: the root of the sum of their squares over the number of
+    /// samples less that of unknowns, in the unit of the output.
+    pub noise: f64,
+    /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these other parameters: the largest derivative of the sum of squares that a permitted change of a weight would follow
     /// downhill, as a share of the product of the norms of its column and of the data. Rounding: 1e-13 or less.
     pub kkt_residual: f64,
     /// How far the parameters may be from the truth.
     pub standard_errors: StandardErrors,
+    /// The covariance of everything that was estimated, by name.
+    pub covariance: Covariance,
     /// What the weights might be: as given, or as cross-validation chose.
     pub weights: WeightLaw,
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
@@ -52,6 +76,7 @@ pub struct Identification {
     pub warnings: Vec<Finding>,
     /// Whether the search was stopped: the model is the best until then, its weights the best for its thresholds.
     pub partial: bool,
+    pub(crate) chain: Chain,
     pub(crate) spread: Spread,
     /// As asked for, with the number of operators that was chosen.
     pub(crate) options: Options,
@@ -60,18 +85,35 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// The output for an input that starts from the virgin state: the model delayed by [`delay`](Self::delay) as
-    /// during identification, with the output offset of the first record.
+    /// The output for an input that starts from the virgin state and at rest at its first value: that of the model through
+    /// creep, dynamics and dead time, with the output offset of the first record. The input is sampled like that record.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
     pub fn predict(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        self.predict_at(input, self.interval())
+    }
+
+    /// [`predict`](Self::predict) for an input sampled every `dt` seconds; in units of the samples of the records where
+    /// those have no sampling interval.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100; also for a `dt` that is not finite and
+    /// above 0.
+    pub fn predict_at(&self, input: &[f64], dt: f64) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
-        Ok(predict(&self.model, self.delay, self.output_offsets[0], input))
+        check_finite("dt", if dt > 0.0 { &[] } else { &[f64::NAN] })?;
+        let output_offset = self.output_offsets[0];
+        Ok(self.chain.response(input, dt).into_iter().map(|y| output_offset + y).collect())
+    }
+
+    /// Of the first record, in seconds; 1, in samples, if none is known.
+    fn interval(&self) -> f64 {
+        self.dt.first().copied().unwrap_or(1.0)
     }
 
     /// The standard deviation of every sample of [`predict`](Self::predict), in the unit of the output, from the
-    /// covariance of weights, ratios, input offset, delay and output offset, linearised at the fit.
+    /// covariance of everything that was fitted, linearised at the fit.
     ///
     /// It tells how far the prediction may be from what the true parameters would predict; the noise of a measurement
     /// comes on top. Like the [`standard_errors`](Self::standard_errors) it takes the errors of successive samples for
@@ -83,7 +125,7 @@ impl Identification {
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
     pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
-        Ok(self.spread.of(input))
+        Ok(self.spread.of(input, self.interval()))
     }
 
     /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that
@@ -93,7 +135,7 @@ impl Identification {
     /// it best. To judge the rest of a record whose beginning was fitted, skip that and give its offset.
     #[must_use]
     pub fn validate(&self, record: &Record<'_>, output_offset: Option<f64>) -> Quality {
-        let mut predicted = predict(&self.model, self.delay, 0.0, record.input());
+        let mut predicted = self.chain.response(record.input(), record.dt().unwrap_or(self.chain.dt));
         let (measured, predicted) = (&record.output()[record.skip()..], &mut predicted[record.skip()..]);
         let offset = output_offset.unwrap_or_else(|| {
             let samples = as_f64(measured.len());
@@ -117,15 +159,4 @@ impl Identification {
             Model::Modified(model) => model.check_invertible(),
         }
     }
-}
-
-/// The output of a model from the virgin state, `delay` samples later.
-pub(crate) fn predict(model: &Model, delay: f64, output_offset: f64, input: &[f64]) -> Vec<f64> {
-    let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let mut regressor = Regressor::new(&bank, input, offsets.input, delay);
-    let next = |k| {
-        regressor.go_to(k, None);
-        output_offset + regressor.output(&weights)
-    };
-    (0..input.len()).map(next).collect()
 }

@@ -3,13 +3,12 @@
 use std::ops::Range;
 
 use faer::Mat;
-use hysteresis_core::Offsets;
 
 use crate::error::Error;
 use crate::fit::bounded;
 use crate::fit::factor::{TriangularFactor, triangle_of};
 use crate::fit::projection::{below_offsets, output_offsets, penalised};
-use crate::fit::regressor::{OperatorBank, Regressor};
+use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 use crate::record::Record;
@@ -47,7 +46,7 @@ struct LeftOutSolution {
 }
 
 impl Identification {
-    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset and delay found, and
+    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset, dead time, dynamics and creep found, and
     /// predicts the loop that was left out: a model that only remembers its records does worse there.
     ///
     /// A loop leads from one maximum of the input to the next. Maxima are those from which the input comes down, and to
@@ -59,23 +58,33 @@ impl Identification {
     /// every loop.
     ///
     /// # Errors
-    /// [`Error::TooFewLoops`] for fewer than two, [`Error::Domain`] if the delay is not below the length of every
+    /// [`Error::TooFewLoops`] for fewer than two, [`Error::Domain`] if the dead time is not below the length of every
     /// record.
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
-        let shortest = records.iter().map(|record| record.input().len()).min().ok_or(Error::NoRecords)?;
-        if self.delay >= as_f64(shortest) {
-            let expected = "records that are longer than the delay";
-            return Err(Error::Domain { parameter: "delay", index: None, expected, got: self.delay });
+        let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
+        let length = |record: &Record<'_>| as_f64(record.input().len()) * interval(record);
+        let shortest = records.iter().map(length).reduce(f64::min).ok_or(Error::NoRecords)?;
+        let dead_time = self.chain.linear.dead_time;
+        if dead_time >= shortest {
+            let expected = "records that are longer than the dead time";
+            return Err(Error::Domain { parameter: "dead_time", index: None, expected, got: dead_time });
         }
         let loops = loops(records);
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let (bank, _, offsets) = OperatorBank::of_model(&self.model);
-        let pass = Pass { records, loops: &loops, bank: &bank, offsets, delay: self.delay };
-        let law = WeightBasis::new(&self.options);
-        let problem = LeaveOneOut { offsets: records.len(), law: &law, penalty: &self.penalty };
-        let solutions = problem.solutions(&pass.triangles(&law), |loop_| loops[loop_].0);
+        let basis = WeightBasis::new(&self.options);
+        let tangent = Tangent {
+            operators: self.chain.operators.clone(),
+            linear: self.chain.linear.clone(),
+            columns: basis.columns(),
+            weights: Vec::new(),
+            slopes: Vec::new(),
+        };
+        let intervals = records.iter().map(interval).collect();
+        let pass = Pass { records, loops: &loops, tangent, intervals };
+        let problem = LeaveOneOut { offsets: records.len(), basis: &basis, penalty: &self.penalty };
+        let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
         Ok(pass.judge(&solutions))
     }
 }
@@ -112,45 +121,43 @@ fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
 struct Pass<'a> {
     records: &'a [Record<'a>],
     loops: &'a [(usize, Range<usize>)],
-    bank: &'a OperatorBank,
-    offsets: Offsets,
-    delay: f64,
+    tangent: Tangent,
+    intervals: Vec<f64>,
 }
 
 impl Pass<'_> {
-    /// Goes to the samples of every loop, in order; `take` gets the loop, the sample and the operators there.
-    fn walk(&self, mut take: impl FnMut(usize, usize, &mut Regressor<'_>)) {
-        let mut last = None;
-        let mut regressor = Regressor::new(self.bank, self.records[0].input(), self.offsets.input, self.delay);
+    /// Goes to the samples of every loop, in order; `take` gets the loop, the sample and the columns there.
+    fn walk(&self, mut take: impl FnMut(usize, usize, &[f64])) {
+        let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place]);
+        let (mut last, mut rows) = (0, start(0));
+        let mut row = vec![0.0; self.tangent.columns];
         for (number, (place, samples)) in self.loops.iter().enumerate() {
-            if last != Some(*place) {
-                let input = self.records[*place].input();
-                regressor = Regressor::new(self.bank, input, self.offsets.input, self.delay);
-                last = Some(*place);
+            if last != *place {
+                (last, rows) = (*place, start(*place));
             }
             for k in samples.clone() {
-                regressor.go_to(k, None);
-                take(number, k, &mut regressor);
+                rows.write(k, None, &mut row);
+                take(number, k, &row);
             }
         }
     }
 
     /// R of [output offsets | unknowns | y] of every loop.
-    fn triangles(&self, law: &WeightBasis) -> Vec<Mat<f64>> {
-        let (offsets, n) = (self.records.len(), law.columns());
+    fn triangles(&self, basis: &WeightBasis) -> Vec<Mat<f64>> {
+        let (offsets, n) = (self.records.len(), basis.columns());
         let columns = offsets + n + 1;
         let mut row = vec![0.0; columns];
         let mut factor: Option<TriangularFactor> = None;
         let mut triangles = Vec::with_capacity(self.loops.len());
-        let in_unknowns = |factor: TriangularFactor| law.in_unknowns(factor.finish().as_ref(), offsets);
-        self.walk(|number, k, regressor| {
+        let in_unknowns = |factor: TriangularFactor| basis.in_unknowns(factor.finish().as_ref(), offsets);
+        self.walk(|number, k, columns_here| {
             let place = self.loops[number].0;
             if k == self.loops[number].1.start {
                 triangles.extend(factor.take().map(in_unknowns));
                 row[..offsets].fill(0.0);
                 row[place] = 1.0;
             }
-            regressor.row(&mut row[offsets..offsets + n]);
+            row[offsets..offsets + n].copy_from_slice(columns_here);
             row[columns - 1] = self.records[place].output()[k];
             factor.get_or_insert_with(|| TriangularFactor::new(columns)).push(&row);
         });
@@ -162,10 +169,10 @@ impl Pass<'_> {
     fn judge(&self, solutions: &[LeftOutSolution]) -> Vec<LeftOutLoop> {
         let all = &solutions[0];
         let mut outputs: Vec<[Vec<f64>; 2]> = self.loops.iter().map(|_| [Vec::new(), Vec::new()]).collect();
-        self.walk(|number, _, regressor| {
+        self.walk(|number, _, columns| {
             let [fitted, left_out] = &mut outputs[number];
-            fitted.push(regressor.output(&all.weights));
-            left_out.push(regressor.output(&solutions[number + 1].weights));
+            fitted.push(weighed(columns, &all.weights));
+            left_out.push(weighed(columns, &solutions[number + 1].weights));
         });
         let judged = outputs.into_iter().enumerate().map(|(number, outputs)| {
             let (place, samples) = self.loops[number].clone();
@@ -195,10 +202,14 @@ impl Pass<'_> {
     }
 }
 
+fn weighed(columns: &[f64], weights: &[f64]) -> f64 {
+    columns.iter().zip(weights).map(|(z, w)| z * w).sum()
+}
+
 /// What is solved for any loops: the number of output offsets, the law, and the rows that ask for smooth weights.
 struct LeaveOneOut<'a> {
     offsets: usize,
-    law: &'a WeightBasis,
+    basis: &'a WeightBasis,
     penalty: &'a Mat<f64>,
 }
 
@@ -229,7 +240,7 @@ impl LeaveOneOut<'_> {
 
     /// The best weights and offsets, without the offset of a record that has no samples among these.
     fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> LeftOutSolution {
-        let Self { offsets, law, penalty } = *self;
+        let Self { offsets, basis, penalty } = *self;
         let kept: Vec<usize> = (0..factor.ncols()).filter(|j| Some(*j) != without).collect();
         let factor = match without {
             None => factor.to_owned(),
@@ -243,7 +254,7 @@ impl LeaveOneOut<'_> {
         let mut values = output_offsets(&factor, told, &unknowns).into_iter();
         let output_offsets =
             (0..offsets).map(|place| (Some(place) != without).then(|| values.next()).flatten()).collect();
-        LeftOutSolution { weights: law.weights(&unknowns), unknowns, output_offsets }
+        LeftOutSolution { weights: basis.weights(&unknowns), unknowns, output_offsets }
     }
 }
 

@@ -74,3 +74,8 @@ pub(crate) fn input_offset(found: &Identification) -> f64 {
         Model::Conventional(model) => model.offsets().input,
     }
 }
+
+/// The dead time of records without a sampling interval.
+pub(crate) fn samples(found: &Identification) -> f64 {
+    found.dead_time_samples.unwrap()
+}

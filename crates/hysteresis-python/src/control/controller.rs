@@ -1,56 +1,62 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
-use std::ffi::CString;
-
-use hysteresis_core::{self as core, AntiWindup, Command, ControllerOptions, FeedForward, Law, Mode};
-use pyo3::exceptions::PyUserWarning;
+use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pythonize::{depythonize, pythonize};
 
+use super::controller_options::{Given, as_keywords, mode_name, unknown};
 use super::preview::Preview;
+use super::source::source;
 use super::terms::ControllerTerms;
-use crate::convert::arguments::{is_word, numbers, pair, whole};
-use crate::convert::errors::{self, raise, unexpected};
+use crate::convert::arguments::{numbers, pair};
+use crate::convert::arrays::vector;
+use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::{kernel, kernel_of};
-use crate::stream::streams::{Forward, Inverse};
+use crate::convert::pickling::{Reduced, reduce};
+use crate::model::object::kernel_of;
 
-/// Feed-forward and proportional-integral feedback within limits: equation (8) with errata 10 to 12.
+/// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
-/// u(k) = H^-1[target(k)] + kp e(k) + ki (e(0) + ... + e(k)) + transition(k), e = reference - measurement. The drive is
-/// finite, within `limits` and no farther than slew dt from the last one, whatever comes. A motion starts from the present
-/// drive, and switches while it runs are no jumps: `transition` takes the difference and goes down to nothing.
+/// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = reference - measurement. The drive is
+/// always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
+/// no change while it runs is a jump: `bumpless` takes the difference and goes to zero in a straight line.
 ///
-/// A reference, target or feed-forward that is not finite (or beyond 1e100) holds the drive and is counted in `rejected`. A
-/// measurement that is not finite does so too (`missing`); after `max_missing` in a row feed-forward goes on alone, the
-/// integral frozen, until a measurement returns.
+/// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
+/// measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
+/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns.
 ///
 /// Parameters
 /// ----------
-/// feedforward : Inverse, Forward, "given" or None
-///     model.inverse(limits), the exact inverse, with the limits of the controller; or model.forward() of a model that is
-///     itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy, memory
-///     included. "given": volts that come with every sample. None: feedback alone.
+/// feedforward : Inverse, StageInverse, Forward, "given" or None
+///     model.inverse(limits) or stage.inverse(dt), the exact inverse, with the limits of the controller; or model.forward() of
+///     a model that is itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy,
+///     memory included. "given": volts that come with every sample. None: feedback alone.
 /// kp, ki : float
-///     Gains in V/um and V/um/sample, not negative.
+///     Gains in V/um and V/um/s, not negative.
 /// dt : float
 ///     The sampling interval in seconds.
 /// limits : (low, high)
 ///     Of the drive, in volts.
 /// slew : float, optional
 ///     How fast the drive may move, in V/s.
-/// law : "positional", "incremental" or "printed"
-///     Equation (8) as it must be meant; from the last drive on, u += change of H^-1 + kp (change of e) + ki e, which loses
-///     what a limit cuts off; or as printed, u += H^-1 + kp (change of e) + ki e, which runs to the rail within some 25
-///     samples and is for comparison only (a UserWarning says so).
+/// law : "positional" or "incremental"
+///     Equation (8) as it must be meant; or from the last drive on, u += change of H^-1 + kp (change of e) + ki dt e, which
+///     loses what a limit cuts off.
 /// anti_windup : "conditional" or "back_calculation"
-///     Of the positional law, for limits and slew: the sum takes no error that pushes a limited drive further; or it also
-///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki samples).
-/// transition : float
-///     How long it takes, in seconds, until the difference at a start or a switch is gone, in a straight line. From a
-///     start on the integral rests for that time.
+///     Of the positional law, for limits and slew: the integral takes no error that pushes a limited drive further; or it also
+///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki).
+/// tracking_time : float, optional
+///     For back-calculation alone, in seconds.
+/// bumpless_time : float
+///     How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
+///     that time.
 /// max_missing : int
-///     How many measurements in a row may be missing before feed-forward goes on alone.
+///     How many measurements in a row may be missing or implausible before feed-forward goes on alone.
+/// measurement_range : (low, high), optional
+///     What the sensor can show.
+/// max_measurement_step : float, optional
+///     The largest plausible change from one measurement to the next.
 /// preview : Preview, optional
 ///     Makes the target of references that then come `preview.ahead` samples early.
 /// start_drive : float, optional
@@ -65,7 +71,7 @@ use crate::stream::streams::{Forward, Inverse};
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> model, limits = mh.paper.table_1_recovered(), (-500.0, 500.0)
-/// >>> controller = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=0.6, limits=limits)
+/// >>> controller = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=6e3, dt=1e-4, limits=limits)
 /// >>> actuator, position = model.forward(), 0.0  # an ideal one: no dynamics, no noise
 /// >>> for reference in mh.signals.sine(2.0, 10.0, seconds=0.2, rate=10_000):  # um
 /// ...     position = actuator.step(controller.step(reference, position))
@@ -79,107 +85,74 @@ use crate::stream::streams::{Forward, Inverse};
 /// >>> controller.commit(), controller.drive == drive
 /// (True, True)
 #[pyclass(module = "mpi_hyst.control")]
-pub(crate) struct HybridController(pub(crate) core::HybridController);
-
-/// The source of the feed-forward, as a copy.
-fn source(value: Option<&Bound<'_, PyAny>>) -> PyResult<FeedForward> {
-    let Some(value) = value else { return Ok(FeedForward::None) };
-    if let Ok(stream) = value.cast::<Inverse>() {
-        return Ok(shared(stream)?.0.clone().into());
-    }
-    if let Ok(stream) = value.cast::<Forward>() {
-        return Ok(shared(stream)?.0.clone().into());
-    }
-    if is_word(value, "given") {
-        return Ok(FeedForward::Given);
-    }
-    let expected = if kernel(value).is_some() {
-        "model.inverse(limits) of an actuator's model, or model.forward() of a model that is itself an inverse"
-    } else {
-        "model.inverse(limits), model.forward(), \"given\" or None"
-    };
-    Err(unexpected("feedforward", expected, value))
+pub(crate) struct HybridController {
+    pub(crate) controller: core::HybridController,
+    /// What the feed-forward and the preview were made of.
+    source: Option<Py<PyAny>>,
+    preview: Option<Py<Preview>>,
 }
 
-fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
-    Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
-}
-
-fn law(name: &str) -> PyResult<Law> {
-    match name {
-        "positional" => Ok(Law::Positional),
-        "incremental" => Ok(Law::Incremental),
-        "printed" => Ok(Law::Printed),
-        _ => unknown("law", "\"positional\", \"incremental\" or \"printed\"", name),
+impl HybridController {
+    /// A controller with a copy of the feed-forward.
+    pub(crate) fn of(
+        feedforward: Option<&Bound<'_, PyAny>>,
+        preview: Option<Py<Preview>>,
+        options: &ControllerOptions,
+    ) -> PyResult<Self> {
+        let (feedforward, source) = source(feedforward)?;
+        let window = preview.as_ref().map(|made| made.get().preview.clone());
+        let controller = core::HybridController::new(feedforward, window, options).map_err(raise)?;
+        Ok(Self { controller, source, preview })
     }
-}
-
-fn anti_windup(name: &str, tracking_time: Option<f64>) -> PyResult<AntiWindup> {
-    match (name, tracking_time) {
-        ("conditional", None) => Ok(AntiWindup::Conditional),
-        ("conditional", Some(time)) => {
-            let expected = "None unless anti_windup=\"back_calculation\"";
-            Err(errors::value("tracking_time", format_args!("expected {expected}, got {time:?}")))
-        }
-        ("back_calculation", tracking_time) => Ok(AntiWindup::BackCalculation { tracking_time }),
-        _ => unknown("anti_windup", "\"conditional\" or \"back_calculation\"", name),
-    }
-}
-
-fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Run => "run",
-        Mode::Feedforward => "feedforward",
-        Mode::Hold => "hold",
-    }
-}
-
-fn warn_of(py: Python<'_>, law: Law) -> PyResult<()> {
-    if law.is_sound() {
-        return Ok(());
-    }
-    let message = "law=\"printed\" sums up the feed-forward and runs to the rail (erratum 10): for comparison only";
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
 #[pymethods]
 impl HybridController {
     #[new]
-    #[pyo3(signature = (feedforward, *, kp, ki, dt=None, limits, slew=None, law="positional", anti_windup="conditional",
-        tracking_time=None, transition=None, max_missing=None, preview=None, start_drive=None),
-        text_signature = "(feedforward, *, kp, ki, dt=0.0001, limits, slew=None, law='positional', \
-        anti_windup='conditional', tracking_time=None, transition=0.005, max_missing=10, preview=None, start_drive=None)")]
+    #[pyo3(signature = (feedforward, *, kp, ki, dt, limits, slew=None, law=None, anti_windup=None, tracking_time=None,
+        bumpless_time=None, max_missing=None, measurement_range=None, max_measurement_step=None, preview=None,
+        start_drive=None),
+        text_signature = "(feedforward, *, kp, ki, dt, limits, slew=None, law='positional', anti_windup='conditional', \
+        tracking_time=None, bumpless_time=0.005, max_missing=10, measurement_range=None, max_measurement_step=None, \
+        preview=None, start_drive=None)")]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    fn new(
-        py: Python<'_>,
-        feedforward: Option<&Bound<'_, PyAny>>,
-        kp: &Bound<'_, PyAny>,
-        ki: &Bound<'_, PyAny>,
-        dt: Option<&Bound<'_, PyAny>>,
-        limits: &Bound<'_, PyAny>,
-        slew: Option<&Bound<'_, PyAny>>,
-        law: &str,
-        anti_windup: &str,
-        tracking_time: Option<&Bound<'_, PyAny>>,
-        transition: Option<&Bound<'_, PyAny>>,
-        max_missing: Option<&Bound<'_, PyAny>>,
-        preview: Option<&Preview>,
-        start_drive: Option<&Bound<'_, PyAny>>,
+    fn new<'py>(
+        feedforward: Option<&Bound<'py, PyAny>>,
+        kp: &Bound<'py, PyAny>,
+        ki: &Bound<'py, PyAny>,
+        dt: &Bound<'py, PyAny>,
+        limits: &Bound<'py, PyAny>,
+        slew: Option<Bound<'py, PyAny>>,
+        law: Option<String>,
+        anti_windup: Option<String>,
+        tracking_time: Option<Bound<'py, PyAny>>,
+        bumpless_time: Option<Bound<'py, PyAny>>,
+        max_missing: Option<Bound<'py, PyAny>>,
+        measurement_range: Option<Bound<'py, PyAny>>,
+        max_measurement_step: Option<Bound<'py, PyAny>>,
+        preview: Option<Py<Preview>>,
+        start_drive: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, dt, slew, tracking_time, transition, start_drive);
-        let (source, law) = (source(feedforward)?, self::law(law)?);
-        let anti_windup = self::anti_windup(anti_windup, tracking_time)?;
-        let mut options = ControllerOptions::new(kp, ki, pair("limits", limits)?);
-        if let Some(number) = max_missing {
-            options.max_missing = whole("max_missing", number)?;
-        }
-        options.dt = dt.unwrap_or(options.dt);
-        options.transition = transition.unwrap_or(options.transition);
-        let options = ControllerOptions { slew, law, anti_windup, start_drive, ..options };
-        let preview = preview.map(|made| made.preview.clone());
-        let made = core::HybridController::new(source, preview, &options).map_err(raise)?;
-        warn_of(py, law)?;
-        Ok(Self(made))
+        numbers!(kp, ki, dt);
+        let given = Given {
+            slew,
+            law,
+            anti_windup,
+            tracking_time,
+            bumpless_time,
+            max_missing,
+            measurement_range,
+            max_measurement_step,
+            start_drive,
+        };
+        let options = given.over(ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
+        Self::of(feedforward, preview, &options)
+    }
+
+    /// The preview, or None.
+    #[getter]
+    fn preview(&self, py: Python<'_>) -> Option<Py<Preview>> {
+        self.preview.as_ref().map(|preview| preview.clone_ref(py))
     }
 
     /// Takes a sample and returns the drive in volts.
@@ -195,7 +168,7 @@ impl HybridController {
         feedforward: Option<f64>,
         target: Option<f64>,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.step(Command { reference, target, feedforward }, measurement))
+        Ok(exclusive(slf)?.controller.step(Command { reference, target, feedforward }, measurement))
     }
 
     /// The drive that `step` would return, without taking the sample.
@@ -207,7 +180,7 @@ impl HybridController {
         feedforward: Option<f64>,
         target: Option<f64>,
     ) -> PyResult<f64> {
-        Ok(shared(slf)?.0.peek(Command { reference, target, feedforward }, measurement))
+        Ok(shared(slf)?.controller.peek(Command { reference, target, feedforward }, measurement))
     }
 
     /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
@@ -222,86 +195,110 @@ impl HybridController {
         feedforward: Option<f64>,
         target: Option<f64>,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.plan(Command { reference, target, feedforward }, measurement))
+        Ok(exclusive(slf)?.controller.plan(Command { reference, target, feedforward }, measurement))
     }
 
     /// Takes the sample that was planned; False if there is none.
     fn commit(&mut self) -> bool {
-        self.0.commit()
+        self.controller.commit()
     }
 
     /// The present drive in volts: what the amplifier has.
     #[getter]
     fn drive(&self) -> f64 {
-        self.0.drive()
+        self.controller.drive()
     }
 
     /// What the last sample that was acted upon was made of.
     #[getter]
     fn terms(&self) -> ControllerTerms {
-        ControllerTerms(self.0.terms())
+        self.controller.terms().into()
     }
 
     /// "run"; "feedforward": the proportional term is off, the integral is frozen and stays part of the drive; "hold": the
-    /// drive stays and nothing advances. Set it at any time: no change of mode is a jump.
+    /// drive stays and nothing advances; "stop", which `stop` begins. Set one of the first three at any time: no change of
+    /// mode is a jump.
     #[getter]
     fn mode(&self) -> &'static str {
-        mode_name(self.0.mode())
+        mode_name(self.controller.mode())
     }
 
     #[setter]
     fn set_mode(&mut self, mode: &str) -> PyResult<()> {
         let modes = [Mode::Run, Mode::Feedforward, Mode::Hold];
         match modes.into_iter().find(|known| mode_name(*known) == mode) {
-            Some(mode) => self.0.set_mode(mode),
-            None => return unknown("mode", "\"run\", \"feedforward\" or \"hold\"", mode),
+            Some(mode) => self.controller.set_mode(mode).map_err(raise),
+            None => unknown("mode", "\"run\", \"feedforward\" or \"hold\"", mode),
         }
-        Ok(())
     }
 
-    /// Whether the drive is held. An attribute: set it to True to stop, to False to go on in the mode before.
+    /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
+    /// stop.
     #[getter]
     fn hold(&self) -> bool {
-        self.0.mode() == Mode::Hold
+        self.controller.mode() == Mode::Hold
     }
 
     #[setter]
     fn set_hold(&mut self, hold: bool) {
         if hold {
-            self.0.set_mode(Mode::Hold);
+            self.controller.hold();
         } else {
-            self.0.release();
+            self.controller.release();
         }
+    }
+
+    /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
+    ///
+    /// From the next sample on every `step` puts out the next drive of the ramp, whatever comes. `hold = False` starts a motion
+    /// from the drive that is reached then.
+    #[pyo3(signature = (rate, rest_drive=None), text_signature = "($self, rate, rest_drive=0.0)")]
+    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        numbers!(rate, rest_drive = 0.0);
+        exclusive(slf)?.controller.stop(rate, rest_drive).map_err(raise)
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of the
+    /// preview is full and the bumpless term is gone.
+    #[getter]
+    fn lead_in(&self) -> f64 {
+        self.controller.lead_in()
     }
 
     /// The proportional gain in V/um.
     #[getter]
     fn kp(&self) -> f64 {
-        self.0.options().kp
+        self.controller.options().kp
     }
 
-    /// The integral gain in V/um/sample.
+    /// The integral gain in V/um/s.
     #[getter]
     fn ki(&self) -> f64 {
-        self.0.options().ki
+        self.controller.options().ki
     }
 
     /// The limits of the drive (low, high) in volts.
     #[getter]
     fn limits(&self) -> (f64, f64) {
-        self.0.options().limits
+        self.controller.options().limits
     }
 
     /// The sampling interval in seconds.
     #[getter]
     fn dt(&self) -> f64 {
-        self.0.options().dt
+        self.controller.options().dt
     }
 
     /// Changes the gains without a jump. The integral is kept in volts.
     fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(kp, ki);
-        exclusive(slf)?.0.set_gains(kp, ki).map_err(raise)
+        exclusive(slf)?.controller.set_gains(kp, ki).map_err(raise)
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
@@ -311,14 +308,20 @@ impl HybridController {
     /// controller is as before then.
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
         let kernel = kernel_of("model", model)?;
-        exclusive(slf)?.0.set_model(&kernel).map_err(raise)
+        let mut this = exclusive(slf)?;
+        this.controller.set_model(&kernel).map_err(raise)?;
+        // A controller that is made again begins with the same model.
+        let source = this.source.as_ref().map(|source| source.bind(slf.py()).clone());
+        source.map_or(Ok(()), |source| source.call_method1(intern!(slf.py(), "set_model"), (model,)).map(drop))
     }
 
     /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
     /// first moves to the last target; a change to "given" repeats the drive for one sample.
     fn set_feedforward(slf: &Bound<'_, Self>, feedforward: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let source = source(feedforward)?;
-        exclusive(slf)?.0.set_feedforward(source);
+        let (feedforward, source) = source(feedforward)?;
+        let mut this = exclusive(slf)?;
+        this.controller.set_feedforward(feedforward).map_err(raise)?;
+        this.source = source;
         Ok(())
     }
 
@@ -329,34 +332,40 @@ impl HybridController {
         numbers!(drive);
         let mut controller = exclusive(slf)?;
         match drive {
-            Some(drive) => controller.0.reset_at(drive).map_err(raise)?,
-            None => controller.0.reset(),
+            Some(drive) => controller.controller.reset_at(drive).map_err(raise)?,
+            None => controller.controller.reset(),
         }
         Ok(())
     }
 
     /// How many references, targets or given feed-forwards were not finite, or beyond 1e100, or missing.
     #[getter]
-    fn rejected(&self) -> u64 {
-        self.0.counters().rejected
+    fn rejected_count(&self) -> u64 {
+        self.controller.counters().rejected_count
     }
 
     /// How many measurements were not finite, or beyond 1e100.
     #[getter]
-    fn missing(&self) -> u64 {
-        self.0.counters().missing
+    fn missing_count(&self) -> u64 {
+        self.controller.counters().missing_count
     }
 
-    /// How many samples demanded a drive beyond the limits.
+    /// How many measurements were finite but out of their range, or too far from the last one.
     #[getter]
-    fn saturated(&self) -> u64 {
-        self.0.counters().saturated
+    fn implausible_count(&self) -> u64 {
+        self.controller.counters().implausible_count
     }
 
-    /// How many samples demanded a faster move than the slew allows.
+    /// How many samples asked for a drive beyond the limits.
     #[getter]
-    fn slewing(&self) -> u64 {
-        self.0.counters().slewing
+    fn saturated_count(&self) -> u64 {
+        self.controller.counters().saturated_count
+    }
+
+    /// How many samples asked for a faster move than the slew allows.
+    #[getter]
+    fn slewing_count(&self) -> u64 {
+        self.controller.counters().slewing_count
     }
 
     /// Goes on from another drive that the amplifier has, with everything that is remembered.
@@ -364,14 +373,14 @@ impl HybridController {
     /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
     fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(drive);
-        exclusive(slf)?.0.start_at(drive).map_err(raise)
+        exclusive(slf)?.controller.start_at(drive).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
-    /// amplifier must be at its drive. Arguments, gains and models are not part of it.
+    /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.0.state())?)
+        Ok(pythonize(py, &self.controller.state())?)
     }
 
     #[setter]
@@ -382,11 +391,23 @@ impl HybridController {
         if !pythonize(state.py(), &plain)?.eq(state)? {
             return Err(wrong("a value has another type, or is NaN"));
         }
-        exclusive(slf)?.0.set_state(&plain).map_err(raise)
+        exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let keywords = as_keywords(py, this.controller.options())?;
+        keywords.set_item("preview", &this.preview)?;
+        let state = this.state(py)?;
+        reduce(py.get_type::<Self>().into_any(), (&this.source,), keywords, Some(state))
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
     }
 
     fn __repr__(&self) -> String {
-        let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.0.options();
+        let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.controller.options();
         format!("<HybridController kp {kp}, ki {ki}, limits ({low}, {high}), mode {}>", self.mode())
     }
 }

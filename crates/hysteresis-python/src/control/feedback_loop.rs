@@ -1,21 +1,39 @@
 //! The feedback loop that learning believes in, and another one to judge it by.
 
 use hysteresis_control::learning::FeedbackLoop;
+use hysteresis_control::linear::LinearDynamics;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
-use super::linear::given_dynamics;
+use super::linear::part::{dynamics_object, linear_dynamics};
+use crate::convert::errors::raise;
+use crate::convert::pickling::keywords;
 
-/// The loop with other dynamics, slope or delay, where they are given.
+/// The loop with other dynamics, slope or dead time, where they are given.
 pub(super) fn truth(
     feedback: FeedbackLoop,
     dynamics: Option<&Bound<'_, PyAny>>,
     slope: Option<f64>,
-    delay: Option<f64>,
+    dead_time: Option<f64>,
 ) -> PyResult<FeedbackLoop> {
-    Ok(FeedbackLoop {
-        dynamics: dynamics.map(given_dynamics).transpose()?.unwrap_or(feedback.dynamics),
-        slope: slope.unwrap_or(feedback.slope),
-        delay: delay.unwrap_or(feedback.delay),
-        ..feedback
-    })
+    let own = feedback.dynamics.dead_time();
+    let dynamics = match dynamics {
+        Some(dynamics) => linear_part(dynamics, own)?,
+        None => feedback.dynamics,
+    };
+    let dynamics = dynamics.with_dead_time(dead_time.unwrap_or(own)).map_err(raise)?;
+    Ok(FeedbackLoop { dynamics, slope: slope.unwrap_or(feedback.slope), ..feedback })
+}
+
+/// The linear part of a loop: dynamics and dead time.
+pub(super) fn linear_part(dynamics: &Bound<'_, PyAny>, dead_time: f64) -> PyResult<LinearDynamics> {
+    linear_dynamics("dynamics", dynamics)?.with_dead_time(dead_time).map_err(raise)
+}
+
+/// The keywords that make this loop.
+pub(super) fn loop_keywords<'py>(py: Python<'py>, feedback: &FeedbackLoop) -> PyResult<Bound<'py, PyDict>> {
+    let FeedbackLoop { kp, ki, slope, dynamics, dt } = feedback;
+    let dead_time = dynamics.dead_time();
+    let dynamics = dynamics_object(py, dynamics)?.unwrap_or_else(|| PyTuple::empty(py).into_any().unbind());
+    Ok(keywords!(py, kp = kp, ki = ki, slope = slope, dynamics = dynamics, dead_time = dead_time, dt = dt))
 }

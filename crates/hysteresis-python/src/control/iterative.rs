@@ -3,13 +3,14 @@
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::feedback_loop::truth;
-use super::linear::given_dynamics;
+use super::feedback_loop::{linear_part, loop_keywords, truth};
 use crate::convert::arguments::{numbers, pair};
-use crate::convert::arrays::{read_only, vector};
+use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -25,15 +26,15 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// target : array of n floats
 ///     One period of the target: the reference, or what dynamic feed-forward makes of it.
 /// kp, ki : float
-///     Gains of the feedback, V/um and V/um/sample.
+///     Gains of the feedback, V/um and V/um/s.
 /// slope : float
 ///     Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
-/// dynamics : SecondOrder or FirstOrder
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series
 ///     The linear dynamics behind the hysteresis.
 /// bandwidth : float
 ///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
-/// delay : float
-///     What the position lags besides, in samples.
+/// dead_time : float
+///     What the sensor shows later than the dynamics explain, in seconds.
 /// dt : float
 ///     Sampling interval in seconds.
 /// min_gain : float
@@ -64,13 +65,25 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 pub(crate) struct IterativeLearning {
     learning: learning::IterativeLearning,
     feedback: FeedbackLoop,
+    options: LearningOptions,
+    /// The target to begin with.
+    first: Vec<f64>,
+}
+
+impl IterativeLearning {
+    /// Learning in this loop, from this target on.
+    pub(crate) fn of(feedback: FeedbackLoop, target: &Bound<'_, PyAny>, options: LearningOptions) -> PyResult<Self> {
+        let first = numbers("target", target)?;
+        let learning = learning::IterativeLearning::new(&feedback, &first, &options).map_err(raise)?;
+        Ok(Self { learning, feedback, options, first })
+    }
 }
 
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, min_gain=None, target_limits=None),
-        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, min_gain=0.15, target_limits=None)")]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -79,19 +92,18 @@ impl IterativeLearning {
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         bandwidth: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
         min_gain: Option<&Bound<'_, PyAny>>,
         target_limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, min_gain);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
         let default = LearningOptions::new(bandwidth);
-        let options = LearningOptions { min_gain: min_gain.unwrap_or(default.min_gain), target_limits, ..default };
-        let target = vector("target", target)?;
-        let learning = learning::IterativeLearning::new(&feedback, target.as_slice()?, &options).map_err(raise)?;
-        Ok(Self { learning, feedback })
+        let min_gain = min_gain.unwrap_or(default.min_gain);
+        let options = LearningOptions { bandwidth, min_gain, target_limits };
+        Self::of(feedback, target, options)
     }
 
     /// One period of the target for the feed-forward, read-only.
@@ -121,14 +133,45 @@ impl IterativeLearning {
     /// By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
-    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
-        numbers!(slope, delay);
-        self.learning.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        numbers!(slope, dead_time);
+        self.learning.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.learning.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.learning.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let keywords = loop_keywords(py, &this.feedback)?;
+        let LearningOptions { bandwidth, min_gain, target_limits } = this.options;
+        let options = keywords!(py, bandwidth = bandwidth, min_gain = min_gain, target_limits = target_limits);
+        keywords.update(options.as_mapping())?;
+        let first = PyArray1::from_slice(py, &this.first);
+        reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let (samples, periods) = (self.first.len(), self.learning.trials().len());
+        format!("<IterativeLearning of {samples} samples, {periods} periods so far>")
     }
 }

@@ -1,37 +1,37 @@
 //! The position behind a noisy measurement.
 
-use hysteresis_control::ObserverOptions;
+use hysteresis_control::{ObserverOptions, stage};
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::linear::given_dynamics;
 use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
-use crate::model::object::kernel_of;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+use crate::stage::object::Stage;
+use crate::stage::parts::StageKeywords;
 
-/// A state observer: what the model of the actuator and a noisy measurement say together of the position.
+/// A state observer: what the model of a stage and a noisy measurement say together of the position.
 ///
-/// A stationary Kalman filter on the linear part. The applied drive passes through the hysteresis model, w = H[u], and
-/// moves position, velocity and d, what the model does not know, at the input of the dynamics: d is a random walk of
-/// variance drift^2 a second. What the model knows has no lag; noise goes down with the bandwidth that `drift` asks for.
-/// Feed the estimate to the controller instead of the measurement. Where measurements are missing the gain is that of what
-/// is known then, and comes back to the stationary one.
+/// The applied drive moves the model of the stage, which has no lag for what it knows. What it does not know (drift, its own
+/// error) is a disturbance at the input of the modes that wanders by `drift`; a Kalman filter estimates it from the difference
+/// between measurement and model. Feed the estimate to the controller instead of the measurement. Where measurements are
+/// missing the gain is that of what is known then, and comes back to the stationary one.
 ///
 /// Parameters
 /// ----------
-/// model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
-///     The hysteresis of the actuator.
-/// dynamics : SecondOrder or FirstOrder
-///     What follows it.
-/// noise : float
-///     Root mean square of the measurement noise, in the unit of the displacement.
+/// stage : Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     A model with the keywords `dynamics` and `dead_time` makes a stage.
 /// drift : float
-///     By how much what the model does not know changes in one second, root mean square: creep, temperature, and the
-///     error of the model while the reference moves.
-/// delay : float
-///     What the measurement lags besides the dynamics, in samples.
+///     By how much what the model does not know changes in one second, root mean square, in the unit of the position.
 /// dt : float
 ///     Sampling interval in seconds.
+/// noise : float, optional
+///     Root mean square of the measurement noise, in the unit of the position; by default that of the stage.
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
+/// dead_time : float
+///     What the sensor shows later than hysteresis and dynamics explain, in seconds.
 ///
 /// Raises
 /// ------
@@ -41,60 +41,119 @@ use crate::model::object::kernel_of;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> actuator = mh.paper.table_1_recovered()
-/// >>> observer = mh.control.Observer(actuator, dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016, drift=0.5)
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016)
+/// >>> observer = mh.control.Observer(stage, drift=0.5, dt=1e-4)
 /// >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
 /// >>> 0.0 < estimate < 0.02
 /// True
 #[pyclass(module = "mpi_hyst.control")]
-pub(crate) struct Observer(pub(crate) hysteresis_control::Observer);
+pub(crate) struct Observer {
+    pub(crate) observer: hysteresis_control::Observer,
+    stage: stage::Stage,
+    options: ObserverOptions,
+}
+
+impl Observer {
+    /// An observer of a stage; without a noise, with that of the stage.
+    pub(crate) fn of(stage: stage::Stage, dt: f64, drift: f64, noise: Option<f64>) -> PyResult<Self> {
+        let noise = noise.or(stage.parts().noise).ok_or(stage::Error::NoNoise).map_err(raise)?;
+        let options = ObserverOptions { noise, drift };
+        let observer = hysteresis_control::Observer::new(&stage, dt, &options).map_err(raise)?;
+        Ok(Self { observer, stage, options })
+    }
+}
 
 #[pymethods]
 impl Observer {
     #[new]
-    #[pyo3(signature = (model, *, dynamics, noise, drift, delay=None, dt=None),
-        text_signature = "(model, *, dynamics, noise, drift, delay=0.0, dt=0.0001)")]
+    #[pyo3(signature = (stage, *, drift, dt, noise=None, dynamics=None, dead_time=None),
+        text_signature = "(stage, *, drift, dt, noise=None, dynamics=None, dead_time=0.0)")]
     fn new(
-        model: &Bound<'_, PyAny>,
-        dynamics: &Bound<'_, PyAny>,
-        noise: &Bound<'_, PyAny>,
+        stage: &Bound<'_, PyAny>,
         drift: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
+        noise: Option<&Bound<'_, PyAny>>,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(noise, drift, delay = 0.0, dt = 1e-4);
-        let (kernel, options) = (kernel_of("model", model)?, ObserverOptions { noise, drift, delay });
-        let dynamics = given_dynamics(dynamics)?;
-        hysteresis_control::Observer::new(&kernel, &dynamics, dt, &options).map(Self).map_err(raise)
+        numbers!(drift, dt, noise);
+        let parts = StageKeywords { dynamics, dead_time, ..StageKeywords::default() };
+        Self::of(parts.stage_or_around("stage", stage)?, dt, drift, noise)
     }
 
-    /// Takes the drive that was held since the last sample, and the measurement of now; the position.
+    /// Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.
     ///
     /// Without a finite measurement the model goes on alone; that is counted.
     fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.step(drive, measurement))
+        Ok(exclusive(slf)?.observer.step(drive, measurement))
     }
 
-    /// What the model does not know, at the input of the dynamics, in the unit of the displacement.
+    /// What the model does not know, at the input of the modes, in the unit of the position.
     #[getter]
     fn disturbance(&self) -> f64 {
-        self.0.disturbance()
+        self.observer.disturbance()
     }
 
-    /// The stationary gain for position, velocity over 2 pi f, and disturbance.
+    /// What the position takes of the difference between measurement and prediction, from 0 to 1.
     #[getter]
-    fn gain(&self) -> (f64, f64, f64) {
-        self.0.gain().into()
+    fn position_gain(&self) -> f64 {
+        self.observer.position_gain()
+    }
+
+    /// What the disturbance takes of the difference between measurement and prediction.
+    #[getter]
+    fn disturbance_gain(&self) -> f64 {
+        self.observer.disturbance_gain()
+    }
+
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.observer.dt()
     }
 
     /// How many drives or measurements were not finite.
     #[getter]
     fn rejected(&self) -> u64 {
-        self.0.rejected()
+        self.observer.rejected()
     }
 
     /// Back to rest.
     fn reset(&mut self) {
-        self.0.reset();
+        self.observer.reset();
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval, without measurements.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.observer.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.observer.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.observer.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let ObserverOptions { noise, drift } = this.options;
+        let keywords = keywords!(py, drift = drift, dt = this.dt(), noise = noise);
+        reduce(py.get_type::<Self>().into_any(), (Stage(this.stage.clone()),), keywords, Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let ObserverOptions { noise, drift } = self.options;
+        format!("<Observer at dt {} s, noise {noise}, drift {drift}>", self.dt())
     }
 }

@@ -9,14 +9,15 @@ use pyo3::prelude::*;
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
 /// target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
 /// feedback uses r(k), from the same window, which at the start is full of the first reference.
 ///
-/// A window that fills anew, at the start, after a hold and after a rejected reference, is full of one reference: the next
-/// ones make differentiating coefficients ask for a kick, which only limits and slew bound.
+/// While the window fills anew, at the start, after a hold and after a rejected reference, the target rests at the first
+/// reference.
 ///
 /// Parameters
 /// ----------
@@ -34,7 +35,8 @@ use crate::convert::errors::raise;
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
-/// >>> controller = mh.control.HybridController(None, kp=5.0, ki=0.6, limits=(-500, 500), preview=half_a_sample)
+/// >>> controller = mh.control.HybridController(
+/// ...     None, kp=5.0, ki=6e3, dt=1e-4, limits=(-500, 500), preview=half_a_sample)
 /// >>> for reference in (1.0, 2.0, 3.0):
 /// ...     drive = controller.step(reference, 0.0)
 /// >>> controller.terms.reference, controller.terms.target
@@ -48,7 +50,7 @@ pub(crate) struct Preview {
 
 impl Preview {
     pub(crate) fn made(made: PreviewCoefficients) -> PyResult<Self> {
-        let preview = core::Preview::new(&made.coefficients, made.ahead).map_err(raise)?;
+        let preview = core::Preview::new(made.coefficients(), made.ahead()).map_err(raise)?;
         Ok(Self { preview, made: Some(made) })
     }
 }
@@ -74,18 +76,18 @@ impl Preview {
         self.preview.ahead()
     }
 
-    /// The error of the target for a sine of this frequency in Hz, relative to the target that the inverse dynamics want.
+    /// The error of the position for a sine of this frequency in Hz, relative to the sine.
     ///
     /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
     /// was pickled.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
         numbers!(frequency);
-        let expected = "error: expected a preview that was made by mpi_hyst.preview, got coefficients alone";
+        let expected = "error: expected a preview that was made by mpi_hyst.control.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, usize)> {
-        Ok((self.coefficients(py)?, self.ahead()))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead()), keywords!(py), None)
     }
 
     fn __repr__(&self) -> String {

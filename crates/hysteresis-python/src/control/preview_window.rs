@@ -1,25 +1,23 @@
 //! Feed-forward through inverse dynamics, sample by sample.
 
-use hysteresis_control::feedforward::{PreviewOptions, Shaper};
+use hysteresis_control::feedforward::{PreviewCoefficients, PreviewOptions};
 use pyo3::prelude::*;
 
-use super::linear_part::LinearPart;
+use super::linear::part::LinearPart;
 use super::preview::Preview;
 use crate::convert::arguments::{numbers, samples};
 use crate::convert::errors::raise;
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
 ///
-/// The target of the sample k is r + a_1 r' + a_2 r'' + a_3 r''' at t_k + dt/2 + delay dt: 1 + a_1 s + a_2 s^2 + a_3 s^3
-/// is the inverse of dynamics and amplifier, half a sample the lag of the hold. The derivatives are those of the
-/// polynomial that fits the window best (Savitzky and Golay), so polynomials up to the degree are exact; `error` of the
-/// result tells how well sines come through. With 4 ahead and the defaults that is 2e-11 at 20 Hz and 2e-7 at 100 Hz for
-/// a stage of 400 Hz, damping 0.95, at 10 kHz.
+/// target(k) = sum_j c_j r(k + ahead - j). Polynomials up to a degree are followed exactly; what freedom the window leaves
+/// minimises the error over the frequencies up to `band` (least squares). `error(f)` of the result tells what is left of a
+/// sine: with 4 ahead and the defaults 2e-11 at 20 Hz and 2e-7 at 100 Hz for 400 Hz, damping 0.95, at 10 kHz. The window must
+/// be as long as the inverse remembers: a few samples for resonances, some time constants of antiresonances.
 ///
 /// Parameters
 /// ----------
-/// dynamics : SecondOrder, FirstOrder, DynamicsIdentification or None
-///     Of an identification its dynamics count, and its delay unless `delay` is given; not its gain, offset and creep.
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of them in series, or None
 /// dt : float
 ///     Sampling interval in seconds.
 /// ahead : int
@@ -27,13 +25,13 @@ use crate::convert::errors::raise;
 /// window : int, optional
 ///     How many references: by default as many before the moment that the target aims at as after it, and at least 4.
 /// degree : int, optional
-///     Of the polynomials; by default 5, or what a window of less than 6 allows. A longer window smooths, a higher degree
-///     follows faster references.
+///     Of the polynomials that are followed exactly; by default 5, or what a window of less than 6 allows.
+/// band : float, optional
+///     Up to which frequency in Hz errors count; by default 0.4 / dt.
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of an amplifier in series.
-/// delay : float, optional
-///     Samples of dead time besides the hold. A record whose output was measured when its input was put out counts one
-///     too many: then give the identified delay less 1.
+/// dead_time : float, optional
+///     What the sensor shows later than the dynamics explain, in seconds.
 ///
 /// Returns
 /// -------
@@ -54,23 +52,25 @@ use crate::convert::errors::raise;
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
 /// (True, True)
 #[pyfunction]
-#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, amplifier_bandwidth=None, delay=None))]
+#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, band=None, amplifier_bandwidth=None, dead_time=None))]
+#[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn preview(
     dynamics: Option<&Bound<'_, PyAny>>,
     dt: &Bound<'_, PyAny>,
     ahead: &Bound<'_, PyAny>,
     window: Option<&Bound<'_, PyAny>>,
     degree: Option<&Bound<'_, PyAny>>,
+    band: Option<&Bound<'_, PyAny>>,
     amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    delay: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Preview> {
-    numbers!(dt, amplifier_bandwidth, delay);
-    let chain = LinearPart { dynamics, amplifier_bandwidth, delay }.chain(dt)?;
+    numbers!(dt, band, amplifier_bandwidth, dead_time);
+    let chain = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,
         window: window.map(|window| samples("window", window)).transpose()?,
         degree: degree.map(|degree| samples("degree", degree)).transpose()?,
+        band,
     };
-    let made = Shaper::new(&chain, dt).and_then(|shaper| shaper.preview(&options));
-    Preview::made(made.map_err(raise)?)
+    Preview::made(PreviewCoefficients::new(&chain, dt, &options).map_err(raise)?)
 }

@@ -2,12 +2,13 @@
 
 use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::feedback_loop::truth;
-use super::linear::given_dynamics;
+use super::feedback_loop::{linear_part, loop_keywords, truth};
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
 /// Repetitive control: the correction of the target, learned in the running loop, one period later.
 ///
@@ -19,13 +20,13 @@ use crate::convert::objects::exclusive;
 /// ----------
 /// period : int
 ///     Samples in a period of the reference, 8 to 2^22.
-/// kp, ki, slope, dynamics, bandwidth, delay, dt
+/// kp, ki, slope, dynamics, bandwidth, dead_time, dt
 ///     As for `IterativeLearning`.
 /// gain : float
 ///     gamma, above 0 and at most 1: less averages noise over more periods.
 /// settle : int
 ///     Periods that pass before the first one that is learned from.
-/// limit : float
+/// limit : float, optional
 ///     The correction never exceeds this magnitude, in the unit of the displacement.
 ///
 /// Raises
@@ -51,15 +52,24 @@ use crate::convert::objects::exclusive;
 pub(crate) struct RepetitiveControl {
     pub(crate) control: learning::RepetitiveControl,
     feedback: FeedbackLoop,
+    options: RepetitiveOptions,
+}
+
+impl RepetitiveControl {
+    /// Learning in this loop, of a period of so many samples.
+    pub(crate) fn of(feedback: FeedbackLoop, period: usize, options: RepetitiveOptions) -> PyResult<Self> {
+        let control = learning::RepetitiveControl::new(&feedback, period, &options).map_err(raise)?;
+        Ok(Self { control, feedback, options })
+    }
 }
 
 #[pymethods]
 impl RepetitiveControl {
     #[new]
     #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, bandwidth, delay=None, dt=None, gain=None, settle=None, limit=None
-    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, delay=0.0, dt=0.0001, gain=0.3, settle=1, \
-        limit=inf)")]
+        period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None
+    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, gain=0.3, settle=1, \
+        limit=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         period: &Bound<'_, PyAny>,
@@ -68,23 +78,22 @@ impl RepetitiveControl {
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
         bandwidth: &Bound<'_, PyAny>,
-        delay: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        dt: &Bound<'_, PyAny>,
         gain: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, delay = 0.0, dt = 1e-4, gain, limit);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: given_dynamics(dynamics)?, delay, dt };
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
+        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let default = RepetitiveOptions::new(bandwidth);
         let options = RepetitiveOptions {
+            bandwidth,
             gain: gain.unwrap_or(default.gain),
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
-            limit: limit.unwrap_or(default.limit),
-            ..default
+            limit: limit.or(default.limit),
         };
-        let control = learning::RepetitiveControl::new(&feedback, count("period", period)?, &options);
-        Ok(Self { control: control.map_err(raise)?, feedback })
+        Self::of(feedback, count("period", period)?, options)
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
@@ -112,14 +121,43 @@ impl RepetitiveControl {
     /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
-    #[pyo3(signature = (*, dynamics=None, slope=None, delay=None))]
+    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         &self,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
-        numbers!(slope, delay);
-        self.control.convergence_rate(&truth(self.feedback, dynamics, slope, delay)?).map_err(raise)
+        numbers!(slope, dead_time);
+        self.control.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.control.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.control.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let keywords = loop_keywords(py, &this.feedback)?;
+        let RepetitiveOptions { bandwidth, gain, settle, limit } = this.options;
+        let options = keywords!(py, bandwidth = bandwidth, gain = gain, settle = settle, limit = limit);
+        keywords.update(options.as_mapping())?;
+        reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<RepetitiveControl of {} samples, gain {}>", self.period(), self.options.gain)
     }
 }

@@ -2,84 +2,75 @@
 
 use hysteresis_core::Terms;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::convert::pickling::result_methods;
 
 /// What a sample of a `HybridController` was made of: positions in um, terms in volts.
-#[pyclass(module = "mpi_hyst.control", frozen)]
-pub(crate) struct ControllerTerms(pub(crate) Terms);
-
-#[pymethods]
-impl ControllerTerms {
+#[pyclass(module = "mpi_hyst.control", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub(crate) struct ControllerTerms {
     /// The reference of the feedback.
-    #[getter]
-    fn reference(&self) -> f64 {
-        self.0.reference
-    }
-
+    reference: f64,
     /// What the feed-forward was to reach.
-    #[getter]
-    fn target(&self) -> f64 {
-        self.0.target
-    }
-
-    /// Reference minus measurement; without a measurement the last one there was.
-    #[getter]
-    fn error(&self) -> f64 {
-        self.0.error
-    }
-
+    target: f64,
+    /// Reference minus measurement; without a usable measurement the last one there was.
+    error: f64,
     /// The output of the feed-forward, or the number given instead.
-    #[getter]
-    fn feedforward(&self) -> f64 {
-        self.0.feedforward
-    }
-
+    feedforward: f64,
     /// kp times the error.
-    #[getter]
-    fn proportional(&self) -> f64 {
-        self.0.proportional
-    }
-
-    /// The sum of ki times the errors, this sample included.
-    #[getter]
-    fn integral(&self) -> f64 {
-        self.0.integral
-    }
-
-    /// What keeps starts and switches from being jumps; it fades.
-    #[getter]
-    fn transition(&self) -> f64 {
-        self.0.transition
-    }
-
+    proportional: f64,
+    /// The sum of ki dt times the errors, this sample included.
+    integral: f64,
+    /// What keeps starts and switches from being jumps; it goes to zero.
+    bumpless: f64,
     /// What the law asks for: the sum of the four terms.
-    #[getter]
-    fn demanded(&self) -> f64 {
-        self.0.demanded
-    }
-
+    unlimited_drive: f64,
     /// What the limiter lets through.
-    #[getter]
-    fn drive(&self) -> f64 {
-        self.0.drive
-    }
+    drive: f64,
+    /// Whether the unlimited drive lay beyond the limits.
+    saturated: bool,
+    /// Whether the unlimited drive was farther from the last drive than the slew allows.
+    slewing: bool,
+}
 
-    /// Whether the demand lay beyond the limits.
-    #[getter]
-    fn saturated(&self) -> bool {
-        self.0.saturated
-    }
-
-    /// Whether the demand was farther from the last drive than the slew allows.
-    #[getter]
-    fn slewing(&self) -> bool {
-        self.0.slewing
-    }
-
-    fn __repr__(&self) -> String {
-        let Terms { error, feedforward, proportional, integral, transition, drive, .. } = self.0;
-        format!(
-            "<ControllerTerms drive {drive:?} of feedforward {feedforward:?}, proportional {proportional:?}, integral \
-             {integral:?}, transition {transition:?}; error {error:?}>"
-        )
+impl From<Terms> for ControllerTerms {
+    fn from(terms: Terms) -> Self {
+        let Terms {
+            reference,
+            target,
+            error,
+            feedforward,
+            proportional,
+            integral,
+            bumpless,
+            unlimited_drive,
+            drive,
+            saturated,
+            slewing,
+        } = terms;
+        Self {
+            reference,
+            target,
+            error,
+            feedforward,
+            proportional,
+            integral,
+            bumpless,
+            unlimited_drive,
+            drive,
+            saturated,
+            slewing,
+        }
     }
 }
+
+result_methods!(ControllerTerms {
+    fn __repr__(&self) -> String {
+        let Self { error, feedforward, proportional, integral, bumpless, drive, .. } = self;
+        format!(
+            "<ControllerTerms drive {drive:?} of feedforward {feedforward:?}, proportional {proportional:?}, integral \
+             {integral:?}, bumpless {bumpless:?}; error {error:?}>"
+        )
+    }
+});

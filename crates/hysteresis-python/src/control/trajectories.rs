@@ -3,19 +3,18 @@
 use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::values::{Arguments, hash};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::values::hash;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;
 
 fn sample<'py>(py: Python<'py>, trajectory: &impl Trajectory, dt: f64, seconds: Option<f64>) -> Motions<'py> {
-    let count = trajectory.samples(dt, seconds).map_err(raise)?;
-    let motions: Vec<_> = (0..count).map(|k| trajectory.at(f64::from(k) * dt)).collect();
+    let motions = trajectory.sample(dt, seconds).map_err(raise)?;
     let column = |of: fn(&trajectory::Motion) -> f64| PyArray1::from_iter(py, motions.iter().map(of));
     Ok((column(|motion| motion.position), column(|motion| motion.velocity), column(|motion| motion.acceleration)))
 }
@@ -119,10 +118,9 @@ trajectory_methods!(Sine {
         format!("Sine({:?}, {:?}, offset={:?})", self.amplitude(), self.frequency(), self.offset())
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("offset", self.offset())?;
-        Ok(((self.amplitude(), self.frequency()).into_pyobject(py)?, keywords))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let keywords = keywords!(py, offset = self.offset());
+        reduce(py.get_type::<Self>().into_any(), (self.amplitude(), self.frequency()), keywords, None)
     }
 });
 
@@ -203,11 +201,9 @@ trajectory_methods!(RoundedTriangle {
         format!("RoundedTriangle({:?}, {:?}, corner={corner:?}, offset={offset:?})", self.amplitude(), self.frequency())
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("corner", self.corner())?;
-        keywords.set_item("offset", self.offset())?;
-        Ok(((self.amplitude(), self.frequency()).into_pyobject(py)?, keywords))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let keywords = keywords!(py, corner = self.corner(), offset = self.offset());
+        reduce(py.get_type::<Self>().into_any(), (self.amplitude(), self.frequency()), keywords, None)
     }
 });
 
@@ -307,12 +303,10 @@ trajectory_methods!(PointToPoint {
         format!("PointToPoint({points:?}, {limits}, dwell={dwell:?})")
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
-        let keywords = PyDict::new(py);
-        let limits = [("velocity", self.velocity()), ("acceleration", self.acceleration()), ("jerk", self.jerk())];
-        for (name, value) in limits.into_iter().chain([("dwell", self.dwell())]) {
-            keywords.set_item(name, value)?;
-        }
-        Ok((PyTuple::new(py, [self.points(py)?])?, keywords))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let MotionLimits { velocity, acceleration, jerk } = self.0.limits();
+        let keywords =
+            keywords!(py, velocity = velocity, acceleration = acceleration, jerk = jerk, dwell = self.dwell());
+        reduce(py.get_type::<Self>().into_any(), (self.points(py)?,), keywords, None)
     }
 });

@@ -4,13 +4,14 @@
 //! whose attribute `parameter` is that name.
 
 use std::fmt::{self, Display};
+use std::path::Path;
 
-use hysteresis_control::linear;
-use hysteresis_core::{self as core, ActuatorError, JsonError};
+use hysteresis_control::{linear, sampling, stage};
+use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
-use hysteresis_simulate::{plant, signals};
+use hysteresis_simulate::plant;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -87,13 +88,23 @@ pub(crate) trait Refusal: Display {
     fn is_not_invertible(&self) -> bool {
         false
     }
+
+    /// Whether there is no memory for what was asked.
+    fn is_out_of_memory(&self) -> bool {
+        false
+    }
 }
 
 /// An error of the crates as an exception.
 pub(crate) fn raise(error: impl Refusal) -> PyErr {
     let message = error.to_string();
-    let exception =
-        if error.is_not_invertible() { NotInvertibleError::new_err(message) } else { PyValueError::new_err(message) };
+    let exception = if error.is_not_invertible() {
+        NotInvertibleError::new_err(message)
+    } else if error.is_out_of_memory() {
+        PyMemoryError::new_err(message)
+    } else {
+        PyValueError::new_err(message)
+    };
     match error.parameter() {
         Some(parameter) => with_parameter(exception, parameter),
         None => exception,
@@ -102,15 +113,7 @@ pub(crate) fn raise(error: impl Refusal) -> PyErr {
 
 impl Refusal for core::Error {
     fn parameter(&self) -> Option<&str> {
-        match self {
-            Self::Empty { parameter }
-            | Self::Length { parameter, .. }
-            | Self::Rows { parameter, .. }
-            | Self::Domain { parameter, .. } => Some(parameter),
-            Self::OtherOperators { .. } | Self::NoModel => Some("model"),
-            Self::State { .. } => Some("state"),
-            _ => None,
-        }
+        core::Error::parameter(self)
     }
 
     fn is_not_invertible(&self) -> bool {
@@ -134,9 +137,23 @@ impl Refusal for linear::Error {
     }
 }
 
-impl Refusal for signals::Error {
+impl Refusal for sampling::Error {
     fn parameter(&self) -> Option<&str> {
-        Some(self.parameter)
+        Some(sampling::Error::parameter(self))
+    }
+
+    fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::OutOfMemory { .. })
+    }
+}
+
+impl Refusal for stage::Error {
+    fn parameter(&self) -> Option<&str> {
+        stage::Error::parameter(self)
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        matches!(self, Self::Core(error) if error.is_not_invertible())
     }
 }
 
@@ -144,7 +161,7 @@ impl Refusal for plant::Error {
     fn parameter(&self) -> Option<&str> {
         match self {
             Self::Parameter(error) => error.parameter(),
-            Self::Linear(error) => error.parameter(),
+            Self::Stage(error) => error.parameter(),
             Self::NoLimits { .. } => Some("limits"),
             _ => None,
         }
@@ -170,6 +187,7 @@ impl Refusal for identify::Error {
             Self::Record { error, .. } => error.parameter(),
             Self::NoOperators => Some("operators"),
             Self::SplitConventional => Some("weights"),
+            Self::NoInterval { .. } => Some("dt"),
             Self::Domain { parameter, .. } => Some(parameter),
             Self::Core(error) => error.parameter(),
             _ => None,
@@ -222,9 +240,9 @@ pub(crate) fn one_record(error: RecordError, place: Option<usize>) -> PyErr {
     }
 }
 
-/// A model file that is none.
-pub(crate) fn json(path: &str, error: &JsonError) -> PyErr {
-    PyValueError::new_err(format!("{path}: {error}"))
+/// A file that is not what it should be.
+pub(crate) fn file(path: &Path, error: &impl Display) -> PyErr {
+    PyValueError::new_err(format!("{}: {error}", path.display()))
 }
 
 /// A file that cannot be read or written, with its name.

@@ -29,5 +29,5 @@ pub(crate) fn write_file(path: PathBuf, text: &str) -> PyResult<()> {
 pub(crate) fn read(path: &Path) -> PyResult<String> {
     let shown = path.display().to_string();
     let bytes = fs::read(path).map_err(|error| errors::io(&shown, &error))?;
-    String::from_utf8(bytes).map_err(|_| errors::json(&shown, &JsonError::Syntax("no UTF-8 text".to_owned())))
+    String::from_utf8(bytes).map_err(|_| errors::file(path, &JsonError::Syntax("no UTF-8 text".to_owned())))
 }

@@ -5,4 +5,5 @@ pub(crate) mod arrays;
 pub(crate) mod errors;
 pub(crate) mod files;
 pub(crate) mod objects;
+pub(crate) mod pickling;
 pub(crate) mod values;

@@ -4,6 +4,7 @@ use hysteresis_identify as identification;
 use pyo3::prelude::*;
 
 use super::finding::Finding;
+use super::intervals::Intervals;
 use super::records::{checked, signals, skips};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
@@ -41,8 +42,10 @@ use crate::model::object::model_of;
 ///     Fitted to these records.
 /// skip : int or list of int
 ///     Leading samples of each record that were not fitted.
-/// delay : float
-///     Samples by which y lags u.
+/// dt : float or list of float, optional
+///     Sampling interval in seconds, one for all records or one for each.
+/// dead_time : float
+///     What y lags u, in seconds; in samples where there is no dt.
 ///
 /// Returns
 /// -------
@@ -67,21 +70,24 @@ use crate::model::object::model_of;
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
 /// []
 #[pyfunction]
-#[pyo3(signature = (u, y, model, *, skip=None, delay=None), text_signature = "(u, y, model, *, skip=0, delay=0.0)")]
+#[pyo3(signature = (u, y, model, *, skip=None, dt=None, dead_time=None),
+    text_signature = "(u, y, model, *, skip=0, dt=None, dead_time=0.0)")]
 pub(crate) fn diagnose(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     model: &Bound<'_, PyAny>,
     skip: Option<&Bound<'_, PyAny>>,
-    delay: Option<&Bound<'_, PyAny>>,
+    dt: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
-    numbers!(delay = 0.0);
+    numbers!(dead_time = 0.0);
     let model = model_of("model", model)?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
-    let records = checked(&signals, skips(skip, signals.len())?)?;
-    let found = py.detach(|| identification::diagnose(&records, &model, delay));
+    let intervals = Intervals::from_python(dt, signals.len())?;
+    let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals)?;
+    let found = py.detach(|| identification::diagnose(&records, &model, dead_time));
     Ok(found.map_err(errors::identification)?.into_iter().map(Finding::from).collect())
 }
 

@@ -2,17 +2,17 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_identify::{self as identification, CreepTerms, DynamicsOptions, Error, Order, Record};
+use hysteresis_identify::{self as identification, DynamicsOptions, Error, Record};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use super::finding::Finding;
-use super::options::setting;
+use super::options::{self, creep_model, setting};
 use super::quality::Quality;
-use crate::control::linear::{Creep, dynamics};
+use crate::control::linear::creep::Creep;
+use crate::control::linear::part::dynamics;
 use crate::convert::arguments::{numbers, samples};
-use crate::convert::arrays::{numbers, vector};
+use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
 use crate::model::object::kernel_of;
 
@@ -21,10 +21,10 @@ use crate::model::object::kernel_of;
 /// Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
 ///
 /// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
-///   domain, or a plain delay fits as well: the record does not tell the dynamics. Drive with a chirp or step that
+///   domain, or a plain dead time fits as well: the record does not tell the dynamics. Drive with a chirp or step that
 ///   reaches the resonance.
 /// - "damping_undetermined": the same, of the damping, at 25 %.
-/// - "delay_undetermined": the same, of the delay, at a quarter of a sample.
+/// - "dead_time_undetermined": the same, of the dead time, at a quarter of a sample.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
 ///   are too small.
@@ -50,14 +50,20 @@ impl DynamicsIdentification {
 
     /// The SecondOrder or FirstOrder that was fitted, of unit static gain.
     #[getter]
-    fn dynamics(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        dynamics(py, self.found.dynamics)
+    fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        self.found.dynamics.map(|found| dynamics(py, found)).transpose()
     }
 
-    /// By how many samples the output lags the input besides, fractions included.
+    /// What the output lags the input besides, in seconds.
     #[getter]
-    fn delay(&self) -> f64 {
-        self.found.delay
+    fn dead_time(&self) -> f64 {
+        self.found.dead_time
+    }
+
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds.
+    #[getter]
+    fn lag(&self) -> f64 {
+        self.found.lag
     }
 
     /// The Creep, or None if none was asked for.
@@ -78,54 +84,52 @@ impl DynamicsIdentification {
         self.found.output_offset
     }
 
-    /// Standard deviation of the frequency in Hz.
+    /// Standard error of the frequency in Hz.
     #[getter]
     fn frequency_std(&self) -> f64 {
-        self.found.uncertainty.std("frequency")
+        self.found.standard_errors.frequency
     }
 
-    /// Standard deviation of the damping ratio; 0 for a first-order lag.
+    /// Standard error of the damping ratio; 0 for a first-order lag.
     #[getter]
     fn damping_std(&self) -> f64 {
-        self.found.uncertainty.std("damping")
+        self.found.standard_errors.damping
     }
 
-    /// Standard deviation of the delay in samples; 0 if it was given.
+    /// Standard error of the dead time in seconds; 0 if it was given.
     #[getter]
-    fn delay_std(&self) -> f64 {
-        self.found.uncertainty.std("delay")
+    fn dead_time_std(&self) -> f64 {
+        self.found.standard_errors.dead_time
     }
 
-    /// Standard deviation of the gain.
+    /// Standard error of the lag in seconds.
     #[getter]
-    fn gain_std(&self) -> f64 {
-        self.found.uncertainty.std("gain")
+    fn lag_std(&self) -> f64 {
+        self.found.standard_errors.lag
     }
 
-    /// Standard deviations of the amplitudes of creep.
+    /// Standard errors of the searched amplitudes of creep.
     #[getter]
-    fn creep_std<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let terms = self.found.creep.as_ref().map_or(0, |creep| creep.amplitudes().len());
-        PyArray1::from_iter(py, (0..terms).map(|k| self.found.uncertainty.std(&format!("creep[{k}]"))))
+    fn creep_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.creep.iter().copied())
     }
 
-    /// The estimates in the order of `covariance`: "frequency", "damping", "delay" (those that were searched), "gain",
-    /// "output_offset", "creep[0]" and so on.
+    /// The names of what was estimated, in the order of `covariance`; `weights[0]` is the gain.
     #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, &self.found.uncertainty.parameters)
+    fn parameters(&self) -> Vec<String> {
+        self.found.covariance.parameters.clone()
     }
 
-    /// The covariance of `parameters`: s^2 (J'J)^-1, J the Jacobian of the prediction, s^2 the residual variance.
+    /// The covariance of `parameters`: what was given or lies at a bound is left out.
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(PyArray2::from_vec2(py, &self.found.uncertainty.covariance)?)
+        Ok(PyArray2::from_vec2(py, &self.found.covariance.matrix)?)
     }
 
     /// Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output.
     #[getter]
     fn noise(&self) -> f64 {
-        self.found.uncertainty.noise
+        self.found.noise
     }
 
     /// What makes the numbers doubtful; empty if nothing does.
@@ -149,24 +153,24 @@ impl DynamicsIdentification {
     /// The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value.
     fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let predicted = self.found.predict(vector("u", u)?.as_slice()?);
-        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(invalid)
+        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let dynamics = self.dynamics(py)?;
-        let dynamics = dynamics.bind(py).repr()?;
+        let dynamics = self.dynamics(py)?.into_pyobject(py)?.repr()?;
         let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
-        let (delay, fit) = (self.found.delay, self.fit().__repr__());
-        Ok(format!("<DynamicsIdentification: {dynamics}, delay {delay:.3} samples, warnings {warnings:?}, fit {fit}>"))
+        let (dead_time, fit) = (self.found.dead_time, self.fit().__repr__());
+        Ok(format!(
+            "<DynamicsIdentification: {dynamics}, dead time {dead_time:.3e} s, warnings {warnings:?}, fit {fit}>"
+        ))
     }
 }
 
 /// Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.
 ///
-/// y(k) = output_offset + gain creep(G(v(k - delay))), v = model.forward().run(u). G is second-order or a first-order
-/// lag, discretised exactly; creep is a sum of lags. v is at rest at its first value before the record, so start a step
-/// record a sample or more before the step. y[k] belongs to the end of the interval over which u[k] is held: an output
-/// that is measured when its input is put out has a delay of 1.
+/// y = output_offset + gain G[creep[v]], v = model.forward().run(u), G of second order or a first-order lag, with a dead time,
+/// discretised exactly. y[k] is read at the moment at which u[k] is put out. v is at rest at its first value before the record,
+/// so start a step record a sample or more before the step.
 ///
 /// Parameters
 /// ----------
@@ -178,11 +182,10 @@ impl DynamicsIdentification {
 ///     Sampling interval in seconds.
 /// order : 2 or 1
 ///     Second-order dynamics or a first-order lag. Searched up to half the sampling rate.
-/// delay : "fit" or float
-///     Samples by which y lags besides, fractions included: searched up to a tenth of the record.
-/// creep : int or array, optional
-///     How many terms of creep, their time constants a decade apart up to a third of the record; or time constants in
-///     seconds.
+/// dead_time : "fit" or float
+///     What y lags u besides, in seconds: searched up to a tenth of the record.
+/// creep : None, "auto", int or array
+///     Log-type creep with one amplitude, so many terms a decade apart, or these time constants in seconds.
 /// skip : int
 ///     Leading samples that set the memory but are not fitted.
 ///
@@ -206,8 +209,8 @@ impl DynamicsIdentification {
 /// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
 /// (800.0, 0.05, [])
 #[pyfunction]
-#[pyo3(signature = (u, y, model, *, dt, order=2, delay=None, creep=None, skip=None),
-    text_signature = "(u, y, model, *, dt, order=2, delay='fit', creep=None, skip=0)")]
+#[pyo3(signature = (u, y, model, *, dt, order=None, dead_time=None, creep=None, skip=None),
+    text_signature = "(u, y, model, *, dt, order=2, dead_time='fit', creep=None, skip=0)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify_dynamics(
     py: Python<'_>,
@@ -215,20 +218,21 @@ pub(crate) fn identify_dynamics(
     y: &Bound<'_, PyAny>,
     model: &Bound<'_, PyAny>,
     dt: &Bound<'_, PyAny>,
-    order: i64,
-    delay: Option<&Bound<'_, PyAny>>,
+    order: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
     creep: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<DynamicsIdentification> {
     numbers!(dt);
     let kernel = kernel_of("model", model)?;
-    let order = match order {
-        1 => Order::First,
-        2 => Order::Second,
-        _ => return Err(errors::value("order", format_args!("expected 1 or 2, got {order}"))),
-    };
     let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
-    let options = DynamicsOptions { dt, order, delay: setting("delay", "a number", delay)?, creep: terms(creep)? };
+    let default = DynamicsOptions::new(dt);
+    let options = DynamicsOptions {
+        order: options::order(order)?.unwrap_or(default.order),
+        dead_time: setting("dead_time", "a number of seconds", dead_time)?,
+        creep: creep_model(creep)?,
+        ..default
+    };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (numbers("u", u)?, numbers("y", y)?);
     let record = Record::new(&u, &y, skip).map_err(|error| one_record(error, None))?;
@@ -256,14 +260,5 @@ fn invalid(error: Error) -> PyErr {
         // There is one record: it needs no number.
         Error::Record { error, .. } => one_record(error, None),
         error => errors::identification(error),
-    }
-}
-
-/// Terms of creep: none, a number of them, or their time constants.
-fn terms(creep: Option<&Bound<'_, PyAny>>) -> PyResult<CreepTerms> {
-    let Some(creep) = creep else { return Ok(CreepTerms::None) };
-    match creep.extract::<usize>() {
-        Ok(terms) => Ok(CreepTerms::Count(terms)),
-        Err(_) => Ok(CreepTerms::TimeConstants(numbers("creep", creep)?)),
     }
 }

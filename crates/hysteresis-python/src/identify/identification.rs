@@ -2,19 +2,23 @@
 
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use super::finding::Finding;
+use super::intervals::Intervals;
 use super::left_out::LeftOutLoop;
 use super::options::law_name;
 use super::quality::Quality;
 use super::records::{checked, signals, skips};
+use crate::control::linear::creep::Creep;
+use crate::control::linear::part::dynamics;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record};
 use crate::model::object::object;
+use crate::stage::object::Stage;
 
-/// What `identify` found: the model, its delay, and how well it fits.
+/// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct Identification {
     found: identification::Identification,
@@ -29,7 +33,7 @@ impl Identification {
 
 #[pymethods]
 impl Identification {
-    /// The model, with the output offset of the first record.
+    /// The hysteresis, with the output offset of the first record.
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         object(py, self.found.model.clone())
@@ -42,10 +46,66 @@ impl Identification {
         (ra, rb, rc)
     }
 
-    /// By how many samples the output lags the input, fractions included.
+    /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
+    ///
+    /// Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
     #[getter]
-    fn delay(&self) -> f64 {
-        self.found.delay
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
+    }
+
+    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.
+    #[getter]
+    fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        self.found.dynamics.map(|found| dynamics(py, found)).transpose()
+    }
+
+    /// The creep; None unless asked for.
+    #[getter]
+    fn creep(&self) -> Option<Creep> {
+        self.found.creep.clone().map(Creep)
+    }
+
+    /// What the output lags the input besides, in seconds; None for records without dt.
+    #[getter]
+    fn dead_time(&self) -> Option<f64> {
+        self.found.dead_time
+    }
+
+    /// The same in samples; None for records of several sampling intervals.
+    #[getter]
+    fn dead_time_samples(&self) -> Option<f64> {
+        self.found.dead_time_samples
+    }
+
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds; in samples without dt.
+    #[getter]
+    fn lag(&self) -> f64 {
+        self.found.lag
+    }
+
+    /// The sampling interval of every record in seconds; empty if there is none.
+    #[getter]
+    fn dt(&self) -> Vec<f64> {
+        self.found.dt.clone()
+    }
+
+    /// The lowest and the highest input of all records.
+    #[getter]
+    fn drive_range(&self) -> (f64, f64) {
+        self.found.drive_range
+    }
+
+    /// The lowest and the highest output of all fitted samples.
+    #[getter]
+    fn position_range(&self) -> (f64, f64) {
+        self.found.position_range
+    }
+
+    /// Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output.
+    #[getter]
+    fn noise(&self) -> f64 {
+        self.found.noise
     }
 
     /// The output offset of every record, in the unit of the output.
@@ -108,10 +168,46 @@ impl Identification {
         self.found.standard_errors.input_offset
     }
 
-    /// Standard error of the delay in samples: 0 if it was given, NaN at a bound.
+    /// Standard error of the dead time, in the unit of `lag`: 0 if it was given, NaN at a bound.
     #[getter]
-    fn delay_std(&self) -> f64 {
-        self.found.standard_errors.delay
+    fn dead_time_std(&self) -> f64 {
+        self.found.standard_errors.dead_time
+    }
+
+    /// Standard error of the lag, in its unit.
+    #[getter]
+    fn lag_std(&self) -> f64 {
+        self.found.standard_errors.lag
+    }
+
+    /// Standard error of the frequency of the dynamics in Hz; 0 without any.
+    #[getter]
+    fn frequency_std(&self) -> f64 {
+        self.found.standard_errors.frequency
+    }
+
+    /// Standard error of the damping ratio; 0 for a lag and without dynamics.
+    #[getter]
+    fn damping_std(&self) -> f64 {
+        self.found.standard_errors.damping
+    }
+
+    /// Standard errors of the searched amplitudes of creep.
+    #[getter]
+    fn creep_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.creep.iter().copied())
+    }
+
+    /// The names of what was estimated, in the order of `covariance`.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        self.found.covariance.parameters.clone()
+    }
+
+    /// The covariance of `parameters`: what was given or lies at a bound is left out.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        Ok(PyArray2::from_vec2(py, &self.found.covariance.matrix)?)
     }
 
     /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
@@ -168,10 +264,11 @@ impl Identification {
         self.found.partial
     }
 
-    /// The output for the input `u` from the virgin state, delayed as the records were.
+    /// The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
+    /// through creep, dynamics and dead time.
     ///
     /// With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
-    /// the covariance of weights, ratios, input offset, delay and output offset, linearised at the fit, with the errors
+    /// the covariance of all that was fitted, linearised at the fit, with the errors
     /// of successive samples taken as independent and the model as true. It tells how far the prediction may be from
     /// that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
     /// weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
@@ -184,7 +281,7 @@ impl Identification {
     /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
     /// >>> noise = np.random.default_rng(1).normal(0.0, 0.015, u.size)  # um
     /// >>> y = mh.paper.table_1_recovered().forward().run(u) + noise
-    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, delay=0.0)
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
     /// >>> predicted, std = found.predict(u, return_std=True)
     /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
     /// (True, True)
@@ -204,7 +301,7 @@ impl Identification {
 
     /// Fits the weights anew without each loop of the records, and predicts the loop that was left out.
     ///
-    /// A model that only remembers its records does worse there. Thresholds, input offset and delay stay as found. A
+    /// A model that only remembers its records does worse there. All else stays as found. A
     /// loop leads from one maximum of the input to the next; maxima are those from which the input comes down by a
     /// twentieth of its range at least. What comes before the first maximum of a record belongs to its first loop, what
     /// comes after the last to its last. Of more than 200 loops, neighbours are left out together.
@@ -214,7 +311,9 @@ impl Identification {
     /// u, y : arrays of n floats
     ///     The samples that were fitted. Or, for several records, a list of (u, y) pairs alone.
     /// skip : int or list of int
-    ///     Leading samples of each record that were not fitted.
+    ///     Leading samples of each record that were not fitted, or a time.
+    /// dt : float or list of float, optional
+    ///     Sampling interval in seconds; by default that of the fitted records.
     ///
     /// Returns
     /// -------
@@ -230,27 +329,37 @@ impl Identification {
     /// >>> import mpi_hyst as mh
     /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
     /// >>> y = mh.paper.table_1_recovered().forward().run(u)
-    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, delay=0.0)
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
     /// >>> rows = found.leave_one_loop_out(u, y)
     /// >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
     /// (10, 0, True)
-    #[pyo3(signature = (u, y=None, *, skip=None), text_signature = "($self, u, y=None, *, skip=0)")]
+    #[pyo3(signature = (u, y=None, *, skip=None, dt=None), text_signature = "($self, u, y=None, *, skip=0, dt=None)")]
     fn leave_one_loop_out(
         &self,
         py: Python<'_>,
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
         skip: Option<&Bound<'_, PyAny>>,
+        dt: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<LeftOutLoop>> {
         // A copy: other threads may change the arrays while the interpreter is let go.
         let signals = signals(u, y)?;
-        let records = checked(&signals, skips(skip, signals.len())?)?;
+        let intervals = match dt {
+            None if self.found.dt.len() == signals.len() => Intervals::known(&self.found.dt),
+            _ => Intervals::from_python(dt, signals.len())?,
+        };
+        let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals)?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
-        found.map_err(errors::identification)?.iter().map(|row| LeftOutLoop::new(py, row)).collect()
+        Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
     }
 
     fn __repr__(&self) -> String {
         let partial = if self.found.partial { "partial, " } else { "" };
-        format!("<Identification: {partial}delay {:.3} samples, fit {}>", self.found.delay, self.fit().__repr__())
+        let dead_time = match (self.found.dead_time, self.found.dead_time_samples) {
+            (Some(seconds), _) => format!("dead time {seconds:.3e} s"),
+            (None, Some(samples)) => format!("dead time {samples:.3} samples"),
+            (None, None) => "several sampling intervals".to_owned(),
+        };
+        format!("<Identification: {partial}{dead_time}, fit {}>", self.fit().__repr__())
     }
 }

@@ -8,21 +8,25 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::identification::Identification;
-use super::options::{kind, law, placed, setting, smooth};
+use super::intervals::Intervals;
+use super::options::{creep_model, kind, law, order, placed, setting, smooth};
 use super::records::{HeldOut, signals, skips};
 use crate::convert::errors::{self, one_record, unexpected};
 
 /// Fits a model to measured records.
 ///
-/// y(k) = output_offset + sum_i w_i z_i(k - delay), z_i the operators at u - input_offset. Weights are non-negative
-/// least squares, exact at every step of a search over ratios, input offset and delay. Every record starts from the
-/// virgin state and has its own output offset.
+/// y = output_offset + G[creep[sum_i w_i z_i]], z_i the operators at u - input_offset, G the linear dynamics and a dead time;
+/// y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a search
+/// over everything else. Every record starts from the virgin state, at rest at its first input, and has its own output offset.
 ///
 /// Parameters
 /// ----------
 /// u, y : arrays of n floats
 ///     Input (V) and measured output (um). Or, for several records in one fit, a list of (u, y) pairs as the only
 ///     argument.
+/// dt : float or list of float, optional
+///     Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
+///     hysteresis can be fitted.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
 /// weights : "auto", "free", "quadratic" or "split"
@@ -32,13 +36,18 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// operators : int or "auto"
 ///     How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
 ///     "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
-///     from weights, offsets, ratios and delay fitted to the others (the searched ones linearised about those of all).
+///     from weights, offsets, ratios and dead time fitted to the others (the searched ones linearised about those of all).
 /// ratios : "fit" or (ra, rb, rc)
 ///     Thresholds as fractions of r.
 /// input_offset : "fit" or float
 ///     In the unit of u. The conventional model fixes it at the middle of the input range.
-/// delay : "fit" or float
-///     Samples by which y lags u, fractions included.
+/// dead_time : "fit" or float
+///     What y lags u besides, in seconds; in samples where there is no dt.
+/// dynamics : None, "auto", 2 or 1
+///     Linear dynamics to fit behind the hysteresis: of second order ("auto" too), or a first-order lag. They need dt and
+///     records that reach their frequency; a warning says if these do not tell them.
+/// creep : None, "auto", int or array
+///     Creep to fit: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds.
 /// thresholds : "uniform", "quantiles" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
 /// smoothness : float or "auto"
@@ -47,11 +56,11 @@ use crate::convert::errors::{self, one_record, unexpected};
 ///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
 ///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
 /// skip : int or list of int
-///     Leading samples of each record that set the memory but are not fitted.
+///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
 ///     Records that are held out, each judged with the output offset that suits it. Or a part at the end of every record
-///     that is held out, judged with the record's own offset: a share, or the sample from which on, one for all records
-///     or a list of one for each.
+///     that is held out, judged with the record's own offset: a share, or the sample or time ("2s") from which on, one for
+///     all records or a list of one for each.
 /// progress : callable, optional
 ///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
 /// keep_partial : bool
@@ -72,23 +81,30 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// >>> import mpi_hyst as mh
 /// >>> actuator = mh.paper.table_1_recovered()
 /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000)
-/// >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, delay=0.0)
+/// >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, dead_time=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, model="modified", weights="auto", operators=None, ratios=None, input_offset=None, delay=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None, keep_partial=false),
-    text_signature = "(u, y=None, *, model='modified', weights='auto', operators=None, ratios='fit', input_offset='fit', delay='fit', thresholds=None, smoothness=0.0, skip=0, validate=None, progress=None, keep_partial=False)")]
+#[pyo3(signature = (u, y=None, *, dt=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
+        dead_time=None, dynamics=None, creep=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None,
+        keep_partial=false),
+    text_signature = "(u, y=None, *, dt=None, model='modified', operators=20, weights='auto', ratios='fit', \
+        input_offset='fit', dead_time='fit', dynamics=None, creep=None, thresholds=None, smoothness=0.0, skip=0, \
+        validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
-    model: &str,
-    weights: &str,
+    dt: Option<&Bound<'_, PyAny>>,
+    model: Option<&str>,
     operators: Option<&Bound<'_, PyAny>>,
+    weights: Option<&str>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
-    delay: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
+    dynamics: Option<&Bound<'_, PyAny>>,
+    creep: Option<&Bound<'_, PyAny>>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
@@ -99,22 +115,27 @@ pub(crate) fn identify(
     if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
         return Err(unexpected("progress", "a callable", got));
     }
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let intervals = Intervals::from_python(dt, signals.len())?;
+    let default = Options::default();
     let options = Options {
-        model: kind(model)?,
-        weights: law(weights)?,
+        model: model.map_or(Ok(default.model), kind)?,
+        weights: weights.map_or(Ok(default.weights), law)?,
+        dt: intervals.common(),
+        dynamics: order(dynamics)?,
+        creep: creep_model(creep)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
             Setting::Fit => Setting::Fit,
         },
         input_offset: setting("input_offset", "a number", input_offset)?,
-        delay: setting("delay", "a number", delay)?,
+        dead_time: setting("dead_time", "a number", dead_time)?,
         smoothness: smooth(smoothness)?,
     };
-    // A copy: other threads may change the arrays while the interpreter is let go.
-    let signals = signals(u, y)?;
-    let skips = skips(skip, signals.len())?;
-    let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len())).transpose()?;
+    let skips = skips(skip, signals.len(), &intervals)?;
+    let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len(), &intervals)).transpose()?;
     let mut records = Vec::with_capacity(signals.len());
     for (i, ((u, y), skip)) in signals.iter().zip(&skips).enumerate() {
         // Unequal lengths are for the record to name.
@@ -123,9 +144,10 @@ pub(crate) fn identify(
             None => None,
         };
         let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], *skip);
-        records.push(record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?);
+        let record = record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?;
+        records.push(intervals.with(i, record)?);
     }
-    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&signals))?;
+    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&signals, &intervals))?;
     let mut stopped_by = None;
     let found = py.detach(|| {
         identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {

@@ -2,11 +2,14 @@
 
 use hysteresis_identify as identification;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::quality::Quality;
+use crate::convert::pickling::result_methods;
 
 /// One loop of a record, predicted with weights that all loops asked for, and with those of all other loops.
 #[pyclass(module = "mpi_hyst.results", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct LeftOutLoop {
     /// The number of its record.
     record: usize,
@@ -17,31 +20,30 @@ pub(crate) struct LeftOutLoop {
     /// Half the peak-to-peak of the input in it, in the unit of the input.
     amplitude: f64,
     /// The errors with the weights of all loops; range is that of the whole record.
-    fitted: Py<Quality>,
+    fitted: Quality,
     /// The errors with the weights of all other loops; range is that of the whole record.
-    left_out: Py<Quality>,
+    left_out: Quality,
 }
 
-impl LeftOutLoop {
-    pub(crate) fn new(py: Python<'_>, row: &identification::LeftOutLoop) -> PyResult<Self> {
-        Ok(Self {
+impl From<&identification::LeftOutLoop> for LeftOutLoop {
+    fn from(row: &identification::LeftOutLoop) -> Self {
+        Self {
             record: row.record,
             start: row.samples.start,
             stop: row.samples.end,
             amplitude: row.amplitude,
-            fitted: Py::new(py, Quality::from(&row.fitted))?,
-            left_out: Py::new(py, Quality::from(&row.left_out))?,
-        })
+            fitted: Quality::from(&row.fitted),
+            left_out: Quality::from(&row.left_out),
+        }
     }
 }
 
-#[pymethods]
-impl LeftOutLoop {
+result_methods!(LeftOutLoop {
     fn __repr__(&self) -> String {
-        let (fitted, left_out) = (self.fitted.get().rmse, self.left_out.get().rmse);
+        let (fitted, left_out) = (self.fitted.rmse, self.left_out.rmse);
         format!(
             "<LeftOutLoop: record {}, samples {} to {}, amplitude {:.4}: rms {fitted:.4e} fitted, {left_out:.4e} left out>",
             self.record, self.start, self.stop, self.amplitude
         )
     }
-}
+});

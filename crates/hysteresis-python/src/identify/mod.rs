@@ -6,6 +6,7 @@ pub(crate) mod finding;
 pub(crate) mod identification;
 #[expect(clippy::module_inception, reason = "the function `identify`")]
 pub(crate) mod identify;
+mod intervals;
 pub(crate) mod left_out;
 mod options;
 pub(crate) mod quality;

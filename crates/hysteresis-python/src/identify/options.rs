@@ -1,6 +1,6 @@
 //! What the arguments of `identify` may be.
 
-use hysteresis_identify::{ModelKind, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{CreepModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -38,7 +38,7 @@ pub(crate) fn law_name(weights: WeightLaw) -> &'static str {
     }
 }
 
-/// The operators with thresholds as given, or that many with uniform ones: 20 unless told.
+/// The operators with thresholds as given, or that many with uniform ones.
 pub(crate) fn placed(
     thresholds: Option<&Bound<'_, PyAny>>,
     operators: Option<&Bound<'_, PyAny>>,
@@ -57,7 +57,7 @@ pub(crate) fn placed(
     }
     let operators = operators.filter(|_| !auto);
     let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let count = operators.unwrap_or(20);
+    let count = operators.unwrap_or_else(|| Options::default().operators());
     let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
     if let Ok(name) = thresholds.cast::<PyString>() {
         return match name.to_str()? {
@@ -104,5 +104,34 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     match value.extract::<T>() {
         Ok(value) => Ok(Setting::Fixed(value)),
         Err(_) => Err(unexpected(name, format_args!("\"fit\" or {expected}"), value)),
+    }
+}
+
+/// The linear dynamics to fit: none, of second order, or a lag.
+pub(crate) fn order(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Order>> {
+    let Some(dynamics) = dynamics else { return Ok(None) };
+    if is_word(dynamics, "auto") {
+        return Ok(Some(Order::Second));
+    }
+    match dynamics.extract::<i64>() {
+        Ok(1) => Ok(Some(Order::First)),
+        Ok(2) => Ok(Some(Order::Second)),
+        Ok(order) => Err(errors::value("dynamics", format_args!("expected None, \"auto\", 1 or 2, got {order}"))),
+        Err(_) => Err(unexpected("dynamics", "None, \"auto\", 1 or 2", dynamics)),
+    }
+}
+
+/// The creep to fit: none, log-type, a number of terms, or their time constants.
+pub(crate) fn creep_model(creep: Option<&Bound<'_, PyAny>>) -> PyResult<CreepModel> {
+    let Some(creep) = creep else { return Ok(CreepModel::None) };
+    if is_word(creep, "auto") {
+        return Ok(CreepModel::Logarithmic { terms: None });
+    }
+    if creep.is_instance_of::<PyString>() {
+        return Err(unexpected("creep", "None, \"auto\", a number of terms, or their time constants", creep));
+    }
+    match creep.extract::<usize>() {
+        Ok(terms) => Ok(CreepModel::Decades(terms)),
+        Err(_) => Ok(CreepModel::TimeConstants(numbers("creep", creep)?)),
     }
 }

@@ -2,12 +2,16 @@
 
 use hysteresis_identify as identification;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::convert::pickling::result_methods;
 
 /// The errors of a fit, each with its unit or base.
 ///
 /// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
 /// of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
-#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.results", frozen, get_all, skip_from_py_object)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Quality {
     /// Largest absolute error, in the unit of the output.
     max_error: f64,
@@ -75,12 +79,11 @@ impl From<&identification::Quality> for Quality {
     }
 }
 
-#[pymethods]
-impl Quality {
+result_methods!(Quality {
     pub(crate) fn __repr__(&self) -> String {
         format!(
             "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
             self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
         )
     }
-}
+});

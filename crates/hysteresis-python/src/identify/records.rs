@@ -2,8 +2,9 @@
 
 use hysteresis_identify::{Record, RecordError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyInt, PyList, PyTuple};
+use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
 
+use super::intervals::{Intervals, duration};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, one_record, record, wrong_type};
 
@@ -18,8 +19,8 @@ pub(crate) enum HeldOut {
 }
 
 impl HeldOut {
-    pub(crate) fn from_python(validate: &Bound<'_, PyAny>, records: usize) -> PyResult<Self> {
-        if let Some(from) = samples(validate) {
+    pub(crate) fn from_python(validate: &Bound<'_, PyAny>, records: usize, dt: &Intervals) -> PyResult<Self> {
+        if let Some(from) = samples(validate, dt)? {
             return match from.len() {
                 1 => Ok(Self::From(vec![from[0]; records])),
                 count if count == records => Ok(Self::From(from)),
@@ -38,9 +39,13 @@ impl HeldOut {
         }
         let one = |validate: &Bound<'_, PyAny>| {
             let wrong = |_| wrong_type("validate", EXPECTED);
-            let three: PyResult<(Bound<'_, PyAny>, Bound<'_, PyAny>, usize)> = validate.extract();
-            let two = || validate.extract().map(|(u, y)| (u, y, 0)).map_err(wrong);
-            let (u, y, skip) = three.or_else(|_| two())?;
+            let three: PyResult<(Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>)> = validate.extract();
+            let (u, y, skip) = match three {
+                Ok((u, y, skip)) => {
+                    (u, y, duration("validate", &skip, dt.of(0))?.ok_or_else(|| wrong_type("validate", EXPECTED))?)
+                }
+                Err(_) => validate.extract().map(|(u, y)| (u, y, 0)).map_err(wrong)?,
+            };
             let part = |shown, signal| numbers(Place::part("validate", shown), signal);
             Ok((part("validate: u", &u)?, part("validate: y", &y)?, skip))
         };
@@ -74,7 +79,7 @@ impl HeldOut {
     }
 
     /// The records to validate with.
-    pub(crate) fn records<'a>(&'a self, fitted: &'a Signals) -> PyResult<Vec<Record<'a>>> {
+    pub(crate) fn records<'a>(&'a self, fitted: &'a Signals, dt: &Intervals) -> PyResult<Vec<Record<'a>>> {
         let several = match self {
             Self::Records(records) => records.len() > 1,
             Self::Share(_) | Self::From(_) => fitted.len() > 1,
@@ -86,12 +91,13 @@ impl HeldOut {
         match self {
             Self::Share(_) | Self::From(_) => (fitted.iter().enumerate())
                 .map(|(place, (u, y))| {
-                    Record::new(u, y, self.begins(place, u.len())).map_err(|error| refused(place, error))
+                    let record = Record::new(u, y, self.begins(place, u.len()));
+                    dt.with(place, record.map_err(|error| refused(place, error))?)
                 })
                 .collect(),
             Self::Records(records) => {
                 let record = |(place, (u, y, skip)): (usize, &'a (Vec<f64>, Vec<f64>, usize))| {
-                    Record::new(u, y, *skip).map_err(|error| refused(place, error))
+                    dt.with(0, Record::new(u, y, *skip).map_err(|error| refused(place, error))?)
                 };
                 records.iter().enumerate().map(record).collect()
             }
@@ -102,16 +108,17 @@ impl HeldOut {
 /// What `validate` may be.
 const EXPECTED: &str = "expected (u, y), (u, y, skip), a list of these, a share, or a sample of each record";
 
-/// One whole number, or a list of them.
-fn samples(validate: &Bound<'_, PyAny>) -> Option<Vec<usize>> {
-    let one = |number: &Bound<'_, PyAny>| match number.cast::<PyBool>() {
-        Ok(_) => None,
-        Err(_) => number.cast::<PyInt>().ok()?.extract::<usize>().ok(),
-    };
-    match validate.cast::<PyList>() {
-        Ok(list) if !list.is_empty() => list.iter().map(|number| one(&number)).collect(),
-        _ => one(validate).map(|number| vec![number]),
+/// One number of samples, or a list of them, if it is that.
+fn samples(validate: &Bound<'_, PyAny>, dt: &Intervals) -> PyResult<Option<Vec<usize>>> {
+    if let Ok(list) = validate.cast::<PyList>() {
+        let each = list.iter().enumerate().map(|(place, one)| duration("validate", &one, dt.of(place)));
+        let each: Option<Vec<usize>> = each.collect::<PyResult<Vec<_>>>()?.into_iter().collect();
+        return Ok(each.filter(|each| !each.is_empty()));
     }
+    if validate.is_instance_of::<PyFloat>() {
+        return Ok(None);
+    }
+    Ok(duration("validate", validate, dt.of(0))?.map(|samples| vec![samples]))
 }
 
 pub(crate) type Signals = Vec<(Vec<f64>, Vec<f64>)>;
@@ -131,25 +138,34 @@ pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyR
     pairs.iter().enumerate().map(copy).collect()
 }
 
-pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<usize>> {
+/// The leading samples of each record that are not fitted.
+pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize, dt: &Intervals) -> PyResult<Vec<usize>> {
     let Some(skip) = skip else { return Ok(vec![0; records]) };
-    if let Ok(all) = skip.extract::<usize>() {
-        return Ok(vec![all; records]);
+    if duration("skip", skip, dt.of(0)).is_ok_and(|samples| samples.is_some()) || skip.is_instance_of::<PyString>() {
+        let each = (0..records).map(|record| Ok(duration("skip", skip, dt.of(record))?.unwrap_or(0)));
+        return each.collect();
     }
-    match skip.extract::<Vec<usize>>() {
-        Ok(each) if each.len() == records => Ok(each),
-        _ => {
-            let (expected, got) = (format!("a number of samples, or a list of {records} of them"), skip.repr()?);
-            Err(errors::value("skip", format_args!("expected {expected}, got {got}")))
+    let wrong = || {
+        let expected = format!("a number of samples, or a list of {records} of them");
+        match skip.repr() {
+            Ok(got) => errors::value("skip", format_args!("expected {expected}, got {got}")),
+            Err(error) => error,
         }
+    };
+    let each: Vec<Bound<'_, PyAny>> = skip.extract().map_err(|_| wrong())?;
+    if each.len() != records {
+        return Err(wrong());
     }
+    let one = |(record, skip)| duration("skip", skip, dt.of(record))?.ok_or_else(wrong);
+    each.iter().enumerate().map(one).collect()
 }
 
 /// The records of these signals, or why one is none.
-pub(crate) fn checked(signals: &Signals, skips: Vec<usize>) -> PyResult<Vec<Record<'_>>> {
+pub(crate) fn checked<'a>(signals: &'a Signals, skips: Vec<usize>, dt: &Intervals) -> PyResult<Vec<Record<'a>>> {
     (signals.iter().zip(skips).enumerate())
         .map(|(i, ((u, y), skip))| {
-            Record::new(u, y, skip).map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))
+            let record = Record::new(u, y, skip);
+            dt.with(i, record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?)
         })
         .collect()
 }

@@ -7,9 +7,9 @@ use pyo3::types::PyDict;
 use pythonize::{depythonize, pythonize};
 
 use super::options::setting;
-use crate::control::linear::{self, given_dynamics};
+use crate::control::linear::part::{self, given_dynamics};
 use crate::convert::arguments::numbers;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::exclusive;
 use crate::model::object::{model_of, object};
 
@@ -38,8 +38,8 @@ use crate::model::object::{model_of, object};
 /// dynamics : SecondOrder or FirstOrder, optional
 ///     What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
 ///     Without any, y follows u at once.
-/// dt : float
-///     Sampling interval in seconds; of no effect without dynamics.
+/// dt : float, optional
+///     Sampling interval in seconds, which dynamics need.
 ///
 /// Raises
 /// ------
@@ -65,7 +65,7 @@ impl RecursiveIdentifier {
     #[new]
     #[pyo3(signature = (model, *, forgetting=None, output_offset=None, covariance=None, covariance_limit=None,
         dynamics=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
-        covariance_limit=1e4, dynamics=None, dt=0.0001)")]
+        covariance_limit=1e4, dynamics=None, dt=None)")]
     fn new(
         model: &Bound<'_, PyAny>,
         forgetting: Option<&Bound<'_, PyAny>>,
@@ -80,10 +80,16 @@ impl RecursiveIdentifier {
             forgetting = default.forgetting,
             covariance = default.covariance,
             covariance_limit = default.covariance_limit,
-            dt = 1e-4
+            dt
         );
         let output_offset = setting("output_offset", "a number", output_offset)?;
-        let dynamics = dynamics.map(given_dynamics).transpose()?.map(|dynamics| (dynamics, dt));
+        let dynamics = match (dynamics.map(given_dynamics).transpose()?, dt) {
+            (None, _) => None,
+            (Some(dynamics), Some(dt)) => Some((dynamics, dt)),
+            (Some(_), None) => {
+                return Err(wrong_type("dt", "expected the sampling interval in seconds beside dynamics, got None"));
+            }
+        };
         let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
         identification::RecursiveIdentifier::new(&model_of("model", model)?, &options).map(Self).map_err(raise)
     }
@@ -163,7 +169,7 @@ impl RecursiveIdentifier {
         keywords.set_item("covariance", covariance)?;
         keywords.set_item("covariance_limit", covariance_limit)?;
         if let Some((dynamics, dt)) = dynamics {
-            keywords.set_item("dynamics", linear::dynamics(py, dynamics)?)?;
+            keywords.set_item("dynamics", part::dynamics(py, dynamics)?)?;
             keywords.set_item("dt", dt)?;
         }
         Ok(((object(py, self.0.given().clone())?,), keywords))

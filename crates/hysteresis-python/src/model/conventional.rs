@@ -11,7 +11,8 @@ use super::object::PrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::values::{Arguments, hash, offset_keywords};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::values::hash;
 use crate::stream::streams::{Forward, Inverse};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -72,8 +73,10 @@ model_methods!(PrandtlIshlinskii {
         hash(self.model.weights().iter().copied().chain(thresholds).chain([offsets.input, offsets.output]))
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
-        let positional = (self.weights(py)?, self.thresholds(py)?).into_pyobject(py)?;
-        Ok((positional, offset_keywords(py, self.model.offsets())?))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let Offsets { input, output } = self.model.offsets();
+        let keywords = keywords!(py, input_offset = input, output_offset = output);
+        let positional = (self.weights(py)?, self.thresholds(py)?);
+        reduce(py.get_type::<Self>().into_any(), positional, keywords, None)
     }
 });

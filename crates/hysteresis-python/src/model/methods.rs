@@ -6,33 +6,45 @@ use hysteresis_core::{self as core, CompiledModel, Model, Offsets};
 use pyo3::prelude::*;
 
 use crate::convert::arguments::pair;
-use crate::convert::arrays::vector;
+use crate::convert::arrays::numbers;
 use crate::convert::errors::raise;
 use crate::convert::files::write_file;
+use crate::stream::made::Made;
 use crate::stream::streams::{Forward, Inverse};
-
-pub(super) fn forward(kernel: &CompiledModel, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
-    let Some(initial) = initial else { return Ok(Forward(core::Forward::new(kernel))) };
-    let initial = vector("initial", initial)?;
-    core::Forward::with_initial(kernel, initial.as_slice()?).map(Forward).map_err(raise)
-}
 
 /// Where a model's own zero lies unless told.
 pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
 pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
+/// The forward model of `model`, whose kernel it is.
+pub(super) fn forward(
+    model: &Bound<'_, PyAny>,
+    kernel: &CompiledModel,
+    initial: Argument<'_, '_>,
+) -> PyResult<Forward> {
+    let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
+    let stream = match &initial {
+        None => core::Forward::new(kernel),
+        Some(initial) => core::Forward::with_initial(kernel, initial).map_err(raise)?,
+    };
+    Ok(Forward { stream, made: Made { model: model.clone().unbind(), limits: None, initial } })
+}
+
+/// The exact inverse of `model`, whose kernel it is.
 pub(super) fn inverse(
+    model: &Bound<'_, PyAny>,
     kernel: &CompiledModel,
     limits: Argument<'_, '_>,
     initial: Argument<'_, '_>,
 ) -> PyResult<Inverse> {
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
-    let stream = match initial {
+    let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
+    let stream = match &initial {
         None => core::Inverse::new(kernel, limits),
-        Some(initial) => core::Inverse::with_initial(kernel, limits, vector("initial", initial)?.as_slice()?),
+        Some(initial) => core::Inverse::with_initial(kernel, limits, initial),
     };
-    stream.map(Inverse).map_err(raise)
+    Ok(Inverse { stream: stream.map_err(raise)?, made: Made { model: model.clone().unbind(), limits, initial } })
 }
 
 pub(super) fn save(model: &Model, path: PathBuf) -> PyResult<()> {
@@ -86,16 +98,24 @@ macro_rules! model_methods {
 
             /// The forward model as a stream, at rest or from the operator outputs `initial`.
             #[pyo3(signature = (initial=None))]
-            fn forward(&self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<Forward> {
-                $crate::model::methods::forward(&self.kernel, initial)
+            fn forward(slf: &Bound<'_, Self>, initial: Argument<'_, '_>) -> PyResult<Forward> {
+                $crate::model::methods::forward(slf.as_any(), &slf.get().kernel, initial)
             }
 
             /// The exact inverse as a stream, the drive within `limits` (low, high).
             ///
             /// Raises NotInvertibleError if the model may not be invertible.
             #[pyo3(signature = (limits=None, initial=None))]
-            fn inverse(&self, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
-                $crate::model::methods::inverse(&self.kernel, limits, initial)
+            fn inverse(slf: &Bound<'_, Self>, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
+                $crate::model::methods::inverse(slf.as_any(), &slf.get().kernel, limits, initial)
+            }
+
+            /// How uncertain the output is when the history between the limits (low, high) is unknown.
+            ///
+            /// Raises ValueError for a model with a negative weight.
+            fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<$crate::stream::bracket::Bracket> {
+                let limits = $crate::convert::arguments::pair("limits", limits)?;
+                $crate::stream::bracket::Bracket::of(slf.as_any(), &slf.get().kernel, limits)
             }
 
             /// Writes the model to a JSON file; the file appears only when it is complete.

@@ -1,7 +1,6 @@
 //! Operators and models.
 
 pub(crate) mod conventional;
-pub(crate) mod file;
 mod methods;
 pub(crate) mod modified;
 pub(crate) mod object;

@@ -11,7 +11,8 @@ use super::object::ModifiedPrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::values::{Arguments, hash, offset_keywords};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::values::hash;
 use crate::stream::streams::{Forward, Inverse};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -168,13 +169,13 @@ model_methods!(ModifiedPrandtlIshlinskii {
         hash(weights.chain(thresholds).chain([offsets.input, offsets.output]))
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Arguments<'py> {
-        let positional =
-            (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?).into_pyobject(py)?;
-        let keywords = offset_keywords(py, self.model.offsets())?;
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let Offsets { input, output } = self.model.offsets();
+        let keywords = keywords!(py, input_offset = input, output_offset = output);
         if self.split() {
             keywords.set_item("weights_negative", self.weights_negative(py)?)?;
         }
-        Ok((positional, keywords))
+        let positional = (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?);
+        reduce(py.get_type::<Self>().into_any(), positional, keywords, None)
     }
 });

@@ -46,7 +46,7 @@ pub(crate) struct Play(Tracked<core::Play>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
-process_methods!(Play {
+process_methods!(Play, 0 {
     #[new]
     fn new(r: &Bound<'_, PyAny>) -> PyResult<Self> {
         numbers!(r);
@@ -76,7 +76,7 @@ process_methods!(Play {
     }
 });
 
-process_methods!(CoupledPlay {
+process_methods!(CoupledPlay, 0 {
     #[new]
     fn new(
         r: &Bound<'_, PyAny>,

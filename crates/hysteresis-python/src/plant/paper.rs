@@ -55,7 +55,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 
 /// A plant that reproduces the published errors: the recovered weights, +-560 V, 10 kHz, noise, and linear dynamics.
 ///
-/// With the positional law u = H^-1[r] + kp e + ki sum e, e = r - measured, the gains of `gains(name)`, the bank of
+/// With the positional law u = H^-1[r] + kp e + ki dt sum e, e = r - measured, the gains of `gains(name)`, the bank of
 /// `table_2()` as H^-1 and a reference of 3.3 um over three periods, the maxima of |e| come out as published: 0.07 um
 /// for the triangle of 1 Hz, and 0.098, 0.159, 0.224, 0.293 um for sines of 5, 10, 15, 20 Hz within 10 %. With the
 /// closed-form inverse of the conventional model of the same weights and thresholds as H^-1 the triangle gives 0.10 um,
@@ -78,7 +78,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 /// ...         self.feed_forward = mh.paper.table_2().forward()
 /// ...     def step(self, reference, measurement):
 /// ...         error = reference - measurement
-/// ...         self.sum += error
+/// ...         self.sum += error * 1e-4  # s
 /// ...         return self.feed_forward.step(reference) + self.kp * error + self.ki * self.sum
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.15)  # um
 /// >>> run = mh.plant.simulate(PaperLaw(*mh.paper.gains("A1")), mh.paper.plant("A1"), reference)
@@ -91,7 +91,7 @@ pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Pla
     Ok(Plant(benchmark(name)?.plant(seed)))
 }
 
-/// The gains (kp, ki) in V/um and V/um per sample, with which the plant of that name gives the published errors.
+/// The gains (kp, ki) in V/um and V/um/s, with which the plant of that name gives the published errors.
 ///
 /// Parameters
 /// ----------
@@ -102,7 +102,7 @@ pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Pla
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> mh.paper.gains("A1")
-/// (60.0, 0.6)
+/// (60.0, 6000.0)
 #[pyfunction]
 pub(crate) fn gains(name: &str) -> PyResult<(f64, f64)> {
     let gains = benchmark(name)?.gains();

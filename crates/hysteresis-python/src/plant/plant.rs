@@ -1,59 +1,41 @@
 //! Plants: an actuator between its converters.
 
-use hysteresis_control::linear::{Delay, FirstOrder};
+use hysteresis_control::stage;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::control::linear::{given_creep, given_dynamics};
 use crate::convert::arguments::{count, numbers, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::exclusive;
-use crate::model::object::kernel_of;
+use crate::stage::object::Stage;
+use crate::stage::parts::StageKeywords;
 use crate::stream::blocks::BLOCK;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
-/// An actuator between its two converters, as a controller sees it: drive in, measurement out.
+/// A stage between its two converters, as a controller sees it: drive in, measurement out.
 ///
-/// drive -> D/A converter, limits -> amplifier -> hysteresis -> dynamics -> creep -> delay -> position
-/// -> noise -> A/D converter -> measurement
-///
-/// `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement.
-/// A plant starts at rest: the drive has been 0, or the limit nearest to it, since forever. A drive beyond the limits is
-/// clamped, one that is not finite leaves the one before; either is counted.
-///
-/// All blocks are discretised exactly for a held drive, but for hysteresis between an amplifier and dynamics: there each
-/// of `sub_steps` per sample holds the mean of the model's outputs at its ends. On the plant "P3" of the paper that
-/// leaves 0.005 nm of a sine of 20 Hz, and 0.2 nm after steps across the whole range.
+/// `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement, read
+/// just before the next drive is put out. `run(drives)` returns the rows of a record instead. A plant starts at rest: the drive
+/// has been 0, or the limit nearest to it, since forever. A drive beyond the limits is clamped, one that is not finite leaves
+/// the one before; either is counted.
 ///
 /// Parameters
 /// ----------
-/// hysteresis : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
-///     Drive (V) in, displacement (um) out.
-/// dynamics : SecondOrder or FirstOrder, optional
-///     Behind the hysteresis.
-/// amplifier_bandwidth : float, optional
-///     Cut-off frequency in Hz of the amplifier, a first-order lag before the hysteresis.
-/// creep : Creep, optional
-///     Of the position.
-/// delay : float
-///     Samples by which the position lags besides; fractions interpolate.
-/// noise : float
-///     Rms of the white Gaussian measurement noise, um: xoshiro256++ seeded by SplitMix64, normal by the ziggurat
-///     method, one number per sample.
-/// dac_bits : int, optional
-///     D/A converter: the nearest of 2^bits levels from one limit to the other, both included. Needs `limits`.
-/// adc_bits, adc_range : int and (low, high), optional
-///     A/D converter: the nearest of 2^bits levels from low to high, um.
-/// limits : (low, high), optional
-///     Of the drive.
+/// stage : Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///     A model with the keywords `dynamics`, `amplifier_bandwidth`, `creep`, `dead_time`, `noise` and `limits`, which mean what
+///     they mean for a Stage, makes a stage.
 /// dt : float
 ///     Sampling interval in seconds.
 /// seed : int
-///     Of the noise: the same seed gives the same numbers.
+///     Seed of the noise: the same seed gives the same numbers. White Gaussian noise by xoshiro256++ and the ziggurat method.
+/// dac_bits : int, optional
+///     D/A converter: the nearest of 2^bits levels from one limit to the other, both included. Needs `limits`.
+/// adc_bits, adc_range : int and (low, high), optional
+///     A/D converter: the nearest of 2^bits levels from low to high, in the unit of the position.
 ///
 /// Raises
 /// ------
@@ -63,59 +45,79 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
-/// >>> stage = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
-/// ...                  limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), seed=1)
-/// >>> measured, position = stage.run([300.0] * 100)
-/// >>> bool(measured[-1] == stage.measured), bool(position[-1] == stage.position)
+/// >>> plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
+/// ...                        limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), dt=1e-4, seed=1)
+/// >>> measured, position = plant.run([300.0] * 100)
+/// >>> bool(position[0] == 0.0), bool(abs(position[-1] - plant.position) < 1e-3)
 /// (True, True)
-/// >>> stage.reset()
-/// >>> bool(stage.step(300.0) == measured[0])
+/// >>> plant.reset()
+/// >>> bool(plant.step(300.0) == measured[1])
 /// True
-/// >>> _ = stage.step(float("nan")), stage.step(900.0)
-/// >>> stage.drive, stage.rejected, stage.clamped
+/// >>> _ = plant.step(float("nan")), plant.step(900.0)
+/// >>> plant.drive, plant.rejected, plant.clamped
 /// (560.0, 1, 1)
 #[pyclass(module = "mpi_hyst.plant")]
 pub(crate) struct Plant(pub(crate) plant::Plant);
+
+/// What a plant has besides its stage, as it came.
+pub(crate) struct Converters<'a, 'py> {
+    pub(crate) seed: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) dac_bits: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) adc_bits: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) adc_range: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Plant {
+    /// The plant around a stage.
+    pub(crate) fn of(stage: &stage::Stage, dt: f64, converters: &Converters<'_, '_>) -> PyResult<Self> {
+        let Converters { seed, dac_bits, adc_bits, adc_range } = converters;
+        let default = PlantOptions::new(dt);
+        let options = PlantOptions {
+            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
+            dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
+            adc: adc(*adc_bits, *adc_range)?,
+            ..default
+        };
+        plant::Plant::new(stage, &options).map(Self).map_err(raise)
+    }
+}
 
 #[pymethods]
 impl Plant {
     #[new]
     #[pyo3(
-        signature = (hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=None, noise=None, dac_bits=None,
-            adc_bits=None, adc_range=None, limits=None, dt=None, seed=None),
-        text_signature = "(hysteresis, *, dynamics=None, amplifier_bandwidth=None, creep=None, delay=0.0, noise=0.0, \
-            dac_bits=None, adc_bits=None, adc_range=None, limits=None, dt=0.0001, seed=0)"
+        signature = (stage, *, dt, seed=None, dac_bits=None, adc_bits=None, adc_range=None, dynamics=None,
+            amplifier_bandwidth=None, creep=None, dead_time=None, noise=None, limits=None),
+        text_signature = "(stage, *, dt, seed=0, dac_bits=None, adc_bits=None, adc_range=None, dynamics=None, \
+            amplifier_bandwidth=None, creep=None, dead_time=0.0, noise=None, limits=None)"
     )]
     #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
-        hysteresis: &Bound<'_, PyAny>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-        creep: Option<&Bound<'_, PyAny>>,
-        delay: Option<&Bound<'_, PyAny>>,
-        noise: Option<&Bound<'_, PyAny>>,
+        stage: &Bound<'_, PyAny>,
+        dt: &Bound<'_, PyAny>,
+        seed: Option<&Bound<'_, PyAny>>,
         dac_bits: Option<&Bound<'_, PyAny>>,
         adc_bits: Option<&Bound<'_, PyAny>>,
         adc_range: Option<&Bound<'_, PyAny>>,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+        creep: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'_, PyAny>>,
         limits: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
-        seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let default = PlantOptions::default();
-        numbers!(amplifier_bandwidth, delay, noise = default.noise, dt = default.dt);
-        let design = PlantOptions {
-            amplifier: amplifier_bandwidth.map(amplifier).transpose()?,
-            dynamics: dynamics.map(given_dynamics).transpose()?,
-            creep: creep.map(given_creep).transpose()?,
-            delay: delay.map_or(Ok(default.delay), Delay::new).map_err(raise)?,
+        numbers!(dt);
+        let parts = StageKeywords {
+            dynamics,
+            amplifier_bandwidth,
+            creep,
+            dead_time,
             noise,
-            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
-            limits: limits.map(|limits| pair("limits", limits)).transpose()?,
-            dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
-            adc: adc(adc_bits, adc_range)?,
-            dt,
+            limits,
+            ..StageKeywords::default()
         };
-        plant::Plant::new(&kernel_of("hysteresis", hysteresis)?, &design).map(Self).map_err(raise)
+        let converters = Converters { seed, dac_bits, adc_bits, adc_range };
+        Self::of(&parts.stage_or_around("stage", stage)?, dt, &converters)
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
@@ -123,8 +125,8 @@ impl Plant {
         Ok(exclusive(slf)?.0.step(drive))
     }
 
-    /// Takes an array of drives: (measured, position) at the end of the interval of each, bit for bit like `step` in a
-    /// loop.
+    /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
+    /// is put out.
     fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let py = drives.py();
         let drives = vector("drives", drives)?;
@@ -145,6 +147,12 @@ impl Plant {
     /// Back to the start, at rest: the same drives give the same measurements again, noise included.
     fn reset(&mut self) {
         self.0.reset();
+    }
+
+    /// The stage between the converters.
+    #[getter]
+    fn stage(&self) -> Stage {
+        Stage(self.0.stage().clone())
     }
 
     /// A plant in the same state that goes on by itself.
@@ -211,12 +219,6 @@ impl Plant {
         let limits = self.limits().map_or("none".to_owned(), |(low, high)| format!("({low:?}, {high:?})"));
         format!("<Plant: dt {:?} s, limits {limits}, position {:?}>", self.dt(), self.position())
     }
-}
-
-/// The amplifier of a cut-off frequency.
-fn amplifier(frequency: f64) -> PyResult<FirstOrder> {
-    FirstOrder::new(frequency)
-        .map_err(|error| raise(hysteresis_control::linear::Error { parameter: "amplifier_bandwidth", ..error }))
 }
 
 /// A number of bits; the plant says how many there may be.

@@ -3,11 +3,12 @@
 use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use serde::{Deserialize, Serialize};
 
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -16,6 +17,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
 /// matters, and free of measurement noise.
 #[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Metrics {
     /// How many samples they are of.
     samples: usize,
@@ -69,8 +71,7 @@ impl From<metrics::Metrics> for Metrics {
     }
 }
 
-#[pymethods]
-impl Metrics {
+result_methods!(Metrics {
     fn __repr__(&self) -> String {
         format!(
             "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
@@ -78,7 +79,7 @@ impl Metrics {
             self.max_error, self.rmse, self.max_position_error, self.position_rmse, self.samples, self.saturated_count
         )
     }
-}
+});
 
 /// The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
 ///
@@ -190,11 +191,9 @@ impl Run {
         format!("<Run: {}>", self.metrics().__repr__().trim_matches(['<', '>']))
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        let arrays = [self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?];
-        let keywords = PyDict::new(py);
-        keywords.set_item("limits", self.limits())?;
-        keywords.set_item("period", self.period())?;
-        Ok((PyTuple::new(py, arrays)?, keywords))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let arrays = (self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?);
+        let keywords = keywords!(py, limits = self.limits(), period = self.period());
+        reduce(py.get_type::<Self>().into_any(), arrays, keywords, None)
     }
 }

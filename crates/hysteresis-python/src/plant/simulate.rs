@@ -65,12 +65,13 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> kp, ki = mh.paper.gains("A1")
 /// >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
 /// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
-/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, limits=(-560, 560))
+/// >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
 /// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
 /// True
 /// >>> controller = mh.control.HybridController(
-/// ...     inverse, kp=kp, ki=ki, limits=(-560, 560), preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+/// ...     inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560),
+/// ...     preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
 /// ... )
 /// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error < 0.01
@@ -104,7 +105,7 @@ pub(crate) fn simulate(
     let watch = watch(plant.py(), reference.len(), progress);
     let around = Around { target, observer, repetitive, identifier, model_update_interval };
     match controller.cast::<HybridController>() {
-        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.0, &task, plant, watch),
+        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.controller, &task, plant, watch),
         Err(_) if around.is_empty() => run_object(controller, &task, plant, watch),
         Err(_) => {
             let expected = "a HybridController beside target, observer, repetitive or identifier";
@@ -151,7 +152,7 @@ impl Around<'_> {
         let tracking = Tracking {
             controller,
             targets: self.target.as_deref(),
-            observer: self.observer.as_mut().map(|observer| &mut observer.0),
+            observer: self.observer.as_mut().map(|observer| &mut observer.observer),
             repetitive: self.repetitive.as_mut().map(|repetitive| &mut repetitive.control),
         };
         let (identifier, model_update_interval, mut updates) = (&mut self.identifier, self.model_update_interval, 0);
@@ -212,7 +213,7 @@ fn checked_target(target: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64
 
 /// Looks at signals and tells the fraction done.
 #[expect(clippy::cast_precision_loss, reason = "a fraction for the eye")]
-fn watch<'py>(
+pub(crate) fn watch<'py>(
     py: Python<'py>,
     samples: usize,
     progress: Option<&'py Bound<'py, PyAny>>,

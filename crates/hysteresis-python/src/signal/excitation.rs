@@ -3,46 +3,55 @@
 use hysteresis_simulate::excitation::{Excitation as Made, ExcitationOptions, Shape};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::signals::RATE;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise};
+use crate::convert::pickling::result_methods;
 
 /// An input to identify from: made by `excitation`.
 #[pyclass(module = "mpi_hyst.signals", frozen)]
-pub(crate) struct Excitation(Made);
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Excitation {
+    drive: Vec<f64>,
+    initialization_samples: usize,
+    reversals: Vec<f64>,
+}
 
-#[pymethods]
-impl Excitation {
+impl From<Made> for Excitation {
+    fn from(made: Made) -> Self {
+        let Made { drive, initialization_samples, reversals } = made;
+        Self { drive, initialization_samples, reversals }
+    }
+}
+
+result_methods!(Excitation {
     /// The samples, from start to start.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.drive.iter().copied())
+        read_only(py, self.drive.iter().copied())
     }
 
     /// How many samples come before the memory is known: the `skip` of `identify`.
     #[getter]
     fn initialization_samples(&self) -> usize {
-        self.0.initialization_samples
+        self.initialization_samples
     }
 
     /// Where the drive turns, in order: one stroke to either limit, one cycle at full swing, the decay.
     #[getter]
     fn reversals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        read_only(py, self.0.reversals.iter().copied())
+        read_only(py, self.reversals.iter().copied())
     }
 
     fn __repr__(&self) -> String {
-        let Self(made) = self;
-        format!(
-            "<Excitation: {} samples, {} of them to initialize, {} reversals>",
-            made.drive.len(),
-            made.initialization_samples,
-            made.reversals.len()
-        )
+        let (samples, reversals) = (self.drive.len(), self.reversals.len());
+        let initialization = self.initialization_samples;
+        format!("<Excitation: {samples} samples, {initialization} of them to initialize, {reversals} reversals>")
     }
-}
+});
 
 /// A drive to identify from: both limits, one cycle at full swing, then decaying reversals, within a slew limit.
 ///
@@ -78,7 +87,7 @@ impl Excitation {
 /// >>> import mpi_hyst as mh
 /// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
 /// >>> made
-/// <Excitation: 11771 samples, 750 of them lead-in, 43 reversals>
+/// <Excitation: 11771 samples, 750 of them to initialize, 43 reversals>
 /// >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
 /// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
@@ -100,7 +109,7 @@ pub(crate) fn excitation(
 ) -> PyResult<Excitation> {
     numbers!(low, high, slew, rate = RATE, center, start);
     let options = options((low, high), slew, rate, cycles, shape, (center, start))?;
-    py.detach(|| options.excitation()).map(Excitation).map_err(raise)
+    py.detach(|| options.excitation()).map(Excitation::from).map_err(raise)
 }
 
 /// A decaying alternation that brings an actuator from any history to its virgin state, within a slew limit.

@@ -1,5 +1,7 @@
 //! Arrays of actuators: the models, each with the kernel that its streams share.
 
+use std::path::PathBuf;
+
 use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, StreamArray};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
@@ -7,10 +9,13 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::stream_arrays::{ForwardArray, InverseArray};
+use super::array_file;
+use super::stream_arrays::{ForwardArray, InverseArray, MadeOf};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
-use crate::model::object::kernel;
+use crate::convert::files::{read, write_file};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::model::object::{kernel, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
 ///
@@ -120,8 +125,8 @@ impl ActuatorArray {
     }
 
     /// The forward models as one stream of arrays, at rest.
-    fn forward(&self) -> ForwardArray {
-        ForwardArray(StreamArray::forward(&self.kernels))
+    fn forward(slf: &Bound<'_, Self>) -> ForwardArray {
+        ForwardArray { stream: StreamArray::forward(&slf.get().kernels), made: MadeOf::new(slf.as_any(), None) }
     }
 
     /// The exact inverses as one stream of arrays, at rest.
@@ -130,10 +135,34 @@ impl ActuatorArray {
     ///
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
     #[pyo3(signature = (limits=None))]
-    fn inverse(&self, limits: Option<&Bound<'_, PyAny>>) -> PyResult<InverseArray> {
-        let limits = Limits::from_python(limits, self.kernels.len())?;
-        let stream = |(m, kernel)| core::Inverse::new(kernel, limits.of(m)).map_err(|error| limits.error(m, error));
-        self.kernels.iter().enumerate().map(stream).collect::<PyResult<_>>().map(InverseArray)
+    fn inverse(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<InverseArray> {
+        let kernels = &slf.get().kernels;
+        let given = Limits::from_python(limits, kernels.len())?;
+        let stream = |(m, kernel)| core::Inverse::new(kernel, given.of(m)).map_err(|error| given.error(m, error));
+        let stream = kernels.iter().enumerate().map(stream).collect::<PyResult<_>>()?;
+        Ok(InverseArray { stream, made: MadeOf::new(slf.as_any(), limits) })
+    }
+
+    /// Writes the models to a JSON file, each model once; the file appears only when it is complete.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let models =
+            self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
+        write_file(path, &array_file::text(&models))
+    }
+
+    /// Reads what `save` wrote.
+    ///
+    /// Raises OSError if the file cannot be read, ValueError if it is no such file.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let models = array_file::models(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
+        let models = models.into_iter().map(|model| object(py, model)).collect::<PyResult<Vec<_>>>()?;
+        Self::new(PyTuple::new(py, models)?.as_any())
+    }
+
+    /// The model of one actuator.
+    fn __getitem__<'py>(&self, py: Python<'py>, actuator: isize) -> PyResult<Bound<'py, PyAny>> {
+        self.models.bind(py).as_any().get_item(actuator)
     }
 
     fn __len__(&self) -> usize {
@@ -153,7 +182,7 @@ impl ActuatorArray {
         format!("<ActuatorArray of {} actuators, {} {models}>", self.kernels.len(), self.distinct)
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyTuple>,) {
-        (self.models.bind(py).clone(),)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.models.bind(py).clone(),), keywords!(py), None)
     }
 }

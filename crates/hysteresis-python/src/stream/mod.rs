@@ -1,7 +1,10 @@
 //! Streams of models and of arrays of models, sample by sample.
 
 pub(crate) mod actuators;
+mod array_file;
 pub(crate) mod blocks;
+pub(crate) mod bracket;
+pub(crate) mod made;
 pub(crate) mod process;
 mod rows;
 pub(crate) mod single_argument;

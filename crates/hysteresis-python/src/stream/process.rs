@@ -1,15 +1,15 @@
 //! What every operator and stream offers, written once, but for `step` and `peek`: those are in `single_argument`.
 
-/// The Python methods of a class around a `Process`: those that all have, and its own.
+/// The Python methods of a class around a `Process`, its field `$field`: those that all have, and its own.
 macro_rules! process_methods {
-    ($class:ident { $($own:tt)* }) => {
+    ($class:ident, $field:tt { $($own:tt)* }) => {
         impl $crate::stream::single_argument::Stepper for $class {
             fn process(&self) -> &impl Process {
-                &self.0
+                &self.$field
             }
 
             fn process_mut(&mut self) -> &mut impl Process {
-                &mut self.0
+                &mut self.$field
             }
         }
 
@@ -24,19 +24,19 @@ macro_rules! process_methods {
             ) -> PyResult<Bound<'py, PyArray1<f64>>> {
                 $crate::stream::blocks::run(input, out, |block| {
                     let mut process = $crate::convert::objects::exclusive(slf)?;
-                    block.through(slf.py(), &mut $crate::stream::blocks::Single(&mut process.0))
+                    block.through(slf.py(), &mut $crate::stream::blocks::Single(&mut process.$field))
                 })
             }
 
             /// Back to the start: at rest, or at the initial outputs that were given.
             fn reset(&mut self) {
-                self.0.reset();
+                self.$field.reset();
             }
 
             /// How many samples were not finite, or beyond 1e100.
             #[getter]
             fn rejected(&self) -> u64 {
-                self.0.rejected()
+                self.$field.rejected()
             }
 
             $($own)*

@@ -1,5 +1,6 @@
 //! Streams of arrays: many streams side by side.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use hysteresis_core::{self as core, StreamArray};
@@ -9,16 +10,18 @@ use numpy::{
 };
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyList, PyTuple};
 use pythonize::pythonize;
 
 use super::blocks::apply;
 use super::rows::{Peek, Rows, Step};
 use super::streams::from_python;
-use crate::convert::arguments::count;
+use crate::convert::arguments::{count, whole};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
 use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::model::object::kernel_of;
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.
 ///
@@ -37,7 +40,10 @@ use crate::convert::objects::{exclusive, shared};
 /// >>> forward.rejected
 /// array([0, 1], dtype=uint64)
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct ForwardArray(pub(crate) StreamArray<core::Forward>);
+pub(crate) struct ForwardArray {
+    pub(crate) stream: StreamArray<core::Forward>,
+    pub(crate) made: MadeOf,
+}
 
 /// The exact inverses of many models, sample by sample: made by `array.inverse(limits)`.
 ///
@@ -60,7 +66,42 @@ pub(crate) struct ForwardArray(pub(crate) StreamArray<core::Forward>);
 /// >>> inverse.step([3.0, -3.0, 3.0])
 /// array([ 2., -2.,  2.])
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct InverseArray(pub(crate) StreamArray<core::Inverse>);
+pub(crate) struct InverseArray {
+    pub(crate) stream: StreamArray<core::Inverse>,
+    pub(crate) made: MadeOf,
+}
+
+/// What a stream of an array was made of: enough to make another one.
+pub(crate) struct MadeOf {
+    array: Py<PyAny>,
+    limits: Option<Py<PyAny>>,
+    /// The models that took over since.
+    models: BTreeMap<usize, Py<PyAny>>,
+}
+
+impl MadeOf {
+    pub(crate) fn new(array: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> Self {
+        let limits = limits.map(|limits| limits.clone().unbind());
+        Self { array: array.clone().unbind(), limits, models: BTreeMap::new() }
+    }
+
+    /// How the present array and then `state` make the stream; `method` of the array does.
+    fn reduce<'py>(&self, py: Python<'py>, method: &str, state: Bound<'py, PyAny>) -> Reduced<'py> {
+        let mut array = self.array.bind(py).clone();
+        if !self.models.is_empty() {
+            let mut models: Vec<Py<PyAny>> = array.getattr(intern!(py, "models"))?.extract()?;
+            for (actuator, model) in &self.models {
+                models[*actuator] = model.clone_ref(py);
+            }
+            array = array.get_type().call1((models,))?;
+        }
+        let keywords = keywords!(py);
+        if let Some(limits) = &self.limits {
+            keywords.set_item("limits", limits)?;
+        }
+        reduce(array.getattr(method)?, PyTuple::empty(py), keywords, Some(state))
+    }
+}
 
 /// One sample for each of M actuators.
 fn one_each<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonlyArray1<'py, f64>> {
@@ -126,8 +167,8 @@ macro_rules! stream_array_methods {
                 input: &Bound<'py, PyAny>,
                 out: Option<&Bound<'py, PyAny>>,
             ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let samples = one_each(input, shared(slf)?.0.len())?;
-                apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.0)))
+                let samples = one_each(input, shared(slf)?.stream.len())?;
+                apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.stream)))
             }
 
             /// What `step` would give, without taking the samples.
@@ -137,8 +178,8 @@ macro_rules! stream_array_methods {
                 input: &Bound<'py, PyAny>,
                 out: Option<&Bound<'py, PyAny>>,
             ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let samples = one_each(input, shared(slf)?.0.len())?;
-                apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.0)))
+                let samples = one_each(input, shared(slf)?.stream.len())?;
+                apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.stream)))
             }
 
             /// Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
@@ -153,50 +194,75 @@ macro_rules! stream_array_methods {
                 out: Option<&Bound<'py, PyAny>>,
                 threads: Threads,
             ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-                let samples = rows(input, shared(slf)?.0.len())?;
+                let samples = rows(input, shared(slf)?.stream.len())?;
                 apply(samples, out, |block| {
-                    block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.0, threads.0))
+                    block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0))
                 })
             }
 
             /// Every actuator back to rest.
             fn reset(&mut self) {
-                self.0.reset();
+                self.stream.reset();
             }
 
             /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
             /// bit for bit.
             #[getter]
             fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-                let states = self.0.streams().iter().map(|stream| Ok(pythonize(py, &stream.state())?));
+                let states = self.stream.streams().iter().map(|stream| Ok(pythonize(py, &stream.state())?));
                 PyList::new(py, states.collect::<PyResult<Vec<_>>>()?)
             }
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let mut restored = shared(slf)?.0.clone();
+                let mut restored = shared(slf)?.stream.clone();
                 let states = states(state, restored.len())?;
                 for (m, (stream, state)) in restored.streams_mut().iter_mut().zip(states).enumerate() {
                     from_python(&state)
                         .and_then(|state| stream.set_state(&state).map_err(raise))
                         .map_err(|error| in_state(state.py(), m, error))?;
                 }
-                exclusive(slf)?.0 = restored;
+                exclusive(slf)?.stream = restored;
                 Ok(())
             }
 
             /// How many samples of each actuator were not finite, or beyond 1e100.
             #[getter]
             fn rejected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
-                PyArray1::from_iter(py, self.0.streams().iter().map(|stream| stream.rejected()))
+                PyArray1::from_iter(py, self.stream.streams().iter().map(|stream| stream.rejected()))
+            }
+
+            /// One actuator goes on with the weights and the output offset of another model of the same thresholds and
+            /// input offset, as a stream of it would.
+            ///
+            /// Raises ValueError that names what differs; the stream is as before then.
+            fn set_model(
+                slf: &Bound<'_, Self>,
+                actuator: &Bound<'_, PyAny>,
+                model: &Bound<'_, PyAny>,
+            ) -> PyResult<()> {
+                let (actuator, kernel) = (whole::<usize>("actuator", actuator)?, kernel_of("model", model)?);
+                let mut this = exclusive(slf)?;
+                let actuators = this.stream.len();
+                let Some(stream) = this.stream.streams_mut().get_mut(actuator) else {
+                    let expected = format!("a number below {actuators}");
+                    return Err(errors::value("actuator", format_args!("expected {expected}, got {actuator}")));
+                };
+                stream.set_model(&kernel).map_err(raise)?;
+                this.made.models.insert(actuator, model.clone().unbind());
+                Ok(())
+            }
+
+            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                Self::set_state(slf, state)
             }
 
             fn __len__(&self) -> usize {
-                self.0.len()
+                self.stream.len()
             }
 
             fn __repr__(&self) -> String {
-                format!("<{} of {} actuators>", stringify!($class), self.0.len())
+                format!("<{} of {} actuators>", stringify!($class), self.stream.len())
             }
 
             $($own)*
@@ -204,19 +270,29 @@ macro_rules! stream_array_methods {
     };
 }
 
-stream_array_methods!(ForwardArray {});
+stream_array_methods!(ForwardArray {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let this = shared(slf)?;
+        this.made.reduce(slf.py(), "forward", this.state(slf.py())?.into_any())
+    }
+});
 
 stream_array_methods!(InverseArray {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let this = shared(slf)?;
+        this.made.reduce(slf.py(), "inverse", this.state(slf.py())?.into_any())
+    }
+
     /// Whether the last target of each actuator was out of reach and its drive is at a limit.
     #[getter]
     fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        PyArray1::from_iter(py, self.0.streams().iter().map(core::Inverse::saturated))
+        PyArray1::from_iter(py, self.stream.streams().iter().map(core::Inverse::saturated))
     }
 
     /// The limits of the drives as an array of shape (M, 2), or None.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
-        let limits: Option<Vec<(f64, f64)>> = self.0.streams().iter().map(core::Inverse::limits).collect();
+        let limits: Option<Vec<(f64, f64)>> = self.stream.streams().iter().map(core::Inverse::limits).collect();
         let rows: Vec<[f64; 2]> = limits?.into_iter().map(<[f64; 2]>::from).collect();
         Some(Array2::from(rows).into_pyarray(py))
     }

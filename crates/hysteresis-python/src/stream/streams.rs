@@ -6,9 +6,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
+use super::made::Made;
 use super::process::process_methods;
+use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::Reduced;
 use crate::model::object::kernel_of;
 
 /// The output of a model, sample by sample: made by `model.forward()`.
@@ -28,7 +31,10 @@ use crate::model::object::kernel_of;
 /// >>> forward.step(-9.0)
 /// -12.5
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct Forward(pub(crate) core::Forward);
+pub(crate) struct Forward {
+    pub(crate) stream: core::Forward,
+    pub(crate) made: Made,
+}
 
 /// The exact inverse of a model, sample by sample: made by `model.inverse(limits)`.
 ///
@@ -46,7 +52,10 @@ pub(crate) struct Forward(pub(crate) core::Forward);
 /// >>> inverse.step(99.0), inverse.saturated
 /// (500.0, True)
 #[pyclass(module = "mpi_hyst")]
-pub(crate) struct Inverse(pub(crate) core::Inverse);
+pub(crate) struct Inverse {
+    pub(crate) stream: core::Inverse,
+    pub(crate) made: Made,
+}
 
 fn method_name(method: Method) -> &'static str {
     match method {
@@ -68,30 +77,34 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
 /// The methods of a stream of a model: those of a process, those that both streams have, and its own.
 macro_rules! stream_methods {
     ($class:ident { $($own:tt)* }) => {
-        process_methods!($class {
+        process_methods!($class, stream {
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
             /// bit.
             #[getter]
             fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-                Ok(pythonize(py, &self.0.state())?)
+                Ok(pythonize(py, &self.stream.state())?)
             }
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
                 let state = from_python(state)?;
-                exclusive(slf)?.0.set_state(&state).map_err(raise)
+                exclusive(slf)?.stream.set_state(&state).map_err(raise)
+            }
+
+            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                Self::set_state(slf, state)
             }
 
             /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
             #[getter]
             fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-                PyArray1::from_vec(py, self.0.turning_points())
+                PyArray1::from_vec(py, self.stream.turning_points())
             }
 
             /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
             #[getter]
             fn method(&self) -> &'static str {
-                method_name(self.0.method())
+                method_name(self.stream.method())
             }
 
             $($own)*
@@ -106,7 +119,21 @@ stream_methods!(Forward {
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
         let kernel = kernel_of("model", model)?;
-        exclusive(slf)?.0.set_model(&kernel).map_err(raise)
+        let mut this = exclusive(slf)?;
+        this.stream.set_model(&kernel).map_err(raise)?;
+        this.made.model = model.clone().unbind();
+        Ok(())
+    }
+
+    /// Takes over what was put in before, oldest input first.
+    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+        let inputs = vector("inputs", inputs)?;
+        exclusive(slf)?.stream.follow(inputs.as_slice()?).map_err(raise)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let this = shared(slf)?;
+        this.made.reduce_forward(this.state(slf.py())?)
     }
 
     fn __repr__(&self) -> String {
@@ -134,19 +161,33 @@ stream_methods!(Inverse {
     /// (4.0, 3.0)
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
         let kernel = kernel_of("model", model)?;
-        exclusive(slf)?.0.set_model(&kernel).map_err(raise)
+        let mut this = exclusive(slf)?;
+        this.stream.set_model(&kernel).map_err(raise)?;
+        this.made.model = model.clone().unbind();
+        Ok(())
+    }
+
+    /// Takes over what was driven before, oldest drive first.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.stream.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let this = shared(slf)?;
+        this.made.reduce_inverse(this.state(slf.py())?)
     }
 
     /// Whether the last target was out of reach and the drive is at a limit.
     #[getter]
     fn saturated(&self) -> bool {
-        self.0.saturated()
+        self.stream.saturated()
     }
 
     /// The limits of the drive (low, high), or None.
     #[getter]
     fn limits(&self) -> Option<(f64, f64)> {
-        self.0.limits()
+        self.stream.limits()
     }
 
     fn __repr__(&self) -> String {

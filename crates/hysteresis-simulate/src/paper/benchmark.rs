@@ -1,7 +1,7 @@
 //! The plants on which one pair of gains gives all the maxima that the paper publishes.
 
 use hysteresis_control::linear::{FirstOrder, SecondOrder};
-use hysteresis_core::CompiledModel;
+use hysteresis_control::stage::{Stage, StageParts};
 
 use super::tables;
 use crate::plant::{Plant, PlantOptions};
@@ -9,7 +9,7 @@ use crate::plant::{Plant, PlantOptions};
 /// A plant that reproduces the published errors: hysteresis with the recovered weights of Table I, limits +-560 V,
 /// 10 kHz, white noise, and dynamics that differ.
 ///
-/// With the positional law u(k) = H^-1\[r(k)\] + kp e(k) + ki sum e, e = r - measured, H^-1 the bank of Table II,
+/// With the positional law u(k) = H^-1\[r(k)\] + kp e(k) + ki dt sum e, e = r - measured, H^-1 the bank of Table II,
 /// [`gains`](Self::gains), and a reference of 3.3 um over three periods, the maxima of |e| come out as published: 0.07
 /// um for the triangle of 1 Hz, 0.098, 0.159, 0.224 and 0.293 um for sines of 5, 10, 15 and 20 Hz within 10 %. With the
 /// closed-form inverse of the conventional model of the *same weights* and thresholds as H^-1 it is 0.10 um for the
@@ -21,7 +21,7 @@ use crate::plant::{Plant, PlantOptions};
 /// use hysteresis_simulate::paper::Benchmark;
 /// let mut plant = Benchmark::P3.plant(7);
 /// let gains = Benchmark::P3.gains();
-/// assert_eq!((gains.kp, gains.ki, plant.limits()), (5.0, 0.657, Some((-560.0, 560.0))));
+/// assert_eq!((gains.kp, gains.ki, plant.limits()), (5.0, 6570.0, Some((-560.0, 560.0))));
 /// assert!(plant.step(100.0).abs() < 0.2); // um
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub enum Benchmark {
 pub struct BenchmarkGains {
     /// Proportional gain, V/um.
     pub kp: f64,
-    /// Integral gain, V/um per sample of 100 us.
+    /// Integral gain, V/um/s.
     pub ki: f64,
 }
 
@@ -58,32 +58,31 @@ impl Benchmark {
     #[must_use]
     pub fn gains(self) -> BenchmarkGains {
         match self {
-            Self::A1 => BenchmarkGains { kp: 60.0, ki: 0.60 },
-            Self::P3 => BenchmarkGains { kp: 5.0, ki: 0.657 },
+            Self::A1 => BenchmarkGains { kp: 60.0, ki: 6000.0 },
+            Self::P3 => BenchmarkGains { kp: 5.0, ki: 6570.0 },
         }
     }
 
-    /// Everything but the hysteresis.
+    /// The stage: everything but the converters.
     #[must_use]
-    pub fn options(self, seed: u64) -> PlantOptions {
+    pub fn stage(self) -> Stage {
         let (amplifier, dynamics, noise) = match self {
             Self::A1 => (None, SecondOrder::new(400.0, 0.95), 0.0160),
             Self::P3 => (Some(FirstOrder::new(279.0)), SecondOrder::new(2000.0, 0.03), 0.0164),
         };
-        PlantOptions {
+        valid(Stage::new(StageParts {
             amplifier: amplifier.map(valid),
-            dynamics: Some(valid(dynamics).into()),
-            noise,
-            seed,
+            dynamics: valid(dynamics).into(),
+            noise: Some(noise),
             limits: Some((-560.0, 560.0)),
-            ..PlantOptions::default()
-        }
+            ..StageParts::new(tables::table_1_recovered())
+        }))
     }
 
-    /// The plant at rest, the seed that of its noise.
+    /// The plant at rest at 10 kHz, the seed that of its noise.
     #[must_use]
     pub fn plant(self, seed: u64) -> Plant {
-        valid(Plant::new(&CompiledModel::new(&tables::table_1_recovered()), &self.options(seed)))
+        valid(Plant::new(&self.stage(), &PlantOptions { seed, ..PlantOptions::new(1e-4) }))
     }
 }
 

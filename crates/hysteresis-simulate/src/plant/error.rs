@@ -2,25 +2,23 @@
 
 use core::fmt;
 
-use hysteresis_control::linear;
+use hysteresis_control::stage;
 
 /// Why a plant could not be made: the message names the parameter, what was expected and what came.
 ///
 /// ```
-/// use hysteresis_core::{CompiledModel};
-/// use hysteresis_simulate::paper;
-/// use hysteresis_simulate::plant::{PlantOptions, Plant};
-/// let compiled = CompiledModel::new(&paper::table_1_recovered());
-/// let error = Plant::new(&compiled, &PlantOptions { noise: -1.0, ..PlantOptions::default() }).unwrap_err();
-/// assert_eq!(error.to_string(), "noise: expected a finite number >= 0, got -1.0");
+/// use hysteresis_simulate::paper::Benchmark;
+/// use hysteresis_simulate::plant::{Plant, PlantOptions};
+/// let error = Plant::new(&Benchmark::A1.stage(), &PlantOptions::new(0.0)).unwrap_err();
+/// assert_eq!(error.to_string(), "dt: expected a finite number > 0, got 0.0");
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
     /// A number outside its domain.
     Parameter(hysteresis_core::Error),
-    /// A linear block that cannot be.
-    Linear(linear::Error),
+    /// A stage that cannot run.
+    Stage(stage::Error),
     /// A D/A converter of so many bits without limits that it could span.
     NoLimits {
         /// The bits.
@@ -32,7 +30,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Parameter(error) => error.fmt(f),
-            Self::Linear(error) => error.fmt(f),
+            Self::Stage(error) => error.fmt(f),
             Self::NoLimits { dac_bits } => {
                 write!(f, "limits: expected (low, high) for the {dac_bits} bits of the D/A converter to span, got none")
             }
@@ -48,8 +46,8 @@ impl From<hysteresis_core::Error> for Error {
     }
 }
 
-impl From<linear::Error> for Error {
-    fn from(error: linear::Error) -> Self {
-        Self::Linear(error)
+impl From<stage::Error> for Error {
+    fn from(error: stage::Error) -> Self {
+        Self::Stage(error)
     }
 }

@@ -1,13 +1,20 @@
-//! An actuator between its two converters, as a controller sees it: drive in, measurement out.
+//! A stage between its two converters, as a controller sees it: drive in, measurement out.
 //!
-//! u -> D/A converter, limits -> amplifier -> hysteresis -> dynamics -> creep -> delay -> position -> noise -> A/D
+//! u -> limits, D/A converter -> [stage](hysteresis_control::stage::Stage) -> position -> noise -> A/D converter
 //!
 //! # Timing
-//! At the moment of sample k the measurement belongs to the position of that moment. The controller computes its drive
-//! from it at once, and the drive is held until the moment of sample k + 1. So [`Plant::measured`] is the measurement
-//! of now, and [`Plant::step`] holds a drive for one interval and returns the next one.
+//! At t_k the controller reads the measurement, computes its drive from it at once, and the drive is held until t_(k+1):
+//!
+//! ```text
+//! time       t_0                     t_1                     t_2
+//! reading    measured()              step(u(0)) returns it   step(u(1)) returns it
+//! drive         u(0)____________________u(1)____________________u(2)
+//! row        (u(0), y(0))            (u(1), y(1))            (u(2), y(2))
+//! ```
+//!
+//! [`Plant::step`] holds a drive for one interval and returns the next reading, taken just before the next drive.
+//! [`Plant::run`] writes rows of a record: y(k) is read as u(k) is put out.
 
-mod actuator;
 mod error;
 mod noise;
 mod options;

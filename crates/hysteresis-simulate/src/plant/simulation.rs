@@ -1,11 +1,10 @@
-use hysteresis_control::linear::LinearDynamics;
-use hysteresis_core::{Bound, CompiledModel, Error as CoreError, MAX_MAGNITUDE, is_admissible};
+use hysteresis_control::stage::{Stage, StageForward};
+use hysteresis_core::{Bound, Error as CoreError, MAX_MAGNITUDE, Process, is_admissible};
 
-use super::actuator::Actuator;
 use super::error::Error;
 use super::noise::Noise;
 use super::options::PlantOptions;
-use super::quantiser::{Quantiser, check_range};
+use super::quantiser::Quantiser;
 
 /// What a plant had to put right since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,28 +24,30 @@ pub struct Events {
 /// [`step`](Self::step) and [`reset`](Self::reset) never fail, allocate, lock, panic or read a clock.
 ///
 /// ```
-/// use hysteresis_core::{CompiledModel, Process};
-/// use hysteresis_simulate::paper;
 /// use hysteresis_control::linear::SecondOrder;
-/// use hysteresis_simulate::plant::{PlantOptions, Plant};
-/// let options = PlantOptions {
-///     dynamics: Some(SecondOrder::new(400.0, 0.95)?.into()),
-///     noise: 0.016,
-///     limits: Some((-560.0, 560.0)),
-///     ..PlantOptions::default()
-/// };
+/// use hysteresis_control::stage::{Stage, StageParts};
+/// use hysteresis_core::Process;
+/// use hysteresis_simulate::paper;
+/// use hysteresis_simulate::plant::{Plant, PlantOptions};
 /// let model = paper::table_1_recovered();
-/// let mut plant = Plant::new(&CompiledModel::new(&model), &options)?;
+/// let stage = Stage::new(StageParts {
+///     dynamics: SecondOrder::new(400.0, 0.95)?.into(),
+///     noise: Some(0.016),
+///     limits: Some((-560.0, 560.0)),
+///     ..StageParts::new(model.clone())
+/// })?;
+/// let mut plant = Plant::new(&stage, &PlantOptions::new(1e-4))?;
 /// let measured = (0..100).map(|_| plant.step(300.0)).last().unwrap();
 /// assert!((plant.position() - model.forward().step(300.0)).abs() < 1e-6); // um
 /// assert!((measured - plant.position()).abs() < 0.1);
 /// plant.step(f64::NAN);
 /// assert_eq!((plant.drive(), plant.events().rejected), (300.0, 1));
-/// # Ok::<(), hysteresis_simulate::plant::Error>(())
+/// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Plant {
-    actuator: Actuator,
+    stage: Stage,
+    forward: StageForward,
     limits: (f64, f64),
     dac: Option<Quantiser>,
     adc: Option<Quantiser>,
@@ -54,17 +55,10 @@ pub struct Plant {
     drive: f64,
     position: f64,
     measured: f64,
+    /// What the sensor adds to the position of now.
+    reading_noise: f64,
     events: Events,
-    linear_part: LinearDynamics,
-    slopes: (f64, f64),
     dt: f64,
-}
-
-/// Amplifier, dynamics and delay of a plant.
-fn linear_part(options: &PlantOptions) -> LinearDynamics {
-    let amplifier = options.amplifier.map_or_else(LinearDynamics::none, LinearDynamics::from);
-    let dynamics = options.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
-    amplifier.then(dynamics).then(options.delay)
 }
 
 /// Limits that no admissible drive meets.
@@ -77,55 +71,45 @@ fn count(counter: &mut u64, happened: bool) {
 }
 
 impl Plant {
-    /// A plant at rest, the hysteresis that of the model.
+    /// A plant at rest around a stage, whose limits and sensor noise it has.
     ///
     /// # Errors
-    /// [`Error`] that names the parameter: noise that is negative or not finite, limits or a range of which the low end
-    /// is not below the high one, bits outside 1 to 32, a D/A converter without limits, a `dt` that is not positive.
-    pub fn new(compiled: &CompiledModel, options: &PlantOptions) -> Result<Self, Error> {
-        if !(is_admissible(options.noise) && options.noise >= 0.0) {
-            let (expected, got) = (Bound::NonNegative, options.noise);
-            return Err(CoreError::Domain { parameter: "noise", index: None, expected, got }.into());
-        }
+    /// [`Error`] that names the parameter: a stage that cannot run, bits outside 1 to 32, a range of which the low end is not
+    /// below the high one, a D/A converter without limits, a `dt` that is not positive.
+    pub fn new(stage: &Stage, options: &PlantOptions) -> Result<Self, Error> {
         if !(is_admissible(options.dt) && options.dt > 0.0) {
             let (expected, got) = (Bound::Positive, options.dt);
             return Err(CoreError::Domain { parameter: "dt", index: None, expected, got }.into());
         }
-        let limits = options.limits.map_or(Ok(UNLIMITED), |limits| check_range("limits", limits))?;
-        let dac = match (options.dac_bits, options.limits) {
+        let limits = stage.parts().limits;
+        let dac = match (options.dac_bits, limits) {
             (Some(dac_bits), None) => return Err(Error::NoLimits { dac_bits }),
             (Some(bits), Some(limits)) => Some(Quantiser::named(["dac_bits", "limits"], bits, limits)?),
             (None, _) => None,
         };
         let adc = options.adc.map(|(bits, range)| Quantiser::named(["adc_bits", "adc_range"], bits, range));
         let mut plant = Self {
-            actuator: Actuator::new(compiled, options, 0.0)?,
-            limits,
+            forward: stage.forward(options.dt)?,
+            limits: limits.unwrap_or(UNLIMITED),
             dac,
             adc: adc.transpose()?,
-            noise: Noise::new(options.noise, options.seed),
+            noise: Noise::new(stage.parts().noise.unwrap_or(0.0), options.seed),
             drive: 0.0,
             position: 0.0,
             measured: 0.0,
+            reading_noise: 0.0,
             events: Events::default(),
-            linear_part: linear_part(options),
-            slopes: compiled.slope_range(),
             dt: options.dt,
+            stage: stage.clone(),
         };
         plant.reset();
         Ok(plant)
     }
 
-    /// Amplifier, dynamics and delay: what feedback has to reckon with.
+    /// What lies between the converters.
     #[must_use]
-    pub fn linear_part(&self) -> &LinearDynamics {
-        &self.linear_part
-    }
-
-    /// The least and the greatest slope of the hysteresis.
-    #[must_use]
-    pub fn slope_range(&self) -> (f64, f64) {
-        self.slopes
+    pub fn stage(&self) -> &Stage {
+        &self.stage
     }
 
     /// The drive that the D/A converter puts out for an admissible one.
@@ -135,18 +119,25 @@ impl Plant {
         self.dac.map_or(within, |dac| dac.level(within))
     }
 
-    /// Reads the A/D converter.
+    /// Reads the A/D converter at a position.
     #[inline]
-    fn measure(&mut self) {
-        let reading = self.position + self.noise.next();
-        self.measured = match self.adc {
+    fn read(&mut self, position: f64) -> f64 {
+        let reading = position + self.reading_noise;
+        match self.adc {
             Some(adc) => {
                 let (low, high) = adc.range();
                 count(&mut self.events.overrange, reading < low || reading > high);
                 adc.level(reading)
             }
             None => reading,
-        };
+        }
+    }
+
+    /// Measures the position of now.
+    #[inline]
+    fn measure(&mut self) {
+        self.reading_noise = self.noise.next();
+        self.measured = self.read(self.position);
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
@@ -161,12 +152,14 @@ impl Plant {
         } else {
             count(&mut self.events.rejected, true);
         }
-        self.position = self.actuator.advance(self.drive);
+        self.position = self.forward.advance(self.drive);
         self.measure();
         self.measured
     }
 
-    /// Takes a block of drives: bit for bit what repeated [`step`](Self::step) returns, and the positions.
+    /// Takes a block of drives and writes the rows of a record: measurement and position at t_k, the moment at which drive k
+    /// is put out. Modes have not answered to it yet; a plant without modes and dead time shows it at once. Afterwards the
+    /// plant is where repeated [`step`](Self::step) leaves it.
     ///
     /// # Errors
     /// [`CoreError::Length`] unless all three slices have the same length; nothing is taken then.
@@ -177,8 +170,10 @@ impl Plant {
             }
         }
         for ((drive, measured), position) in drives.iter().zip(measured).zip(position) {
-            *measured = self.step(*drive);
-            *position = self.position;
+            let put_out = if is_admissible(*drive) { self.put_out(*drive) } else { self.drive };
+            *position = self.forward.peek(put_out);
+            *measured = self.read(*position);
+            self.step(*drive);
         }
         Ok(())
     }
@@ -213,14 +208,10 @@ impl Plant {
         self.dt
     }
 
-    /// Sub-steps per sample: 1, or more if an amplifier comes before hysteresis and dynamics.
-    ///
-    /// ceil(16 2 pi (f_a + f_d) dt) with the frequencies of both, from 8 to 64. Each holds the mean of the model's
-    /// outputs at its ends, which has no closed form in between; all else is discretised exactly. On the benchmark
-    /// plant P3 that leaves 0.005 nm of a sine of 20 Hz, and 0.2 nm after steps across the whole range.
+    /// Sub-steps per sample: [`StageForward::sub_steps`].
     #[must_use]
     pub fn sub_steps(&self) -> u32 {
-        self.actuator.sub_steps()
+        self.forward.sub_steps()
     }
 
     /// What had to be put right since the start.
@@ -234,7 +225,7 @@ impl Plant {
         self.events = Events::default();
         self.noise.restart();
         self.drive = self.put_out(0.0);
-        self.position = self.actuator.settle(self.drive);
+        self.position = self.forward.settle(self.drive);
         self.measure();
     }
 }

@@ -1,1 +1,1 @@
-"""`mpi-hyst demo`: the whole chain without any data."""
+"""`mpi-hyst demo`: identification and compensation without data."""

@@ -10,10 +10,10 @@ from mpi_hyst._cli.options import directory as directory_option
 from mpi_hyst._cli.terminal import say
 
 
-@click.command()
+@click.command(short_help="Identify and compensate a simulated actuator.")
 @directory_option("mpi-hyst-demo", "the report, the models and the records")
 def demo(directory: Path) -> None:
-    """Show the whole chain on the actuator of the paper; needs no data."""
+    """Identify and compensate the simulated actuator of the paper. Needs no data."""
     from mpi_hyst._cli.demo.run import run
 
     say(run(directory))

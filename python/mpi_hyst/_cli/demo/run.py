@@ -1,4 +1,4 @@
-"""`mpi-hyst demo`: the whole chain on the actuator of the paper, without any data."""
+"""`mpi-hyst demo`: identification and compensation of the actuator of the paper."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FILES = (
 
 
 def run(directory: Path) -> str:
-    """Compute everything, write it into the directory, and return the main tables."""
+    """Compute, write into the directory, and return the main tables."""
     check_directory(directory)
     if directory.exists():
         check_outputs([directory / name for name in _FILES])
@@ -48,11 +48,11 @@ def run(directory: Path) -> str:
     write_outputs(outputs, directory)
     return "\n\n".join(
         [
-            "models, errors on the record they were fitted to and on one they have not seen\n\n"
+            "errors of the models on the fitted record and on a validation record\n\n"
             + text_table(*model_errors(demo)),
-            "actuator driven open loop along a trajectory within ±3 um\n\n"
+            "open-loop tracking of a trajectory within ±3 µm\n\n"
             + text_table(*tracking_errors(demo)),
-            "% of the base: the peak-to-peak of what is wanted\n\n"
+            "%: of the base, the peak-to-peak range of the measured, true or target position\n\n"
             f"report  {directory / 'report.html'}",
         ]
     )

@@ -1,1 +1,1 @@
-"""`mpi-hyst excite`: the drive to identify from, or to demagnetise with."""
+"""`mpi-hyst excite`: a drive for identification or demagnetization."""

@@ -6,57 +6,63 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, numbers, options
+from mpi_hyst._cli.options import FILE, limits, options, report
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command(short_help="Design a drive for identification.")
 @options(
+    limits(required=True),
+    click.option("--rate", type=float, required=True, metavar="HZ", help="Sampling rate."),
     click.option(
-        "--limits",
+        "--slew",
+        type=float,
         required=True,
-        **numbers("LOW,HIGH"),
-        help="Limits of the drive (V), for example -500,500.",
-    ),
-    click.option("--rate", type=float, required=True, metavar="HZ", help="Samples per second."),
-    click.option(
-        "--slew", type=float, required=True, metavar="V/S", help="Largest speed of the drive."
+        metavar="V/S",
+        help="Largest slew rate, in units of the drive per second.",
     ),
     click.option(
         "--cycles",
         type=click.IntRange(min=1),
         default=20,
         show_default=True,
-        help="Decaying cycles: one for each operator of the model to be fitted.",
+        help="Number of decaying cycles. Use one for each operator of the model to be fitted.",
     ),
     click.option(
         "--shape",
         type=click.Choice(["triangle", "sine"]),
         default="triangle",
         show_default=True,
-        help="Straight moves, or half cosines without a jump of speed.",
+        help="Straight lines between reversals, or half cosines, which have no steps in speed.",
     ),
     click.option(
-        "--around", type=float, metavar="V", help="What the decay ends at.  [middle of the limits]"
+        "--center",
+        type=float,
+        metavar="V",
+        help="Drive at which the decaying cycles end.  [default: middle of the limits]",
     ),
     click.option(
-        "--start", type=float, metavar="V", help="Where the drive starts and ends.  [zero if there]"
+        "--start",
+        type=float,
+        metavar="V",
+        help="Drive at which the sequence starts and ends.  [default: 0 if within the limits]",
     ),
     click.option(
         "--demagnetize",
         is_flag=True,
-        help="Write the sequence that brings the actuator from any history to rest instead.",
+        help="Write a sequence that demagnetizes the actuator: it ends in a known state.",
     ),
     click.option("--column", default="voltage_v", show_default=True, help="Column of the drive."),
     click.option(
         "-o", "--out", "drive_path", required=True, type=FILE, help="Drive to write (CSV)."
     ),
-    click.option("--report", "report_path", type=FILE, help="Report to write (one HTML file)."),
+    report,
 )
 def excite(**given: Any) -> None:
-    """Design the drive to identify from, within limits and slew, or a demagnetising one.
+    """Design a drive for identification or demagnetization, within limits and slew rate.
 
-    It visits both limits, which makes the memory known, then turns at reversals that decay.
+    A drive for identification first visits both limits, which erases the unknown history. Then it
+    makes one full cycle and cycles of decreasing amplitude.
     """
     from mpi_hyst._cli.excite.run import Request, run
 

@@ -1,11 +1,10 @@
-"""`mpi-hyst excite`: the drive to identify from, or to demagnetise with, as a CSV to be played."""
+"""`mpi-hyst excite`: a drive for identification or demagnetization as a CSV file."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
@@ -17,11 +16,12 @@ from mpi_hyst._report.excite.drive import Drive, facts
 from mpi_hyst._text import in_unit, printable, text_pairs
 
 _TIME = "time_s"
+_OPTIONS = ("slew", "rate", "cycles", "shape", "center", "start")
 
 
 @dataclass(frozen=True)
 class Request:
-    """What was asked, by the names of the options."""
+    """The options, by their names."""
 
     limits: tuple[float, float]
     rate: float
@@ -29,20 +29,15 @@ class Request:
     drive_path: Path
     cycles: int = 20
     shape: Literal["triangle", "sine"] = "triangle"
-    around: float | None = None
+    center: float | None = None
     start: float | None = None
     demagnetize: bool = False
     column: str = "voltage_v"
     report_path: Path | None = None
 
-    @property
-    def quantity(self) -> Quantity:
-        """The drive."""
-        return Quantity(self.column)
-
 
 def run(request: Request) -> str:
-    """Design the drive, write it, and return what there is to know about it."""
+    """Design the drive, write it, and return the summary."""
     check_outputs([request.drive_path, request.report_path])
     if request.column in ("", _TIME):
         raise CommandError(f"--column: expected a name other than {_TIME}, got {request.column!r}")
@@ -60,42 +55,25 @@ def run(request: Request) -> str:
         outputs.append(Output.of_text(request.report_path, page))
     write_outputs(outputs)
     what = f"{request.drive_path}: {drive.title}\n\n{text_pairs(facts(drive))}"
-    return f"{what}\n\n{_next(drive, request)}"
+    return f"{what}\n\n{_next_step(drive, request)}"
 
 
 def design(request: Request) -> Drive:
-    """Make the drive that was asked for."""
-    low, high = request.limits
+    """Make the drive."""
+    options: dict[str, Any] = {name: getattr(request, name) for name in _OPTIONS}
     try:
         if request.demagnetize:
-            values = mh.signals.demagnetize(
-                low,
-                high,
-                slew=request.slew,
-                rate=request.rate,
-                cycles=request.cycles,
-                shape=request.shape,
-                center=request.around,
-                start=request.start,
-            )
+            values = mh.signals.demagnetize(*request.limits, **options)
             initialization_samples, reversals = 0, 2 * request.cycles + 1
         else:
-            made = mh.signals.excitation(
-                low,
-                high,
-                slew=request.slew,
-                rate=request.rate,
-                cycles=request.cycles,
-                shape=request.shape,
-                center=request.around,
-                start=request.start,
-            )
-            values, initialization_samples, reversals = made.drive, made.initialization_samples, made.reversals.size
+            made = mh.signals.excitation(*request.limits, **options)
+            values, reversals = made.drive, made.reversals.size
+            initialization_samples = made.initialization_samples
     except (ValueError, TypeError) as error:
-        raise CommandError(_in_terms_of_the_options(str(error))) from error
+        raise CommandError(_name_options(str(error))) from error
     return Drive(
         values,
-        request.quantity,
+        Quantity(request.column),
         request.rate,
         request.slew,
         request.cycles,
@@ -105,23 +83,24 @@ def design(request: Request) -> Drive:
     )
 
 
-def _next(drive: Drive, request: Request) -> str:
+def _next_step(drive: Drive, request: Request) -> str:
     if request.demagnetize:
         low, high = request.limits
-        around = 0.5 * (low + high) if request.around is None else request.around
+        center = 0.5 * (low + high) if request.center is None else request.center
         return (
-            "play it: it forgets what it did, and starts as a model does whose input offset is "
-            f"{in_unit(around, request.quantity.unit)}"
+            "Next: play it. The actuator is then in the state in which a model with the input "
+            f"offset {in_unit(center, drive.quantity.unit)} starts."
         )
     return (
-        "play it, record the displacement beside it at the same rate, then\n"
+        "Next: play it and record the position at the same rate, then\n"
         f"mpi-hyst identify RECORD.csv --input {request.column} --output COLUMN "
         f"--skip {drive.initialization_samples} --operators {request.cycles} -o stage.json"
     )
 
 
-def _in_terms_of_the_options(message: str) -> str:
+def _name_options(message: str) -> str:
+    """Name options in a message of the library, which names arguments."""
     argument, _, rest = message.partition(": ")
     if argument in ("low", "high"):
         return f"--limits: {argument}: {rest}"
-    return f"--{argument}: {rest}" if re.fullmatch("[a-z]+", argument) else message
+    return f"--{argument}: {rest}" if argument in _OPTIONS else message

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import click
 
 from mpi_hyst._cli.interrupts import STATUS
-from mpi_hyst._cli.options import FILE, numbers, options
+from mpi_hyst._cli.options import FILE, numbers, options, report, time_column
 from mpi_hyst._cli.terminal import say
 
 _MOST_OPERATORS = 100_000
@@ -30,7 +30,7 @@ def _operators(
 def _smoothness(
     context: click.Context, option: click.Parameter, value: str
 ) -> float | Literal["auto"]:
-    """Read how smooth the weights are to be, or auto."""
+    """Read the penalty on rough weights, or auto."""
     if value == "auto":
         return "auto"
     try:
@@ -40,53 +40,54 @@ def _smoothness(
         raise click.BadParameter(message, context, option) from None
 
 
-@click.command(no_args_is_help=False)
+@click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
     click.option("--input", "input_column", required=True, help="Column of the drive."),
-    click.option("--output", "output_column", required=True, help="Column of the displacement."),
-    click.option("-o", "model_path", type=FILE, help="Model file to write (JSON)."),
-    click.option("--report", "report_path", type=FILE, help="Report to write (one HTML file)."),
+    click.option("--output", "output_column", required=True, help="Column of the position."),
+    click.option("-o", "model_path", type=FILE, help="Model to write (JSON)."),
+    report,
     click.option(
         "--skip",
         multiple=True,
         metavar="ROWS|SECONDSs",
-        help="Leading part that sets the memory but is not fitted: 1000 (rows) or 5s. "
+        help="Leading part that initializes the model but is not fitted: 1000 (rows) or 5s. "
         "Once for all files, or once per file.",
     ),
     click.option(
         "--rows",
         multiple=True,
         type=click.IntRange(min=1),
-        help="Read only so many rows. Once for all files, or once per file.",
+        help="Number of rows to read. Once for all files, or once per file.  [default: all]",
     ),
-    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
+    time_column,
     click.option(
         "--validate",
         multiple=True,
         type=FILE,
         metavar="FILE",
-        help="Record with the same columns that is not fitted but predicted. May be repeated.",
+        help="Record for validation, with the same columns: predicted, not fitted. Repeatable.",
     ),
     click.option(
         "--validate-skip",
         multiple=True,
         metavar="ROWS|SECONDSs",
-        help="Leading part of the --validate files that sets the memory but is not judged.",
+        help="Leading part of the --validate files that initializes the model but counts in no "
+        "error.",
     ),
     click.option(
         "--validate-from",
         multiple=True,
         metavar="ROWS|SECONDSs",
-        help="Do not fit but predict each file from there on. Once for all files, or once per "
-        "file.",
+        help="Reserve each file from here to its end for validation. Once for all files, or once "
+        "per file.",
     ),
     click.option(
         "--model",
         type=click.Choice(["modified", "conventional"]),
         default="modified",
         show_default=True,
-        help="Coupled plays, or plays for comparison.",
+        help="Model of coupled plays, or of plays.",
     ),
     click.option(
         "--operators",
@@ -94,15 +95,17 @@ def _smoothness(
         default="20",
         show_default=True,
         callback=_operators,
-        help="How many; auto: as few as predict held-out stretches of the records about as well.",
+        help="Number of operators. auto: the smallest whose cross-validation error is as good as "
+        "the best.",
     ),
     click.option(
         "--weights",
         type=click.Choice(["auto", "free", "quadratic", "split"]),
         default="auto",
         show_default=True,
-        help="Any w >= 0, four numbers, or other weights below zero than above; auto: the simplest "
-        "that predicts held-out stretches of the records as well as any.",
+        help="Law of the weights. free: each w >= 0. quadratic: four parameters. split: other "
+        "weights below zero than above. auto: the simplest whose cross-validation error is as "
+        "good as the best.",
     ),
     click.option(
         "--smoothness",
@@ -110,30 +113,38 @@ def _smoothness(
         default="0",
         show_default=True,
         callback=_smoothness,
-        help="How much second differences of the weights cost; auto: what predicts held-out "
-        "stretches best.",
+        help="Penalty on second differences of the weights. auto: by cross-validation.",
     ),
     click.option(
         "--thresholds",
         type=click.Choice(["uniform", "quantiles"]),
         default="uniform",
         show_default=True,
-        help="Evenly spaced, or where the drive turns round.",
+        help="Thresholds at equal distances, or at quantiles of the reversals of the drive.",
     ),
-    click.option("--ratios", **numbers("RA,RB,RC"), help="Thresholds ra, rb, rc over r.  [fitted]"),
-    click.option("--input-offset", type=float, help="Where the model's zero lies.  [fitted]"),
-    click.option("--delay", type=float, help="Samples by which the output lags.  [fitted]"),
+    click.option(
+        "--ratios", **numbers("RA,RB,RC"), help="Ratios ra/r, rb/r, rc/r.  [default: fitted]"
+    ),
+    click.option(
+        "--input-offset", type=float, help="Drive at which the model rests.  [default: fitted]"
+    ),
+    click.option(
+        "--dead-time",
+        type=float,
+        metavar="SECONDS",
+        help="Time by which the position lags the drive.  [default: fitted]",
+    ),
     click.option(
         "--keep-partial",
         is_flag=True,
-        help="On Ctrl-C write the best so far, marked as partial, instead of nothing.",
+        help="On Ctrl-C write the best fit so far, marked as partial.",
     ),
 )
 def identify(**given: Any) -> int:
     """Fit a model to measured records in CSV files.
 
-    Each record starts from rest, or has its unknown start left out by --skip.
-    Exit status 130 after Ctrl-C, with or without --keep-partial.
+    A record must start from rest, or its start must be skipped with --skip. Ctrl-C writes no
+    files unless --keep-partial is given; the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run
@@ -141,5 +152,5 @@ def identify(**given: Any) -> int:
     text, interrupted = run(Request(**given))
     say(text)
     if interrupted:
-        click.echo("mpi-hyst: interrupted, what was found until then is kept", err=True)
+        click.echo("mpi-hyst: interrupted, the partial result is written", err=True)
     return STATUS if interrupted else 0

@@ -64,7 +64,7 @@ def _ends(records: Sequence[Record], request: Request) -> list[int]:
     for record, path, amount in zip(records, request.data, amounts, strict=True):
         end = _samples(option, amount, path, record.seconds, record.input.size)
         if end <= record.skip:
-            raise CommandError(f"{path}: {option} {amount} leaves nothing to fit")
+            raise CommandError(f"{path}: {option} {amount} leaves no samples to fit")
         ends.append(end)
     return ends
 
@@ -75,7 +75,8 @@ def _per_file(
     """Spread the values of an option over the files: one for all, or one for each."""
     if len(values) not in (0, 1, len(data)):
         raise CommandError(
-            f"{option}: given {len(values)} times for {len(data)} files; once for all, or once each"
+            f"{option}: given {len(values)} times for {len(data)} files; expected once, or once "
+            "per file"
         )
     if len(values) == len(data):
         return list(values)
@@ -92,22 +93,22 @@ def _samples(option: str, amount: str, path: Path, seconds: Samples | None, samp
     if not match["seconds"]:
         count = int(match["count"])
     elif seconds is None:
-        raise CommandError(f"{path}: {option} {amount} needs a time column, name it with --time")
+        raise CommandError(f"{path}: {option} {amount} needs a time column; name it with --time")
     else:
         count = int(np.searchsorted(seconds - seconds[0], float(match["count"])))
     if count >= samples:
-        raise CommandError(f"{path}: {option} {amount} leaves nothing of {samples} samples")
+        raise CommandError(f"{path}: {option} {amount} leaves none of {samples} samples")
     return count
 
 
 def _check_sample_times(records: Sequence[Record]) -> None:
-    """Refuse records of different rates: their delay in samples would not be one number."""
+    """Refuse records of different sampling rates: the fit has one dead time in samples."""
     first = records[0]
     for record in records[1:]:
         if first.sample_time is None or record.sample_time is None:
             continue
         if abs(record.sample_time - first.sample_time) > 1e-3 * first.sample_time:
-            times = f"{digits(first.sample_time)} s and {digits(record.sample_time)} s"
             raise CommandError(
-                f"{record.name}: not sampled at the rate of {first.name} ({times} a sample)"
+                f"{record.name}: expected the sampling interval of {first.name}, "
+                f"{digits(first.sample_time)} s, got {digits(record.sample_time)} s"
             )

@@ -1,4 +1,4 @@
-"""What `mpi-hyst identify` was asked, by the names of its options."""
+"""The options of `mpi-hyst identify` as a value, and their checks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Operators = int | Literal["auto"]
 
 @dataclass(frozen=True)
 class Request:
-    """The options; what was not given is None, empty or what the library takes by default."""
+    """The options, by their names. Those not given are None, empty or the default."""
 
     data: tuple[Path, ...]
     input_column: str
@@ -39,7 +39,7 @@ class Request:
     thresholds: Literal["uniform", "quantiles"] = "uniform"
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None
-    delay: float | None = None
+    dead_time: float | None = None
     keep_partial: bool = False
 
     @property
@@ -53,21 +53,25 @@ class Request:
         return Quantity(self.output_column)
 
     def task(self, records: Records) -> Task:
-        """Say what was asked of the identification of these records."""
-        options = {"ratios": self.ratios, "input offset": self.input_offset, "delay": self.delay}
+        """Return what the reports need to know about the request."""
+        options = {
+            "ratios": self.ratios,
+            "input offset": self.input_offset,
+            "dead time": self.dead_time,
+        }
         given = [name for name, value in options.items() if value is not None]
         return Task(records, self.input, self.output, given)
 
     def check(self) -> None:
-        """Refuse what contradicts itself, and outputs that cannot be written."""
+        """Refuse options that contradict each other, and outputs that cannot be written."""
         check_outputs([self.model_path, self.report_path], [*self.data, *self.validate])
         if self.input_column == self.output_column:
             raise CommandError(f"--input and --output: both are column {self.input_column!r}")
         if self.model == "conventional" and self.ratios is not None:
-            raise CommandError("--ratios: the conventional model has none")
+            raise CommandError("--ratios: the conventional model has no ratios")
         if self.model == "conventional" and self.weights == "split":
-            raise CommandError("--weights: the conventional model has no split")
+            raise CommandError("--weights: the conventional model has no split weights")
         if self.validate and self.validate_from:
-            raise CommandError("--validate and --validate-from: one or the other, not both")
+            raise CommandError("--validate and --validate-from: give one of both")
         if self.validate_skip and not self.validate:
-            raise CommandError("--validate-skip: there is no --validate file to skip in")
+            raise CommandError("--validate-skip: no --validate file is given")

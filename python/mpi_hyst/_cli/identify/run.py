@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Literal
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
@@ -11,13 +12,14 @@ from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request, Weights
 from mpi_hyst._cli.outputs import Output, write_file, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
+from mpi_hyst._cli.stage import dead_time_samples
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._report.identify.records import Records
 from mpi_hyst._report.identify.summary import summary
 
 
 def run(request: Request) -> tuple[str, bool]:
-    """Fit, write what was asked for; return the summary, and whether Ctrl-C cut the work short."""
+    """Fit and write; return the summary, and whether Ctrl-C ended the work early."""
     request.check()
     if request.report_path is not None:
         require_report_packages("--report")
@@ -32,7 +34,7 @@ def run(request: Request) -> tuple[str, bool]:
         interrupted = compared is None
     task = request.task(records)
     outputs = []
-    # The model comes first: whatever happens to the report, the result of the work is kept.
+    # The model is written first: if the report fails, the result of the fit is kept.
     if request.model_path is not None:
         outputs.append(Output(request.model_path, found.model.save))
     if request.report_path is not None:
@@ -51,13 +53,14 @@ def run(request: Request) -> tuple[str, bool]:
 def fit(
     records: Records, request: Request, progress: Progress, model: Kind | None = None
 ) -> mh.results.Identification:
-    """Identify the model that was asked for, or the other kind for comparison."""
+    """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    # Beside a split model stands the conventional one with free weights: it has no split.
+    # A split model is compared with a conventional one of free weights: that has no split.
     unsplit = request.weights == "split" and kind == "conventional"
     weights: Weights = "free" if unsplit else request.weights
     ends = [record.skip for record in records.held_out] if records.ends else None
     whole = records.held_out if records.ends else records.fitted
+    delay = _dead_time(request.dead_time, records)
     try:
         return mh.identify(
             [(record.input, record.output) for record in whole],
@@ -68,21 +71,33 @@ def fit(
             smoothness=request.smoothness,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
-            delay="fit" if request.delay is None else request.delay,
+            delay=delay,
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,
-            # Half a comparison would be unfair to the other kind.
+            # A partial fit of the other kind would be no fair comparison.
             keep_partial=request.keep_partial and model is None,
         )
     except (ValueError, TypeError) as error:
-        raise CommandError(_in_terms_of_the_options(str(error), request)) from error
+        raise CommandError(_name_options(str(error), request)) from error
+
+
+def _dead_time(seconds: float | None, records: Records) -> float | Literal["fit"]:
+    """Return the dead time in samples, as the library takes it."""
+    first = records.fitted[0]
+    if seconds is None:
+        return "fit"
+    if seconds == 0.0:
+        return 0.0
+    if first.sample_time is None:
+        raise CommandError(f"{first.name}: --dead-time needs a time column; name it with --time")
+    return dead_time_samples(seconds, first.sample_time)
 
 
 def loops_left_out(
     records: Records, found: mh.results.Identification
 ) -> Sequence[mh.results.LeftOutLoop]:
-    """Predict every loop from the others; nothing if there are no others."""
+    """Predict every loop from a fit to the others; empty if there is only one loop."""
     try:
         return found.leave_one_loop_out(
             [(record.input, record.output) for record in records.fitted],
@@ -95,7 +110,7 @@ def loops_left_out(
 
 
 def _compare(records: Records, request: Request) -> mh.results.Identification | None:
-    """Identify the other kind of model; with --keep-partial, Ctrl-C leaves it away."""
+    """Fit the other kind of model; with --keep-partial, Ctrl-C omits it."""
     other: Kind = "modified" if request.model == "conventional" else "conventional"
     try:
         with progress_bar("comparing", request.output.unit) as progress:
@@ -109,24 +124,26 @@ def _compare(records: Records, request: Request) -> mh.results.Identification | 
 def _saved(request: Request) -> str:
     lines = []
     if request.model_path is None:
-        lines.append("not saved: add -o stage.json to keep the model")
+        lines.append("not saved: add -o stage.json to save the model")
     else:
-        lines.append(f"model   {request.model_path}  (the delay is not part of it)")
+        lines.append(f"model   {request.model_path}  (without the dead time)")
     if request.report_path is not None:
         lines.append(f"report  {request.report_path}")
     return "\n".join(lines)
 
 
-def _in_terms_of_the_options(message: str, request: Request) -> str:
-    """Say which file and column, or which option, the library means."""
+def _name_options(message: str, request: Request) -> str:
+    """Name files, columns and options in a message of the library, which names arguments."""
     paths = request.data
     if message.startswith("validate: "):
         paths, message = request.validate or paths, message.removeprefix("validate: ")
     if match := re.match(r"record (\d+): ", message):
         paths, message = (paths[int(match[1])],), message[match.end() :]
     argument, _, rest = message.partition(": ")
-    if argument in ("operators", "delay", "skip", "ratios", "input_offset", "smoothness"):
+    if argument in ("operators", "skip", "ratios", "input_offset", "smoothness"):
         return f"--{argument.replace('_', '-')}: {rest}"
+    if argument == "delay":
+        return f"--dead-time: {rest}"
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"
     columns = {"u": request.input_column, "y": request.output_column}

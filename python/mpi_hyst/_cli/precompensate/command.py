@@ -6,33 +6,25 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, numbers, options
+from mpi_hyst._cli.options import FILE, limits, options, reference, stage
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command()
 @options(
     click.argument("model_path", metavar="MODEL.json", type=FILE),
     click.argument("trajectory", metavar="TRAJECTORY.csv", type=FILE),
     click.option("-o", "drive_path", required=True, type=FILE, help="Drive to write (CSV)."),
-    click.option("--column", help="Column of the target.  [default: the only numeric one]"),
-    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
-    click.option(
-        "--limits", **numbers("LOW,HIGH"), help="Limits of the drive, for example -500,500."
-    ),
-    click.option(
-        "--dynamics",
-        **numbers("FREQ,DAMPING"),
-        help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
-    ),
-    click.option("--delay", type=float, help="Samples of dead time besides the hold."),
-    click.option("--amplifier-bandwidth", type=float, metavar="HZ", help="Cut-off of the amplifier."),
+    reference("trajectory"),
+    limits(),
+    stage,
 )
 def precompensate(**given: Any) -> None:
-    """Compute the drive that makes the model follow a trajectory: the exact inverse.
+    """Compute the drive for which the model follows a trajectory.
 
-    With dynamics, delay or an amplifier it is led through their inverse too.
+    The hysteresis is inverted exactly, sample by sample. Dynamics, amplifier bandwidth and dead
+    time are inverted as well if they are given.
     """
     from mpi_hyst._cli.precompensate.run import Request, run
 
-    say(run(Request(**given)))
+    say(run(Request.of(given)))

@@ -1,4 +1,4 @@
-"""`mpi-hyst precompensate`: a model and a trajectory in, the drive that follows it out."""
+"""`mpi-hyst precompensate`: a model and a trajectory in, the drive out."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,38 +14,39 @@ import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import load_model, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.stage import StageOptions, name_options
 from mpi_hyst._csv import read_trajectory, write_table
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._text import digits, in_unit, text_pairs
 from mpi_hyst._types import Flags, Model, Samples
 from mpi_hyst.io import Columns
 
-_SATURATED = "saturated"
 _DRIVE = "drive"
+_SATURATED = "saturated"
 
 
 @dataclass(frozen=True)
 class Request:
-    """What was asked, by the names of the options."""
+    """The options, by their names."""
 
     model_path: Path
     trajectory: Path
     drive_path: Path
+    stage: StageOptions
     column: str | None = None
     time: str | None = None
+    rate: float | None = None
     limits: tuple[float, float] | None = None
-    dynamics: tuple[float, float] | None = None
-    delay: float | None = None
-    amplifier_bandwidth: float | None = None
 
-    @property
-    def shaped(self) -> bool:
-        """Whether there are dynamics to invert."""
-        return (self.dynamics, self.delay, self.amplifier_bandwidth) != (None, None, None)
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Request:
+        """Take what the command line gives."""
+        stage, others = StageOptions.split(given)
+        return cls(stage=stage, **others)
 
 
 def run(request: Request) -> str:
-    """Compute the drive, write it, and return what there is to know about it."""
+    """Compute the drive, write it, and return the summary."""
     check_outputs([request.drive_path], [request.model_path, request.trajectory])
     model = load_model(request.model_path)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
@@ -53,7 +55,7 @@ def run(request: Request) -> str:
     drive, saturated = _drive(model, target, request)
     table: dict[str, Samples | list[int]] = {}
     if columns.time_column is not None:
-        table[columns.time_column] = columns.values[columns.time_column]
+        table[columns.time_column] = columns[columns.time_column]
     table[_DRIVE] = drive
     if saturated.any():
         table[_SATURATED] = saturated.astype(int).tolist()
@@ -64,52 +66,35 @@ def run(request: Request) -> str:
 
 
 def _check_names(columns: Columns, column: str) -> None:
-    """Refuse columns that would stand beside what is written under the same name."""
+    """Refuse a column that has the name of one that is written."""
     for name in (columns.time_column, column):
         if name in (_DRIVE, _SATURATED):
-            written = f"{_DRIVE} and {_SATURATED}, which are written"
-            raise CommandError(f"{columns.path}: expected other columns than {written}, got {name}")
+            raise CommandError(
+                f"{columns.path}: expected other columns than {_DRIVE} and {_SATURATED}, which "
+                f"are written, got {name}"
+            )
 
 
 def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
-    """Compute what the hysteresis has to put out, and note what is to be said of it."""
-    trajectory = columns.values[column]
-    if not request.shaped:
+    """Compute the output that the hysteresis must have; return it with notes for the summary."""
+    trajectory = columns[column]
+    if request.rate is not None or request.stage.given:
+        dt = sampling_interval(columns, request.rate)
+    if not request.stage.given:
         return trajectory, []
-    dt = sampling_interval(columns, "as dynamics were given")
+    names = {"trajectory": str(request.trajectory)}
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            target = mh.control.invert_dynamics(
-                trajectory,
-                dt,
-                dynamics=None
-                if request.dynamics is None
-                else mh.plant.SecondOrder(*request.dynamics),
-                amplifier_bandwidth=request.amplifier_bandwidth,
-                delay=request.delay,
-            )
+            target = mh.control.invert_dynamics(trajectory, dt, **request.stage.arguments())
     except ValueError as error:
-        raise CommandError(_as_options(str(error), request.trajectory)) from error
-    notes = [f"warning: {_as_options(str(one.message), request.trajectory)}" for one in caught]
-    return target, [f"target: inverse dynamics, {1e3 * dt:g} ms per sample", *notes]
-
-
-def _as_options(message: str, path: Path) -> str:
-    """Name options and the file where the library names arguments."""
-    options = {
-        "frequency": "--dynamics",
-        "damping": "--dynamics",
-        "delay": "--delay",
-        "amplifier_bandwidth": "--amplifier-bandwidth",
-        "trajectory": str(path),
-    }
-    name, colon, rest = message.partition(":")
-    return options.get(name, name) + colon + rest
+        raise CommandError(name_options(str(error), names)) from error
+    notes = [f"warning: {name_options(str(one.message), names)}" for one in caught]
+    return target, [f"target: through the inverse dynamics at {1.0 / dt:g} Hz", *notes]
 
 
 def _drive(model: Model, target: Samples, request: Request) -> tuple[Samples, Flags]:
-    """Run the exact inverse; with limits, note which targets are out of reach."""
+    """Run the exact inverse; return the drive and which samples are saturated."""
     try:
         inverse = model.inverse(request.limits)
     except mh.NotInvertibleError as error:
@@ -118,7 +103,7 @@ def _drive(model: Model, target: Samples, request: Request) -> tuple[Samples, Fl
         raise CommandError(re.sub(r"^limits(\[\d\])?", "--limits", str(error))) from error
     if request.limits is None:
         return inverse.run(target), np.zeros(target.size, dtype=np.bool_)
-    # A drive at its limit may be just what the target needs: only the stream knows.
+    # A drive at its limit may be exactly what the target needs: only the stream can tell.
     steps = [(inverse.step(value), inverse.saturated) for value in target.tolist()]
     return np.array([drive for drive, _ in steps]), np.array([flag for _, flag in steps])
 
@@ -132,19 +117,18 @@ def _summary(
 ) -> str:
     count = int(saturated.sum())
     pairs = [
-        ("samples", f"{drive.size}, from rest"),
+        ("samples", f"{drive.size}, starting from rest"),
         ("drive", f"{digits(float(drive.min()))} to {digits(float(drive.max()))}"),
     ]
     if request.limits is None:
-        pairs.append(("saturated", "none, no --limits given"))
+        pairs.append(("saturated", "none, as no --limits are given"))
     else:
         low, high = request.limits
         pairs.append(("saturated", f"{count} of {drive.size} samples at {low:g} or {high:g}"))
-    residual_text = in_unit(float(residual.max()), quantity.unit, 3)
+    error = in_unit(float(residual.max()), quantity.unit, 3)
     if 0 < count < drive.size:
         free = float(residual[~saturated].max())
-        residual_text += f", {in_unit(free, quantity.unit, 3)} where not saturated"
-    pairs.append(("max |model - target|", residual_text))
-    return f"{request.drive_path}: drive that makes the model follow {quantity.column}\n\n" + (
-        text_pairs(pairs)
-    )
+        error += f", {in_unit(free, quantity.unit, 3)} where not saturated"
+    pairs.append(("max |model - target|", error))
+    title = f"{request.drive_path}: drive for {quantity.column} of {request.trajectory}"
+    return f"{title}\n\n{text_pairs(pairs)}"

@@ -1,1 +1,1 @@
-"""`mpi-hyst reproduce`: the tables and figures of the paper, recomputed."""
+"""`mpi-hyst reproduce`: the tables and figures of the paper recomputed."""

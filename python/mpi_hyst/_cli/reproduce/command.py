@@ -10,11 +10,14 @@ from mpi_hyst._cli.options import directory as directory_option
 from mpi_hyst._cli.terminal import say
 
 
-@click.command()
+@click.command(short_help="Recompute the tables and figures of the paper.")
 @directory_option("mpi-hyst-reproduce", "the report and results.json")
-@click.option("--quick", is_flag=True, help="3 seeds of noise instead of 10.")
+@click.option("--quick", is_flag=True, help="Use 3 noise seeds instead of 10.")
 def reproduce(directory: Path, quick: bool) -> None:
-    """Recompute every table and figure of the paper, and go beyond it; needs no data."""
+    """Recompute the tables and figures of the paper, and compare further control schemes.
+
+    Needs no data.
+    """
     from mpi_hyst._cli.reproduce.run import run
 
     say(run(directory, quick=quick))

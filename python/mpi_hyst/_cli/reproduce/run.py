@@ -1,4 +1,4 @@
-"""`mpi-hyst reproduce`: every table and figure of the paper, and what goes beyond it."""
+"""`mpi-hyst reproduce`: the tables and figures of the paper, and further control schemes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEEDS, QUICK_SEEDS = 10, 3
 
 
 def run(directory: Path, *, quick: bool = False) -> str:
-    """Compute everything, write it into the directory, and return the main tables."""
+    """Compute, write into the directory, and return the main tables."""
     report, results = directory / "report.html", directory / "results.json"
     check_directory(directory)
     if directory.exists():
@@ -34,13 +34,13 @@ def run(directory: Path, *, quick: bool = False) -> str:
     write_outputs(outputs, directory)
     return "\n\n".join(
         [
-            "paper and ours\n\n" + text_table(*tables.compared(_but_the_walk(made))),
+            "published and own numbers\n\n" + text_table(*tables.compared(_but_the_walk(made))),
             "Fig. 5, the walk\n\n" + text_table(*tables.walk(made.models)),
-            "published, reproduced, beaten: largest errors in nm (paper, A1, P3: measured; then "
-            "true position on A1)\n\n" + text_table(*tables.summary(made)),
-            "beyond the paper, on A1 with 16 nm of noise: true error in nm, max (rms)\n\n"
+            "largest errors in nm: measured error published and on the simulated plants A1 and P3; "
+            "then error of the true position on A1\n\n" + text_table(*tables.summary(made)),
+            "further schemes on A1 with 16 nm rms of sensor noise: true error in nm, max (rms)\n\n"
             + text_table(*tables.beyond(made.outcomes)),
-            "3.3 um asked of ±500 V: true error after re-entry\n\n"
+            "reference of 3.3 µm with a drive of ±500 V: true error after saturation\n\n"
             + text_table(*tables.saturated(made.saturation)),
             *published.CAVEATS,
             f"medians over {made.seeds} seeds\nreport   {report}\nresults  {results}",

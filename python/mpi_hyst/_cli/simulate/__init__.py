@@ -1,1 +1,1 @@
-"""`mpi-hyst track`: a controller that follows a reference on a simulated stage."""
+"""`mpi-hyst simulate`: a controller that follows a reference on a simulated stage."""

@@ -1,4 +1,4 @@
-"""The options of `mpi-hyst track`."""
+"""The options of `mpi-hyst simulate`."""
 
 from __future__ import annotations
 
@@ -6,55 +6,42 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, numbers, options
+from mpi_hyst._cli.options import FILE, limits, numbers, options, reference, report, stage
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(no_args_is_help=False)
+@click.command(short_help="Simulate control of a stage along a reference.")
 @options(
     click.argument("model_path", metavar="MODEL.json", type=FILE),
     click.argument("trajectory", metavar="REFERENCE.csv", type=FILE),
-    click.option(
-        "--limits",
-        required=True,
-        **numbers("LOW,HIGH"),
-        help="Limits of the drive, for example -500,500.",
-    ),
+    limits(required=True),
     click.option("-o", "result_path", type=FILE, help="Run to write (CSV)."),
-    click.option("--report", "report_path", type=FILE, help="Report to write (one HTML file)."),
-    click.option("--column", help="Column of the reference.  [default: the only numeric one]"),
-    click.option("--time", help="Column of the time.  [default: time_s or time, if there]"),
-    click.option("--rate", type=float, metavar="HZ", help="Samples per second, without a time."),
+    report,
+    reference("reference"),
     click.option(
         "--plant",
         "plant_path",
         type=FILE,
         metavar="ACTUATOR.json",
-        help="What is simulated, if not MODEL.json itself.",
+        help="Hysteresis of the simulated stage.  [default: MODEL.json]",
     ),
-    click.option(
-        "--dynamics",
-        **numbers("FREQ,DAMPING"),
-        help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
-    ),
-    click.option("--amplifier-bandwidth", type=float, metavar="HZ", help="Cut-off of the amplifier."),
-    click.option(
-        "--delay",
-        type=float,
-        default=0.0,
-        show_default=True,
-        help="Samples of dead time besides the hold.",
-    ),
+    stage,
     click.option(
         "--noise",
         type=float,
         default=0.0,
         show_default=True,
         metavar="RMS",
-        help="Of the sensor, in the unit of the reference.",
+        help="Noise of the sensor, in the unit of the reference.",
     ),
-    click.option("--seed", type=int, default=0, show_default=True, help="Of the noise."),
-    click.option("--gains", **numbers("KP,KI"), help="Of the feedback.  [tuned]"),
+    click.option(
+        "--seed", type=int, default=0, show_default=True, help="Seed of the sensor noise."
+    ),
+    click.option(
+        "--gains",
+        **numbers("KP,KI"),
+        help="Proportional and integral gain of the feedback.  [default: tuned]",
+    ),
     click.option(
         "--feedforward",
         type=click.Choice(["inverse", "none"]),
@@ -66,14 +53,15 @@ from mpi_hyst._cli.terminal import say
         "--preview/--no-preview",
         default=True,
         show_default=True,
-        help="Lead the reference through inverse dynamics.",
+        help="Pass the reference through the inverse dynamics.",
     ),
 )
-def track(**given: Any) -> None:
-    """Let a simulated stage follow a reference with feed-forward and feedback.
+def simulate(**given: Any) -> None:
+    """Simulate a stage that follows a reference under feed-forward and feedback.
 
-    The options say what the stage is; the controller knows all of it but the noise and --plant.
+    The controller knows the dynamics, the amplifier bandwidth and the dead time of the stage. It
+    does not know the noise, nor the hysteresis given with --plant.
     """
     from mpi_hyst._cli.simulate.run import Request, run
 
-    say(run(Request(**given)))
+    say(run(Request.of(given)))

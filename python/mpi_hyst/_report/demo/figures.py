@@ -16,14 +16,14 @@ from mpi_hyst._report.walk import moves
 from mpi_hyst._types import Samples
 
 STAIRCASE = (
-    *(0.0, 450.0, 40.0, 400.0, 90.0, 350.0, 140.0, 300.0, 190.0),  # every move inside the last
-    *(265.0, 165.0, 325.0, 115.0, 375.0, 65.0, 425.0, 15.0, 480.0),  # every move beyond the last
+    *(0.0, 450.0, 40.0, 400.0, 90.0, 350.0, 140.0, 300.0, 190.0),  # each step inside the last one
+    *(265.0, 165.0, 325.0, 115.0, 375.0, 65.0, 425.0, 15.0, 480.0),  # each step beyond the last one
 )
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """How one scheme follows the target."""
+    """The tracking error of one scheme."""
 
     name: str
     colour: str
@@ -31,7 +31,7 @@ class Tracking:
 
 
 def memory(model: mh.ModifiedPrandtlIshlinskii, unit: str) -> Figure:
-    """Draw which reversals a model remembers while the drive moves in a staircase."""
+    """Draw the reversals that a model remembers while the drive moves in growing steps."""
     figure = canvas.new_figure(5.4)
     drive_axes, depth_axes = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
     way, drive = moves(STAIRCASE, 1.0)
@@ -43,13 +43,16 @@ def memory(model: mh.ModifiedPrandtlIshlinskii, unit: str) -> Figure:
             way[died], value, "x", color=canvas.INK, markersize=5, markeredgewidth=1.3, zorder=4
         )
     drive_axes.plot(way, drive, color=canvas.BLUE, linewidth=1.6, label="drive")
-    drive_axes.plot([], [], "-o", color=canvas.ORANGE, markersize=5, label="reversal remembered")
-    drive_axes.plot([], [], "x", color=canvas.INK, markersize=5, label="wiped out")
+    drive_axes.plot([], [], "-o", color=canvas.ORANGE, markersize=5, label="remembered reversal")
+    drive_axes.plot([], [], "x", color=canvas.INK, markersize=5, label="erased")
     depth_axes.step(way, depth, where="post", color=canvas.BLUE, linewidth=1.6)
     depth_axes.fill_between(way, depth, step="post", color=canvas.BLUE, alpha=0.12, linewidth=0)
-    canvas.dress(drive_axes, "drive and the reversals that still count", "", f"drive ({unit})")
+    canvas.dress(drive_axes, "drive and remembered reversals", "", f"drive ({unit})")
     canvas.dress(
-        depth_axes, "how many are remembered", f"way travelled by the drive ({unit})", "reversals"
+        depth_axes,
+        "number of remembered reversals",
+        f"distance travelled by the drive ({unit})",
+        "reversals",
     )
     depth_axes.yaxis.set_major_locator(MultipleLocator(3))
     canvas.top_legend(figure, drive_axes)
@@ -59,7 +62,7 @@ def memory(model: mh.ModifiedPrandtlIshlinskii, unit: str) -> Figure:
 def _lives(
     model: mh.ModifiedPrandtlIshlinskii, drive: Samples
 ) -> tuple[list[tuple[float, int, int]], list[int]]:
-    """Return every reversal with the samples where it entered and left the memory."""
+    """Return each reversal with the samples at which it enters and leaves the memory."""
     stream = model.forward()
     lives: list[tuple[float, int, int]] = []
     stack: list[tuple[float, int]] = []
@@ -76,7 +79,7 @@ def _lives(
 
 
 def tracking(time: Samples, target: Samples, schemes: Sequence[Tracking], unit: str) -> Figure:
-    """Draw the target and, to one scale, how far from it each scheme leaves the actuator."""
+    """Draw the target, and the tracking errors of all schemes to one scale."""
     figure = canvas.new_figure(1.5 + 1.35 * len(schemes))
     panels = figure.subplots(
         len(schemes) + 1, 1, sharex=True, height_ratios=(1.3, *(1.0 for _ in schemes))
@@ -92,7 +95,7 @@ def tracking(time: Samples, target: Samples, schemes: Sequence[Tracking], unit: 
         axes.plot(time[kept], error[kept], color=scheme.colour, linewidth=1.4)
         axes.set_ylim(-extent, extent)
         largest = float(np.abs(error).max())
-        said = f"at most {largest:.1f} nm" if largest >= 0.05 else "rounding only"
+        said = f"at most {largest:.1f} nm" if largest >= 0.05 else "rounding errors"
         canvas.dress(axes, f"{scheme.name}: {said}", "", "error (nm)")
     panels[-1].set_xlim(time[0], time[-1])
     panels[-1].set_xlabel("time (s)", fontsize=10, color=canvas.INK)
@@ -100,10 +103,10 @@ def tracking(time: Samples, target: Samples, schemes: Sequence[Tracking], unit: 
 
 
 def side_by_side(trace: plots.Trace) -> Figure:
-    """Draw loop, time course and error of each model in a row, as Fig. 8 to 10 of the paper do."""
+    """Draw loop, time course and error of each model in a row, as in Fig. 8 to 10 of the paper."""
     figure = canvas.new_figure(2.9 * len(trace.curves) + 0.4)
     panels = figure.subplots(len(trace.curves), 3, sharey="col", squeeze=False)
-    time, unit = trace.time, trace.output_quantity.shown_unit
+    time, unit = trace.time, trace.output_quantity.unit
     cloud = canvas.thinned(time.size, plots.CLOUD_POINTS)
     dots: dict[str, Any] = {"color": canvas.MEASURED, "markersize": 3.5, "markeredgewidth": 0}
     dots |= {"rasterized": True, "label": "measured"}

@@ -32,9 +32,9 @@ def report(demo: Demo, directory: Path) -> str:
     traces = [_trace(demo, record) for record in demo.records]
     return render(
         Report(
-            title="Hysteresis of a piezo actuator: modelled, identified, cancelled",
-            subtitle="The whole chain of mpi_hyst on the simulated actuator of Wang, Chen, Zhou "
-            "and Bai (2017), Table I with all digits recovered.",
+            title="Hysteresis of a piezo actuator: model, identification, compensation",
+            subtitle="The simulated actuator of Wang, Chen, Zhou and Bai (2017): Table I with all "
+            "digits recovered from Table II.",
             cards=_cards(demo),
             sections=[
                 _operator(),
@@ -48,8 +48,8 @@ def report(demo: Demo, directory: Path) -> str:
                 _next(directory),
             ],
             footer="mpi_hyst demo. Simulated at "
-            f"{RATE / 1000:g} kHz with {1e3 * NOISE:g} nm rms sensor noise, repeatable: the same "
-            "seed every time. Each percentage has its base beside it. Method: G. Wang, G. Chen, "
+            f"{RATE / 1000:g} kHz with {1e3 * NOISE:g} nm rms of sensor noise; the seed is fixed. "
+            "Method: G. Wang, G. Chen, "
             "H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, "
             "doi 10.1109/JAS.2016.7510136.",
         )
@@ -84,7 +84,7 @@ def _cards(demo: Demo) -> list[Card]:
     return [
         Card(
             f"{1e3 * error.rms:.2f} nm",
-            "rms model error on the unseen record",
+            "rms error of the model, validation",
             f"{1e2 * error.rms / error.base:.3f} % of {digits(error.base, 3)} µm, true position",
         ),
         Card(
@@ -100,7 +100,7 @@ def _cards(demo: Demo) -> list[Card]:
         ),
         Card(
             f"{1e3 * line.max:.0f} nm",
-            "the same without a model",
+            "the same, without a model",
             f"{1e2 * line.max / line.base:.2f} % of the {digits(line.base, 3)} µm stroke",
         ),
     ]
@@ -111,18 +111,19 @@ def _operator() -> Section:
         "operator",
         "The coupled-play operator",
         [
-            "A model is a weighted sum of operators. Each follows its input with a lag; a coupled "
-            "play lags by one distance above zero and by another below it, rising and falling, and "
-            "sticks at zero in between. Four thresholds r, ra, rb, rc make loops that are "
-            "asymmetric and pinched, as those of a piezo stack are.",
+            "A model is a weighted sum of operators. The output of a play follows its input at a "
+            "distance. A coupled play has four such distances: for rising and falling input, above "
+            "and below zero. At zero its output stays until the input has moved far enough. The "
+            "four thresholds r, ra, rb, rc give asymmetric loops that are narrow near zero, as "
+            "those of piezo stacks are.",
         ],
         [
             Figure(
                 canvas.data_uri(walk.walk()),
-                "Output z over input x of one operator along a walk, and both over the way",
-                "The walk of Fig. 5 of the paper with r = 10, ra = 8, rb = 3, rc = 4: x goes to "
-                "0, 20, −20, 15, 6, 25, −15, −5 (corners 0 to 7), z to 0, 10, −12, 5, 5, 15, −7, "
-                "−7. How finely a move is sampled makes no difference.",
+                "Output z over input x of one operator, and both over the distance travelled",
+                "The walk of Fig. 5 of the paper with r = 10, ra = 8, rb = 3, rc = 4 V. At the "
+                "corners 0 to 7, x is 0, 20, −20, 15, 6, 25, −15, −5 and z is 0, 10, −12, 5, 5, "
+                "15, −7, −7. The result does not depend on the sampling of the moves.",
             )
         ],
     )
@@ -131,18 +132,18 @@ def _operator() -> Section:
 def _loops(traces: list[plots.Trace]) -> Section:
     return Section(
         "loops",
-        "Loops measured and modelled",
+        "Measured and modelled loops",
         [
-            "Both models are fitted to a decaying triangle and then judged on a record they have "
-            "not seen, with several amplitudes and minor loops. Below, the same without the "
-            "straight line through the measured points, which would hide the differences.",
+            "Both models are fitted to a decaying triangle. They are validated on a second record "
+            "with several amplitudes and minor loops. The lower panels show the same data minus "
+            "the straight line fit, so that differences are visible.",
         ],
         [
             Figure(
                 canvas.data_uri(plots.loops(traces)),
-                "Position over drive, measured and modelled, and the same without the line",
-                "The measured loops are pinched near zero. The conventional model cannot be, and "
-                "cuts across; the modified one follows.",
+                "Measured and modelled position over drive, and the same minus the straight line",
+                "The measured loops are narrow near zero. The conventional model cannot reproduce "
+                "this; the modified one does.",
             )
         ],
     )
@@ -154,15 +155,15 @@ def _errors(demo: Demo) -> Section:
         "errors",
         "Errors of the models",
         [
-            f"The sensor noise alone is {1e3 * NOISE:g} nm rms: against the measured output no "
-            "model can do better. The last two rows leave the noise out.",
+            f"The sensor noise is {1e3 * NOISE:g} nm rms. No model can have a smaller error "
+            "against the measured position. The last two rows compare with the true position.",
         ],
         [
             Table(
                 "Measured or true position minus model",
-                _shown(header),
+                header,
                 rows,
-                "% of the base: peak-to-peak of the measured or true position.",
+                "%: of the base, the peak-to-peak range of the measured or true position.",
                 [index for index, row in enumerate(rows) if row[1] == "modified"],
             )
         ],
@@ -186,64 +187,52 @@ def _paper(demo: Demo, trace: plots.Trace) -> Section:
     ]
     return Section(
         "paper",
-        "As in Fig. 8 to 10 of the paper",
+        "The same as in Fig. 8 to 10 of the paper",
         [
-            "Each model fitted to the same record: the loop, the time course and the error, the "
-            "conventional model above the modified one. The error of the conventional model has "
-            "the shape of the loops; that of the modified one is noise.",
-            "The paper prints a largest error of 5.31 % for the conventional model and 1.02 % for "
+            "Both models are fitted to the same record. The error of the conventional model has "
+            "the shape of the loops. The error of the modified model is noise.",
+            "The paper gives a largest error of 5.31 % for the conventional model and 1.02 % for "
             "the modified one. Both depend on data that are not published, and their base is not "
-            "given, so they stand here for comparison only and are not reproduced: on this record, "
-            "from the published actuator, the conventional model errs "
-            f"{conventional.max_error_percent:.2f} % of the range at most, which is "
-            f"{conventional.max_error_percent_of_amplitude:.2f} % of the amplitude.",
+            "given. They are listed for comparison and not reproduced. On this record the largest "
+            f"error of the conventional model is {conventional.max_error_percent:.2f} % of the "
+            f"range, {conventional.max_error_percent_of_amplitude:.2f} % of the amplitude.",
         ],
         [
             Figure(
                 canvas.data_uri(figures.side_by_side(trace)),
                 "Loop, time course and error of the conventional and the modified model",
-                f"{trace.name.capitalize()}, to the same scales above and below.",
+                f"{trace.name.capitalize()}. Both rows have the same scales.",
             ),
             Table(
-                "Largest error and mean square error, here and as printed",
+                "Largest error and mean square error, here and published",
                 [
                     "model",
                     "max (% of range)",
                     "max (% of amplitude)",
                     "mse (µm²)",
-                    "printed max (%)",
-                    "printed “MSE”",
+                    "published max (%)",
+                    "published “MSE”",
                 ],
                 cells,
-                "Range: peak-to-peak of the measured output; amplitude: half of it. The printed "
+                "Range: peak-to-peak of the measured output. Amplitude: half of it. The published "
                 "mean square errors can only be in µm².",
             ),
         ],
     )
 
 
-def _shown(header: list[str]) -> list[str]:
-    """Write units as people do: max nm becomes max (nm)."""
-    units = {"nm": "nm", "%": "%", "um": "µm"}
-    words = [name.rpartition(" ") for name in header]
-    return [
-        f"{name} ({units[unit]})" if unit in units else whole
-        for whole, (name, _, unit) in zip(header, words, strict=True)
-    ]
-
-
 def _residuals(traces: list[plots.Trace]) -> Section:
     return Section(
         "residuals",
-        "Residuals over input, speed and time",
+        "Residuals over input, rate and time",
         [
-            "The residual of the modified model is the sensor noise, the same everywhere. That of "
-            "the conventional model bends with the input: hysteresis it does not have.",
+            "The residual of the modified model is sensor noise. It is the same everywhere. The "
+            "residual of the conventional model depends on the input: hysteresis that it lacks.",
         ],
         [
             Figure(
                 canvas.data_uri(plots.residuals(trace)),
-                f"Residuals of the {trace.name} over input, speed and time",
+                f"Residuals of the {trace.name} over input, rate and time",
                 f"{trace.name.capitalize()}: measured minus modelled.",
             )
             for trace in traces
@@ -263,24 +252,24 @@ def _model(demo: Demo) -> Section:
         ("ratios ra/r, rb/r, rc/r", f"{found}  (true 0.95, 0.30, 0.35)"),
         ("input offset", f"{demo.modified.model.input_offset:.3f} V  (true 0)"),
         ("output offset", f"{1e3 * demo.modified.model.output_offset:.2f} nm  (true 0)"),
-        ("delay", f"{demo.modified.delay:.3f} samples  (true 0)"),
+        ("dead time", f"{1e3 * demo.modified.delay / RATE:.4f} ms  (true 0)"),
         ("first weight", f"{first:.4f} nm/V  (true {1e3 * demo.actuator.weights[0]:.4f})"),
     ]
     return Section(
         "model",
         "Weights and thresholds",
         [
-            "Single weights of neighbouring operators are hard to tell apart under noise, but "
-            "their running sum, the slope of the first loading curve, falls on the true one. The "
-            "thresholds come back through three ratios.",
+            "Noise makes single weights of neighbouring operators uncertain. Their cumulative sum, "
+            "the slope of the first loading curve, agrees with the true one. The thresholds follow "
+            "from three identified ratios.",
         ],
         [
             Figure(
                 canvas.data_uri(plots.weights(banks, "µm/V", "V")),
-                "Weights, their running sum, and thresholds, identified and true",
-                "The first weight, at threshold zero, is left out of the first panel.",
+                "Weights, their cumulative sum, and thresholds, identified and true",
+                "The left panel omits the first weight, at threshold zero.",
             ),
-            Pairs("Parameters of the modified model, identified", pairs),
+            Pairs("Identified parameters of the modified model", pairs),
             model_table(demo.modified.model, "µm/V", "V"),
         ],
     )
@@ -295,25 +284,25 @@ def _compensation(demo: Demo) -> Section:
     ]
     return Section(
         "compensation",
-        "Hysteresis cancelled",
+        "Compensation of the hysteresis",
         [
-            "The true actuator is driven open loop, without a sensor, along a full stroke and "
-            "then minor moves. The parametric inverse of the paper is only nearly an inverse. The "
-            "exact one, sample by sample, leaves what the identified model does not know: "
-            f"{1e3 * followed.max:.1f} nm at most, against {1e3 * table_2.max:.1f} nm with Table "
-            "II, which has the true weights. With the true model only rounding is left.",
+            "The actuator is driven in open loop, without a sensor. The target is a full stroke "
+            "with minor loops after it. The parametric inverse of the paper is approximate: its "
+            f"error is at most {1e3 * table_2.max:.1f} nm, although Table II has the true weights. "
+            f"The exact inverse of the identified model has {1e3 * followed.max:.1f} nm, the error "
+            "of identification. The exact inverse of the true model has rounding errors only.",
         ],
         [
             Figure(
                 canvas.data_uri(figures.tracking(seconds(demo.target), demo.target, shown, "µm")),
-                "Target over time and the tracking error of every scheme, to one scale",
-                "All errors to one scale.",
+                "Target over time, and the tracking errors of all schemes to one scale",
+                "All errors have the same scale.",
             ),
             Table(
                 "Position minus target",
-                _shown(header),
+                header,
                 rows,
-                "% of the base: peak-to-peak of the target.",
+                "%: of the base, the peak-to-peak range of the target.",
                 [len(rows) - 2],
             ),
         ],
@@ -323,18 +312,18 @@ def _compensation(demo: Demo) -> Section:
 def _memory(demo: Demo) -> Section:
     return Section(
         "memory",
-        "The turning-point memory",
+        "The memory of reversals",
         [
-            "All that a model remembers of its past is a stack of reversals. A move inside the "
-            "last one adds to the stack; a move beyond a reversal wipes it out, and all since. "
-            "The library keeps this stack instead of every operator's output. One full stroke "
-            "empties it: after that the state of an actuator is known, whatever came before.",
+            "The memory of a model is a stack of reversals. A reversal inside the last loop is "
+            "added to the stack. A move beyond an earlier reversal erases that reversal and all "
+            "later ones. The library stores this stack instead of the output of every operator. "
+            "One full stroke empties it: afterwards the state of the actuator is known.",
         ],
         [
             Figure(
                 canvas.data_uri(figures.memory(demo.actuator, "V")),
-                "Drive in a staircase, its remembered reversals as lines, and how many there are",
-                "Moves that shrink build the stack up; moves that grow take it down in pairs.",
+                "Drive in steps, remembered reversals as lines, and their number",
+                "Decreasing steps add reversals. Increasing steps erase them in pairs.",
             )
         ],
     )
@@ -343,11 +332,11 @@ def _memory(demo: Demo) -> Section:
 def _next(directory: Path) -> Section:
     return Section(
         "next",
-        "The same with your data",
+        "With your own data",
         [
-            f"Beside this report in {directory}: the records, both models, the trajectory and the "
-            "drive of the exact inverse. Two commands repeat the chain on these files; put your "
-            "own in their place.",
+            f"The directory {directory} has the records, both models, the trajectory and the drive "
+            "of the exact inverse. These two commands repeat identification and compensation. "
+            "Replace the files by your own.",
         ],
         [
             Lines(

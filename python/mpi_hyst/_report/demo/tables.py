@@ -1,4 +1,4 @@
-"""The tables of the demo: the same rows for the terminal and for the report."""
+"""The tables of the demo, for the terminal and for the report."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mpi_hyst._text import digits
 
 def model_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
     """Return the errors of both models as a table."""
-    header = ["against", "model", "max nm", "rms nm", "max %", "rms %", "base um"]
+    header = ["compared with", "model", "max (nm)", "rms (nm)", "max (%)", "rms (%)", "base (µm)"]
     rows = []
     learned, unseen = demo.records
     for against, record, wanted in (
@@ -24,7 +24,7 @@ def model_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
 
 def tracking_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
     """Return the errors of all schemes as a table."""
-    header = ["drive from", "max nm", "rms nm", "max %", "rms %", "base um"]
+    header = ["drive from", "max (nm)", "rms (nm)", "max (%)", "rms (%)", "base (µm)"]
     return header, [[scheme.name, *_cells(scheme.error)] for scheme in demo.schemes]
 
 

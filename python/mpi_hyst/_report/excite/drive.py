@@ -1,4 +1,4 @@
-"""A designed drive and what an engineer checks before playing it."""
+"""A designed drive and the facts to check before it is played."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from mpi_hyst._types import Samples
 
 @dataclass(frozen=True)
 class Drive:
-    """The samples, what they were asked to be, and how many come before the memory is known."""
+    """The samples and the properties that were asked for.
+
+    The first `initialization_samples` erase the unknown history of the actuator.
+    """
 
     values: Samples
     quantity: Quantity
@@ -26,17 +29,17 @@ class Drive:
 
     @property
     def seconds(self) -> Samples:
-        """When each sample is put out."""
+        """The time of each sample."""
         return np.arange(self.values.size) / self.rate
 
     @property
     def title(self) -> str:
-        """What the drive is for."""
-        return "demagnetising sequence" if self.demagnetizes else "drive to identify from"
+        """The purpose of the drive."""
+        return "demagnetizing sequence" if self.demagnetizes else "drive for identification"
 
 
 def facts(drive: Drive) -> list[tuple[str, str]]:
-    """Name what an engineer checks before playing the file."""
+    """Return what to check before the file is played, as names and values."""
     unit, values = drive.quantity.unit, drive.values
     seconds = (values.size - 1) / drive.rate
     pairs = [
@@ -45,16 +48,16 @@ def facts(drive: Drive) -> list[tuple[str, str]]:
         ("range", f"{digits(float(values.min()))} to {in_unit(float(values.max()), unit)}"),
         ("start and end", in_unit(float(values[0]), unit)),
         ("largest step", _largest_step(drive)),
-        ("reversals", f"{drive.reversals}, of them {2 * drive.cycles - 1} decaying"),
+        ("reversals", f"{drive.reversals}, {2 * drive.cycles - 1} of them decaying"),
     ]
     if not drive.demagnetizes:
-        initialization_samples = f"{drive.initialization_samples} samples, {digits(drive.initialization_samples / drive.rate)} s"
-        pairs.append(("until the memory is known", initialization_samples))
+        count = drive.initialization_samples
+        pairs.append(("initialization", f"{count} samples, {digits(count / drive.rate)} s"))
     return pairs
 
 
 def _largest_step(drive: Drive) -> str:
     unit = drive.quantity.unit
     step = float(np.abs(np.diff(drive.values)).max())
-    speed = f"{digits(step * drive.rate)} {unit}/s" if unit else digits(step * drive.rate)
-    return f"{in_unit(step, unit)} a sample, {speed}"
+    slew = f"{digits(step * drive.rate)} {unit}/s" if unit else f"{digits(step * drive.rate)}/s"
+    return f"{in_unit(step, unit)} per sample, {slew}"

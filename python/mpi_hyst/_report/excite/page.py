@@ -1,4 +1,4 @@
-"""The report of a designed drive: what will be played, to look at before it is."""
+"""The report of a designed drive, to look at before the drive is played."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ from mpi_hyst._text import digits
 
 
 def report(drive: Drive, name: str) -> str:
-    """Return the HTML text."""
+    """Return the HTML text. `name` is that of the CSV file."""
     pairs = dict(facts(drive))
     cards = [Card(pairs["duration"], "duration"), Card(pairs["range"], "range")]
     cards.append(Card(str(drive.reversals), "reversals"))
-    if not drive.demagnetizes:
-        cards.append(Card(f"{drive.initialization_samples}", "samples of lead-in", "to be skipped by identify"))
     text = [
-        "Straight lines or half cosines from reversal to reversal, never beyond the slew limit."
+        "The drive moves from reversal to reversal along straight lines or half cosines. It keeps "
+        "the limits and the slew rate."
     ]
     if not drive.demagnetizes:
+        count = f"{drive.initialization_samples}"
+        cards.append(Card(count, "initialization samples", "give them to identify --skip"))
         text.append(
-            "The first strokes, on grey, visit both limits and so make an unknown memory known. "
-            "One cycle at full swing follows, then reversals that shrink."
+            "The initialization, on grey, visits both limits. This erases the unknown history of "
+            "the actuator. One full cycle follows, then cycles of decreasing amplitude."
         )
+    unit = f"{drive.quantity.unit}/s" if drive.quantity.unit else "per second"
     figure = Figure(
         canvas.data_uri(_drive(drive)),
         "The drive over time",
-        f"Every reversal is met by a sample; limits and {digits(drive.slew)} "
-        f"{drive.quantity.unit or '1'}/s are kept.",
+        f"A sample lies on every reversal. Slew rate: at most {digits(drive.slew)} {unit}.",
     )
     section = Section("drive", "The drive", text, [figure, Pairs("Facts", list(pairs.items()))])
     return render(
@@ -50,7 +51,7 @@ def _drive(drive: Drive) -> Canvas:
     axes.plot(drive.seconds[kept], drive.values[kept], color=canvas.BLUE, linewidth=0.9)
     if drive.initialization_samples:
         end = drive.seconds[drive.initialization_samples]
-        axes.axvspan(0.0, end, color=canvas.GRID, label="lead-in, not to be fitted", zorder=0)
+        axes.axvspan(0.0, end, color=canvas.GRID, label="initialization, not fitted", zorder=0)
         canvas.top_legend(figure, axes)
     axes.set_xlim(0.0, drive.seconds[-1])
     canvas.dress(axes, "drive over time", "time (s)", drive.quantity.label)

@@ -1,4 +1,4 @@
-"""What cross-validation chose for an identified model, and what it said of the other candidates."""
+"""The choices of cross-validation, with the errors of all candidates."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from mpi_hyst._text import digits
 
 @dataclass(frozen=True)
 class Choice:
-    """One thing that was left to cross-validation."""
+    """One option that cross-validation chose."""
 
     header: str
-    said: str
-    """What was chosen, by which rule."""
+    sentence: str
+    """The choice and its rule."""
     candidates: list[str]
     errors: list[float]
     chosen: str
 
     @property
     def rows(self) -> list[list[str]]:
-        """Every candidate with its rms error on stretches that were held out."""
+        """Every candidate with its rms error on the folds that were held out."""
         errors = map(digits, self.errors)
         return [[name, error] for name, error in zip(self.candidates, errors, strict=True)]
 
     @property
     def best(self) -> list[int]:
-        """Which of the rows was chosen."""
+        """The index of the chosen row."""
         return [self.candidates.index(self.chosen)] if self.chosen in self.candidates else []
 
 
 def choices(found: mh.results.Identification) -> list[Choice]:
-    """Return the choices in the order in which they were made; none if nothing was left open."""
-    simplest = "the simplest that predicts held-out stretches as well as the best"
+    """Return the choices in the order in which they were made."""
+    simplest = "the simplest candidate whose prediction of held-out folds is as good as the best"
     laws = [str(law) for law, _ in found.weights_validation]
     counts = [str(count) for count, _ in found.cross_validation]
     smoothness = [f"{value:g}" for value, _ in found.smoothness_validation]
@@ -44,7 +44,7 @@ def choices(found: mh.results.Identification) -> list[Choice]:
         _choice("operators", counts, found.cross_validation, count, f"{count} operators", simplest),
         _choice(
             *("smoothness", smoothness, found.smoothness_validation, value),
-            *(f"smoothness {value}", "that which predicts held-out stretches best"),
+            *(f"smoothness {value}", "the candidate that predicts held-out folds best"),
         ),
     ]
     return [choice for choice in made if choice.candidates]
@@ -59,5 +59,5 @@ def _choice(
     rule: str,
 ) -> Choice:
     errors = [rmse for _, rmse in pairs]
-    said = f"{name} chosen by cross-validation: {rule}"
-    return Choice(header, said, candidates, errors, chosen)
+    sentence = f"{name} chosen by cross-validation: {rule}"
+    return Choice(header, sentence, candidates, errors, chosen)

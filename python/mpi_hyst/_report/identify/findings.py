@@ -1,4 +1,4 @@
-"""What is wrong with records, for the terminal and for the report."""
+"""Warnings about records and fit, for the terminal and for the report."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import mpi_hyst as mh
 from mpi_hyst._report.page import Section, Table
 from mpi_hyst._text import digits
 
-_LOOKED_FOR = (
-    "Looked for: too few samples, thresholds that the input never reaches, missing minor loops, "
-    "operators that the data cannot tell apart, a residual that follows speed or time, outliers, "
-    "clipped signals. What each number is says help(mpi_hyst.diagnose)."
+_CHECKS = (
+    "Checked: number of samples, thresholds that the input does not reach, missing minor loops, "
+    "operators that the data cannot distinguish, residuals correlated with rate or time, outliers, "
+    "clipped signals. help(mpi_hyst.diagnose) explains each number."
 )
 
 
 def text(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> str:
-    """Return one line for each finding, by name, or that there is none."""
+    """Return two lines for each warning, or one line if there is none."""
     if not findings:
         return "warnings: none"
     lines = [
         f"  {found.code}: {_place(found, records)}{found.message}"
-        f" (value {digits(found.value, 3)}, limit {digits(found.limit, 3)})"
+        f" (value {digits(found.value, 3)}, limit {digits(found.limit, 3)})\n    hint: {found.hint}"
         for found in findings
     ]
     return "\n".join(["warnings", *lines])
@@ -30,10 +30,10 @@ def text(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> str:
 def section(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> Section:
     """Return the section of the report."""
     if not findings:
-        return Section("warnings", "Warnings", ["Nothing was found.", _LOOKED_FOR])
+        return Section("warnings", "Warnings", ["No warnings.", _CHECKS])
     table = Table(
-        "What may be wrong",
-        ["name", "record", "value", "limit"],
+        "Warnings",
+        ["code", "record", "value", "limit"],
         [
             [
                 found.code,
@@ -44,8 +44,11 @@ def section(findings: Sequence[mh.results.Finding], records: Sequence[str]) -> S
             for found in findings
         ],
     )
-    sentences = [f"{found.code}: {_place(found, records)}{found.message}." for found in findings]
-    return Section("warnings", "Warnings", [*sentences, _LOOKED_FOR], [table])
+    sentences = [
+        f"{found.code}: {_place(found, records)}{found.message}. Hint: {found.hint}."
+        for found in findings
+    ]
+    return Section("warnings", "Warnings", [*sentences, _CHECKS], [table])
 
 
 def _place(found: mh.results.Finding, records: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""The report of an identification on the user's own records."""
+"""The report of an identification."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots
 from mpi_hyst._report.identify import findings
 from mpi_hyst._report.identify.choices import choices
-from mpi_hyst._report.identify.records import Judged, Task, judge
+from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
 from mpi_hyst._report.identify.sections import (
     Result,
     base,
@@ -25,7 +25,7 @@ from mpi_hyst._report.identify.validation_sections import left_out as left_out_s
 from mpi_hyst._report.page import Card, Report, render
 from mpi_hyst._text import digits, in_unit
 
-_SHOWN = 3  # records with figures of their own; the table has all
+_SHOWN = 3  # records with their own figures; the tables have all
 
 
 def report(
@@ -34,7 +34,7 @@ def report(
     compared: mh.results.Identification | None,
     left_out: Sequence[mh.results.LeftOutLoop],
 ) -> str:
-    """Return the HTML text: the model found, and beside it the other kind for comparison."""
+    """Return the HTML text. `compared` is the other kind of model, fitted for comparison."""
     records, result = task.records, Result(task, found, compared)
     fitted, held_out = _traces(result)
     sections = [
@@ -57,30 +57,32 @@ def report(
             f"{task.input.label} to {task.output.label}",
             cards=_cards(result),
             sections=sections,
-            footer=f"mpi_hyst. Errors are measured minus modelled output. {base(records)}",
+            footer=f"mpi_hyst. Error: measured minus modelled output. {base(records)}",
         )
     )
 
 
 def _traces(result: Result) -> tuple[list[plots.Trace], list[plots.Trace]]:
-    fitted, held_out = judge(result.task.records, result.found)
-    beside: tuple[Sequence[Judged], Sequence[Judged]] = ([], [])
+    fitted, held_out = evaluate(result.task.records, result.found)
+    beside: tuple[Sequence[Evaluated], Sequence[Evaluated]] = ([], [])
     if result.compared is not None:
-        beside = judge(result.task.records, result.compared)
+        beside = evaluate(result.task.records, result.compared)
     return (
         [_trace(place, one, beside[0], result) for place, one in enumerate(fitted[:_SHOWN])],
         [_trace(place, one, beside[1], result) for place, one in enumerate(held_out[:_SHOWN])],
     )
 
 
-def _trace(place: int, judged: Judged, compared: Sequence[Judged], result: Result) -> plots.Trace:
-    record = judged.record
-    # The model that was asked for is drawn last, on top, in the accent colour.
+def _trace(
+    place: int, evaluated: Evaluated, compared: Sequence[Evaluated], result: Result
+) -> plots.Trace:
+    record = evaluated.record
+    # The requested model is drawn last and so on top.
     curves = [
         plots.Curve(short_name(fit), colour, record.output - one.residuals(fit))
         for fit, colour, one in (
-            (result.compared, canvas.ORANGE, compared[place] if compared else judged),
-            (result.found, canvas.BLUE, judged),
+            (result.compared, canvas.ORANGE, compared[place] if compared else evaluated),
+            (result.found, canvas.BLUE, evaluated),
         )
         if fit is not None
     ]
@@ -98,7 +100,7 @@ def _trace(place: int, judged: Judged, compared: Sequence[Judged], result: Resul
 
 def _cards(result: Result) -> list[Card]:
     found, compared, task = result.found, result.compared, result.task
-    unit = task.output.shown_unit
+    unit = task.output.unit
     cards = [
         Card(
             in_unit(found.fit.rmse, unit, 3),
@@ -115,7 +117,7 @@ def _cards(result: Result) -> list[Card]:
         cards.append(
             Card(
                 in_unit(found.validation.rmse, unit, 3),
-                "rms error, held out",
+                "rms error, validation",
                 f"{found.validation.rmse_percent:.3f} % of range",
             )
         )
@@ -124,13 +126,12 @@ def _cards(result: Result) -> list[Card]:
             Card(
                 in_unit(compared.fit.rmse, unit, 3),
                 f"rms error, {short_name(compared)}",
-                "fitted to the same samples, for comparison",
+                "fitted to the same samples",
             )
         )
     step = result.task.records.fitted[0].sample_time
-    delay = f"{found.delay:.2f} samples"
+    value = f"{found.delay:.2f} samples"
     if step is not None:
-        cards.append(Card(f"{digits(1e3 * step * found.delay, 3)} ms", "lag of the output", delay))
-    else:
-        cards.append(Card(delay, "lag of the output"))
+        value = f"{digits(1e3 * step * found.delay, 3)} ms"
+    cards.append(Card(value, "dead time", "of position behind drive"))
     return cards

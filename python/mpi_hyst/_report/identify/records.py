@@ -1,4 +1,4 @@
-"""The records of an identification, those fitted and those held out, with the errors on them."""
+"""The records of an identification, fitted and held out, and the errors of a model on them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpi_hyst._types import Samples
 
 @dataclass(frozen=True)
 class Record:
-    """One measured record, its first `skip` samples neither fitted nor judged."""
+    """A measured record. Its first `skip` samples initialize the model and count in no error."""
 
     name: str
     input: Samples
@@ -22,7 +22,7 @@ class Record:
     skip: int
 
     def until(self, sample: int) -> Record:
-        """Return what comes before a sample."""
+        """Return the part before a sample."""
         seconds = None if self.seconds is None else self.seconds[:sample]
         return replace(
             self, input=self.input[:sample], output=self.output[:sample], seconds=seconds
@@ -31,7 +31,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Records:
-    """Those to fit, and those held out: others, or the ends of the same ones."""
+    """Records to fit and records held out: separate ones, or the ends of those fitted."""
 
     fitted: Sequence[Record]
     held_out: Sequence[Record]
@@ -39,7 +39,7 @@ class Records:
 
     @property
     def names(self) -> list[str]:
-        """The names of those to fit."""
+        """The names of the fitted records."""
         return [record.name for record in self.fitted]
 
     @property
@@ -53,8 +53,8 @@ class Records:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A record with the errors of a model on it, and the output offset that it was judged with."""
+class Evaluated:
+    """A record, the errors of a model on it, and the output offset used for them."""
 
     record: Record
     quality: mh.results.Quality
@@ -66,24 +66,26 @@ class Judged:
         return self.record.output - (found.predict(self.record.input) + own)
 
 
-def judge(records: Records, found: mh.results.Identification) -> tuple[list[Judged], list[Judged]]:
-    """Return the fitted records and the held-out ones, each with the errors of a model."""
+def evaluate(
+    records: Records, found: mh.results.Identification
+) -> tuple[list[Evaluated], list[Evaluated]]:
+    """Return the fitted and the held-out records, each with the errors of a model."""
     offsets = [float(offset) for offset in found.output_offsets]
-    fitted = list(map(Judged, records.fitted, found.records, offsets))
+    fitted = list(map(Evaluated, records.fitted, found.records, offsets))
     if not records.ends:
         offsets = [_own_offset(record, found) for record in records.held_out]
-    return fitted, list(map(Judged, records.held_out, found.validation_records, offsets))
+    return fitted, list(map(Evaluated, records.held_out, found.validation_records, offsets))
 
 
 def _own_offset(record: Record, found: mh.results.Identification) -> float:
-    """Return the output offset that suits a record best, as the library judges it."""
+    """Return the output offset that minimizes the rms error on a record."""
     left = (record.output - found.predict(record.input))[record.skip :]
     return float(found.output_offsets[0] + left.mean())
 
 
 @dataclass(frozen=True)
 class Task:
-    """What was asked of an identification: records, quantities, parameters that were given."""
+    """The input of an identification: records, quantities, and parameters that were given."""
 
     records: Records
     input: Quantity

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots
-from mpi_hyst._report.identify.records import Judged, Records, Task, judge
+from mpi_hyst._report.identify.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._report.identify.summary import parameters
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Block, Figure, Pairs, Section, Table
@@ -16,7 +16,7 @@ from mpi_hyst._text import digits, in_unit
 
 @dataclass(frozen=True)
 class Result:
-    """What was found on which records, and the other kind of model beside it if it was fitted."""
+    """A fit, and the fit of the other kind of model if there is one."""
 
     task: Task
     found: mh.results.Identification
@@ -24,51 +24,50 @@ class Result:
 
     @property
     def fits(self) -> list[mh.results.Identification]:
-        """The models there are, the one that was asked for last."""
+        """All fits; the requested one is last."""
         return [self.found] if self.compared is None else [self.compared, self.found]
 
     @property
     def of_unit(self) -> str:
-        """The unit of the output, for the head of a column."""
-        unit = self.task.output.shown_unit
-        return f" ({unit})" if unit else ""
+        """The unit of the output in parentheses, for a column header."""
+        return self.task.output.in_parentheses
 
 
 def short_name(found: mh.results.Identification) -> str:
-    """Name the kind of model in a legend."""
+    """Return the kind of model, for a legend."""
     modified = isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
     return "modified (coupled plays)" if modified else "conventional (plays)"
 
 
 def shown_names(records: Records, count: int) -> str:
-    """Name the first records."""
+    """Return the names of the first records."""
     return ", ".join(records.names[:count])
 
 
 def base(records: Records) -> str:
-    """Say what percentages are of."""
-    text = "% of range: of the peak-to-peak of the measured output over the samples judged"
+    """Return the base of the percentages."""
+    text = "% of range: the range is the peak-to-peak of the measured output over the same samples"
     several = max(len(records.fitted), len(records.held_out)) > 1
-    return f"{text}{'; for all records, of the widest' if several else ''}."
+    return f"{text}{'; for all records, the largest' if several else ''}."
 
 
 def loops(traces: Sequence[plots.Trace], count: int) -> Section:
-    """Show the loops measured and modelled."""
+    """Show measured and modelled loops."""
     text = [
-        "Above, the output over the input as measured and as the models have it. Below, the same "
-        "without the straight line through the measured points: the width and the lean of the "
-        "loops fill the panel, and so does what a model misses.",
+        "Top: measured and modelled output over the input. Bottom: the same minus the straight "
+        "line fit of the measured points. Without the line, the width of the loops and the error "
+        "of a model fill the panel.",
     ]
     if count > len(traces):
         text.append(f"Figures show the first {len(traces)} of {count} records.")
     return Section(
         "loops",
-        "Loops measured and modelled",
+        "Measured and modelled loops",
         text,
         [
             Figure(
                 canvas.data_uri(plots.loops(traces)),
-                "Output over input, measured and modelled, and the same without the straight line",
+                "Measured and modelled output over the input, and the same minus the straight line",
                 "Fitted samples only.",
             )
         ],
@@ -76,23 +75,22 @@ def loops(traces: Sequence[plots.Trace], count: int) -> Section:
 
 
 def errors(result: Result) -> Section:
-    """Tell the errors on fitted and held-out records, and the width of the loops."""
+    """Show the errors on fitted and held-out records, and the loop width."""
     found, compared = result.found, result.compared
     blocks: list[Block] = [_error_table(result, held_out=False)]
     text = []
     if compared is not None:
         gain = compared.fit.rmse / found.fit.rmse if found.fit.rmse > 0.0 else float("inf")
         text.append(
-            f"The {short_name(compared)} model, fitted to the same samples, leaves "
+            f"Fitted to the same samples, the {short_name(compared)} model has "
             f"{digits(gain, 3)} times the rms error of the {short_name(found)} model."
         )
     if found.validation is not None:
-        own = (
-            "the offset of its record"
-            if result.task.records.ends
-            else "the offset that suits it best"
+        own = "of the fitted part" if result.task.records.ends else "that minimizes its rms error"
+        text.append(
+            "The validation samples are predicted, not fitted. The output offset of each record is "
+            f"the one {own}."
         )
-        text.append(f"What was held out is predicted, not fitted; the output has {own}.")
         blocks.append(_error_table(result, held_out=True))
     return Section("errors", "Errors", text, [*blocks, *_loop_widths(result)])
 
@@ -101,8 +99,8 @@ def _error_table(result: Result, *, held_out: bool) -> Table:
     rows: list[list[str]] = []
     best = []
     for fit in result.fits:
-        judged = judge(result.task.records, fit)[held_out]
-        entries = [(one.record.name, one.quality) for one in judged]
+        evaluated = evaluate(result.task.records, fit)[held_out]
+        entries = [(one.record.name, one.quality) for one in evaluated]
         total = fit.validation if held_out else fit.fit
         if len(entries) > 1 and total is not None:
             entries.append(("all records", total))
@@ -114,17 +112,17 @@ def _error_table(result: Result, *, held_out: bool) -> Table:
     unit = result.of_unit
     errors = (f"max{unit}", f"rms{unit}", "max (%)", "rms (%)", "NRMSE", f"range{unit}")
     return Table(
-        "Errors on what was held out" if held_out else "Errors of the fit",
+        "Validation errors" if held_out else "Fit errors",
         ["record", "model", "samples", *errors],
         rows,
-        f"{base(result.task.records)} NRMSE: rms over range. Of the amplitude, half the range, "
-        "every percentage is twice as much.",
+        f"{base(result.task.records)} NRMSE: rms over range. "
+        "In % of the amplitude, half the range, every percentage doubles.",
         best,
     )
 
 
 def error_cells(quality: mh.results.Quality) -> list[str]:
-    """Format the errors with their base."""
+    """Format the errors and their base."""
     return [
         digits(quality.max_error, 3),
         digits(quality.rmse, 3),
@@ -136,51 +134,51 @@ def error_cells(quality: mh.results.Quality) -> list[str]:
 
 
 def _loop_widths(result: Result) -> list[Table]:
-    """Compare the width of the loops, for records that hold full strokes."""
+    """Compare the loop width for records that have full strokes."""
     rows = []
-    fitted, held_out = judge(result.task.records, result.found)
-    for one, what in [*((one, "") for one in fitted), *((one, "held out: ") for one in held_out)]:
+    fitted, held_out = evaluate(result.task.records, result.found)
+    for one, what in [*((one, "") for one in fitted), *((one, "validation: ") for one in held_out)]:
         rows += _loop_width(one, what)
     if not rows:
         return []
     unit = result.of_unit
     header = ["record", f"measured{unit}", f"modelled{unit}", f"error{unit}", "error (%)"]
-    note = "Widest distance of falling and rising full strokes; % of the measured width."
+    note = "Largest distance between falling and rising full strokes. %: of the measured width."
     return [Table(f"Loop width, {short_name(result.found)}", header, rows, note)]
 
 
-def _loop_width(judged: Judged, what: str) -> list[list[str]]:
-    width, error = judged.quality.loop_width, judged.quality.loop_width_error
+def _loop_width(evaluated: Evaluated, what: str) -> list[list[str]]:
+    width, error = evaluated.quality.loop_width, evaluated.quality.loop_width_error
     if width is None or error is None:
         return []
     percent = digits(100.0 * error / width, 3) if width > 0.0 else ""
-    name = f"{what}{judged.record.name}"
+    name = f"{what}{evaluated.record.name}"
     return [[name, digits(width), digits(width + error), digits(error, 3), percent]]
 
 
 def residuals(fitted: Sequence[plots.Trace], held_out: Sequence[plots.Trace]) -> Section:
-    """Show what the models leave over input, speed and time."""
+    """Show the residuals over input, rate and time."""
     text = [
-        "A residual that bends with the input is hysteresis the model does not have; one that "
-        "follows its speed is a lag; one that drifts over time is creep or temperature. A band "
-        "that looks the same everywhere is noise.",
+        "A residual that depends on the input is hysteresis that the model lacks. One that depends "
+        "on the rate of the input is a lag. One that drifts over time is creep or temperature. A "
+        "band that is the same everywhere is noise.",
     ]
     blocks: list[Block] = [
         Figure(
             canvas.data_uri(plots.residuals(trace)),
-            f"Residuals of {trace.name} over input, speed and time, {what}",
+            f"Residuals of {trace.name} over input, rate and time, {what}",
             f"{trace.name}, {what}: measured minus modelled.",
         )
-        for traces, what in ((fitted, "fitted"), (held_out, "held out"))
+        for traces, what in ((fitted, "fitted"), (held_out, "validation"))
         for trace in traces
     ]
-    return Section("residuals", "Residuals over input, speed and time", text, blocks)
+    return Section("residuals", "Residuals over input, rate and time", text, blocks)
 
 
 def model(result: Result) -> Section:
     """Show weights, thresholds and parameters."""
     found, compared, task = result.found, result.compared, result.task
-    slope = f"{task.output.shown_unit}/{task.input.unit}"
+    slope = f"{task.output.unit}/{task.input.unit}"
     weight_unit = slope if task.output.unit and task.input.unit else ""
     banks = [plots.Bank(short_name(found), canvas.BLUE, found.model)]
     if compared is not None:
@@ -188,25 +186,25 @@ def model(result: Result) -> Section:
     fitted = task.records.fitted
     pairs = [("operators", str(found.model.operators)), *parameters(task, found)]
     for record, offset in zip(fitted, found.output_offsets, strict=True):
-        value = in_unit(float(offset), task.output.shown_unit)
+        value = in_unit(float(offset), task.output.unit)
         pairs.append((f"output offset of {record.name}", value))
     first = digits(float(found.model.weights[0]))
     return Section(
         "model",
         "The model",
         [
-            "Neighbouring weights share what the data cannot tell apart; their running sum, the "
-            "slope of the first loading curve, is what the data fix.",
+            "The data determine the cumulative sum of the weights, which is the slope of the "
+            "first loading curve, better than each single weight.",
         ],
         [
             Figure(
-                canvas.data_uri(plots.weights(banks, weight_unit, task.input.shown_unit)),
-                "Weights, their running sum, and thresholds over the threshold r",
-                f"The first weight, at threshold zero, is {first} {weight_unit} and is left out of "
-                "the first panel. Split models have weights v of their own below zero: dashed.",
+                canvas.data_uri(plots.weights(banks, weight_unit, task.input.unit)),
+                "Weights, their cumulative sum, and thresholds over the threshold r",
+                f"The first weight, at threshold zero, is {first} {weight_unit}; the left panel "
+                "omits it. Dashed: weights v below zero of a split model.",
             ),
-            Pairs("Parameters, ± one standard error", pairs),
-            model_table(found.model, weight_unit, task.input.shown_unit, _standard_errors(found)),
+            Pairs("Parameters ± one standard error", pairs),
+            model_table(found.model, weight_unit, task.input.unit, _standard_errors(found)),
         ],
     )
 

@@ -1,4 +1,4 @@
-"""What `mpi-hyst identify` says in the terminal."""
+"""The summary of an identification in the terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import mpi_hyst as mh
 from mpi_hyst._report.identify import findings
 from mpi_hyst._report.identify.choices import choices
-from mpi_hyst._report.identify.records import Judged, Task, judge
+from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
 from mpi_hyst._text import digits, in_unit, text_pairs, text_table
 
 
@@ -16,56 +16,52 @@ def summary(
     task: Task, found: mh.results.Identification, left_out: Sequence[mh.results.LeftOutLoop]
 ) -> str:
     """Return the parameters, the errors and the warnings."""
-    unit = task.output.unit
+    unit, of_unit = task.output.unit, task.output.in_parentheses
     header = [
-        "record",
-        "samples",
-        *(f"{name} {unit}".rstrip() for name in ("max", "rms")),
-        "max %",
-        "rms %",
-        *(f"{name} {unit}".rstrip() for name in ("range", "offset")),
+        *("record", "samples", f"max{of_unit}", f"rms{of_unit}", "max (%)", "rms (%)"),
+        *(f"range{of_unit}", f"offset{of_unit}"),
     ]
-    fitted, held_out = judge(task.records, found)
+    fitted, held_out = evaluate(task.records, found)
     rows = _rows("", fitted, found.fit)
     if held_out and found.validation is not None:
         rows += _rows("held out: ", held_out, found.validation)
-    base = "  % of range: peak-to-peak of the measured output over these samples"
+    base = "  %: of the range, the peak-to-peak of the measured output over these samples"
     if max(len(fitted), len(held_out)) > 1:
-        base += "; all: of the widest record"
+        base += "; all: of the largest range"
     parts = [
         title(found, len(fitted)),
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
     ]
     for choice in choices(found):
-        table = text_table([choice.header, f"rms {unit}".rstrip()], choice.rows)
-        parts.append(f"{choice.said}\n\n{table}")
+        table = text_table([choice.header, f"rms{of_unit}"], choice.rows)
+        parts.append(f"{choice.sentence}\n\n{table}")
     if left_out:
         fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
         parts.append(
-            f"{len(left_out)} loops, each left out in turn: predicted to {left_rms} rms, "
-            f"fitted to {fitted_rms}"
+            f"{len(left_out)} loops, each left out of the fit in turn: rms error {left_rms} "
+            f"predicted, {fitted_rms} fitted"
         )
     parts.append(findings.text(found.warnings, task.records.names))
     return "\n\n".join(parts)
 
 
 def title(found: mh.results.Identification, records: int) -> str:
-    """Say what was fitted to what, and whether the search was cut short."""
+    """Return the kind of model and the number of samples; a partial fit is marked."""
     count = "1 record" if records == 1 else f"{records} records"
     text = f"{model_name(found)} fitted to {found.fit.samples} samples of {count}"
     return f"PARTIAL, the search was interrupted: {text}" if found.partial else text
 
 
 def model_name(found: mh.results.Identification) -> str:
-    """Name the kind of model and its size."""
+    """Return the kind of model and its number of operators."""
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
         return f"modified Prandtl-Ishlinskii model, {found.model.operators} coupled plays,"
     return f"conventional Prandtl-Ishlinskii model, {found.model.operators} plays,"
 
 
 def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
-    """Name the parameters of the model beside its weights, with units and standard errors."""
+    """Return the parameters apart from the weights, with units and standard errors."""
 
     def given(name: str) -> str:
         return "  (given)" if name in task.given else ""
@@ -83,28 +79,32 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
         )
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
-    offset = with_error(found.model.input_offset, found.input_offset_std)
-    offset = f"{offset} {task.input.unit}".rstrip()
+    offset = with_error(found.model.input_offset, found.input_offset_std, task.input.unit)
     pairs.append(("input offset", offset + given("input offset")))
-    delay = f"{with_error(found.delay, found.delay_std, 3)} samples"
-    if (step := task.records.fitted[0].sample_time) is not None:
-        delay += f" = {digits(1e3 * step * found.delay)} ms"
-    pairs.append(("delay of the output", delay + given("delay")))
+    pairs.append(("dead time", dead_time(task, found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
     return pairs
 
 
-def with_error(value: float, std: float, decimals: int | None = None) -> str:
+def dead_time(task: Task, found: mh.results.Identification) -> str:
+    """Return the dead time in ms with its standard error, or in samples without a time column."""
+    step = task.records.fitted[0].sample_time
+    if step is None:
+        return with_error(found.delay, found.delay_std, "samples")
+    return with_error(1e3 * step * found.delay, 1e3 * step * found.delay_std, "ms")
+
+
+def with_error(value: float, std: float, unit: str = "") -> str:
     """Format an estimate with its standard error, which is 0 if given and NaN at a bound."""
-    text = digits(value) if decimals is None else f"{value:.{decimals}f}"
     if math.isnan(std):
-        return f"{text} (at its bound)"
-    return f"{text} ± {digits(std, 2)}" if std > 0.0 else text
+        return f"{in_unit(value, unit)} (at its bound)"
+    text = f"{digits(value)} ± {digits(std, 2)}" if std > 0.0 else digits(value)
+    return f"{text} {unit}".rstrip()
 
 
 def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
-    """Return the rms error of all loops, fitted and left out."""
+    """Return the rms error over all loops, fitted and left out."""
     samples = sum(row.fitted.samples for row in left_out)
     pairs = [(row.fitted, row.left_out) for row in left_out]
     fitted, left = (
@@ -114,9 +114,11 @@ def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
     return fitted, left
 
 
-def _rows(prefix: str, judged: Sequence[Judged], total: mh.results.Quality) -> list[list[str]]:
+def _rows(
+    prefix: str, evaluated: Sequence[Evaluated], total: mh.results.Quality
+) -> list[list[str]]:
     rows = [
-        [prefix + one.record.name, *_quality(one.quality), digits(one.offset)] for one in judged
+        [prefix + one.record.name, *_quality(one.quality), digits(one.offset)] for one in evaluated
     ]
     if len(rows) > 1:
         rows.append([f"{prefix}all", *_quality(total), ""])

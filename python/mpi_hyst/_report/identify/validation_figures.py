@@ -1,4 +1,4 @@
-"""Figures that say how far to trust a model: loops left out, deviation of a prediction."""
+"""Figures on validation: loops left out, standard deviation of a prediction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BAND = 1.96  # standard deviations: 95 % of a normal distribution
 
 
 def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity) -> Figure:
-    """Draw the rms error of every loop in the order of the records, fitted and left out."""
+    """Draw the rms error of every loop in the order of the records, fitted and predicted."""
     figure = canvas.new_figure(3.2)
     axes = figure.subplots()
     number = np.arange(1, len(loops) + 1)
@@ -25,19 +25,20 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity)
     left = [row.left_out.rmse for row in loops]
     axes.vlines(number, fitted, left, color=canvas.MEASURED, linewidth=1.0)
     axes.plot(number, fitted, "o", color=canvas.BLUE, markersize=4.5, label="fitted")
-    axes.plot(number, left, "D", color=canvas.ORANGE, markersize=4.0, label="left out")
+    axes.plot(
+        number, left, "D", color=canvas.ORANGE, markersize=4.0, label="predicted from the others"
+    )
     axes.set_ylim(bottom=0.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    unit = output_quantity.shown_unit
     canvas.dress(
-        axes, "rms error of every loop", "loop", f"rms error{f' ({unit})' if unit else ''}"
+        axes, "rms error of every loop", "loop", f"rms error{output_quantity.in_parentheses}"
     )
     canvas.top_legend(figure, axes)
     return figure
 
 
 def deviation(trace: plots.Trace, std: Samples) -> Figure:
-    """Draw the band of the prediction over time, and its standard deviation over the input."""
+    """Draw the 95 % band of the prediction over time, and its deviation over the input."""
     figure = canvas.new_figure(3.4)
     course, plane = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
     fitted = slice(trace.skip, None)
@@ -64,8 +65,8 @@ def deviation(trace: plots.Trace, std: Samples) -> Figure:
         rasterized=True,
     )
     plane.set_ylim(bottom=0.0)
-    of_unit = f" ({trace.output_quantity.shown_unit})" if trace.output_quantity.unit else ""
-    canvas.dress(course, "band of the prediction over time", trace.time_label, f"Δ{of_unit}")
+    of_unit = trace.output_quantity.in_parentheses
+    canvas.dress(course, "95 % band of the prediction over time", trace.time_label, f"Δ{of_unit}")
     canvas.dress(
         plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"
     )

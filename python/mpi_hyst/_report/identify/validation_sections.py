@@ -1,4 +1,4 @@
-"""Sections and tables that say how far to trust a model."""
+"""Sections on validation: loops left out, uncertainty of the output, cross-validation."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _ROWS = 60
 
 
 def left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
-    """Tell how every loop is predicted by weights that have not seen it."""
-    unit, of_input = _of(task.output.shown_unit), _of(task.input.shown_unit)
+    """Show how well each loop is predicted by a fit to the others."""
+    unit, of_input = task.output.in_parentheses, task.input.in_parentheses
     fitted, left = pooled(loops)
     rows = [
         [
@@ -35,7 +35,7 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
         for number, row in enumerate(loops, 1)
     ]
     table = Table(
-        "Every loop, fitted with all and predicted from the others",
+        "Every loop: fitted, and predicted from the others",
         [
             "loop",
             "samples",
@@ -48,22 +48,21 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
         rows[:_ROWS],
         f"The first {_ROWS} of {len(rows)}." if len(rows) > _ROWS else "",
     )
-    shown = task.output.shown_unit
+    shown = task.output.unit
     return Section(
         "left-out",
         "Loops left out",
         [
-            "Each loop, from one maximum of the input to the next, is predicted by weights fitted "
-            "to all others; thresholds, offset and delay stay. All loops together are fitted to "
-            f"{in_unit(fitted, shown, 3)} rms and predicted to {in_unit(left, shown, 3)}. A loop "
-            "that is fitted well and predicted badly is one that nothing else in the records is "
-            "like.",
+            "A loop reaches from one maximum of the input to the next. Each is predicted with "
+            "weights fitted to all others; thresholds, offset and dead time stay. Over all loops "
+            f"the rms error is {in_unit(fitted, shown, 3)} fitted and {in_unit(left, shown, 3)} "
+            "predicted. A loop that is fitted well but predicted badly is unlike all others.",
         ],
         [
             Figure(
                 canvas.data_uri(validation_figures.left_out(loops, task.output)),
-                "Rms error of every loop, fitted and left out",
-                "A line joins what the same loop has when it is fitted and when it is left out.",
+                "Rms error of every loop, fitted and predicted",
+                "A line joins the two errors of the same loop.",
             ),
             table,
         ],
@@ -73,8 +72,8 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
 def uncertainty(
     found: mh.results.Identification, traces: Sequence[plots.Trace], task: Task
 ) -> Section:
-    """Show the standard deviation of the prediction on the records shown."""
-    unit = task.output.shown_unit
+    """Show the standard deviation of the prediction."""
+    unit = task.output.unit
     deviations = [found.predict(trace.input, return_std=True)[1] for trace in traces]
     largest = max(
         float(std[trace.skip :].max()) for std, trace in zip(deviations, traces, strict=True)
@@ -84,18 +83,17 @@ def uncertainty(
         "uncertainty",
         "Uncertainty of the output",
         [
-            "How far the prediction may be from that of the true parameters, from the covariance "
-            "of weights, ratios, offsets and delay: one standard deviation, "
-            f"{in_unit(mean, unit, 3)} rms on {traces[0].name} and at most "
-            f"{in_unit(largest, unit, 3)} on the records shown. It takes the errors of successive "
-            "samples for independent and the model for true: where the residuals above follow "
-            "input, speed or time, the truth may be further away. The noise of a measurement "
-            "comes on top. Weights at zero count as known.",
+            "The standard deviation of the prediction follows from the covariance of weights, "
+            f"ratios, offsets and dead time. It is {in_unit(mean, unit, 3)} rms on "
+            f"{traces[0].name} and at most {in_unit(largest, unit, 3)} on the records shown. It "
+            "assumes that the model is right and that the errors of successive samples are "
+            "independent. If the residuals above depend on input, rate or time, the error may be "
+            "larger. Measurement noise is not included. Weights at zero count as known.",
         ],
         [
             Figure(
                 canvas.data_uri(validation_figures.deviation(trace, std)),
-                f"Residual and uncertainty of the prediction of {trace.name}",
+                f"Uncertainty of the prediction of {trace.name}",
                 f"{trace.name}: the band is ± 1.96 standard deviations of the prediction.",
             )
             for trace, std in zip(traces, deviations, strict=True)
@@ -104,19 +102,18 @@ def uncertainty(
 
 
 def chosen(made: Sequence[Choice], task: Task) -> Section:
-    """Tell what cross-validation chose, and what it said of every candidate."""
-    header = f"rms{_of(task.output.shown_unit)}"
+    """Show the choices of cross-validation and the errors of all candidates."""
+    header = f"rms{task.output.in_parentheses}"
     return Section(
         "chosen",
         "Chosen by cross-validation",
         [
-            "Stretches of the records were held out in turn, and predicted from fits to the "
-            "others.",
-            *(f"{choice.said[0].upper()}{choice.said[1:]}." for choice in made),
+            "Folds of the records were held out in turn and predicted from fits to the others.",
+            *(f"{choice.sentence[0].upper()}{choice.sentence[1:]}." for choice in made),
         ],
         [
             Table(
-                f"Prediction of held-out stretches: {choice.header}",
+                f"Prediction of held-out folds: {choice.header}",
                 [choice.header, header],
                 choice.rows,
                 best=choice.best,
@@ -124,7 +121,3 @@ def chosen(made: Sequence[Choice], task: Task) -> Section:
             for choice in made
         ],
     )
-
-
-def _of(unit: str) -> str:
-    return f" ({unit})" if unit else ""

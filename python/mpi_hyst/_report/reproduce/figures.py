@@ -17,23 +17,23 @@ from mpi_hyst._report.canvas import BLUE, GREEN, INK, MEASURED, ORANGE, SOFT
 from mpi_hyst._types import Samples
 
 _COLOURS = (BLUE, GREEN, ORANGE)
-_PANEL_POINTS = 1000  # of half the width of the page
+_PANEL_POINTS = 1000  # for half the width of the page
 
 
 def loop(models: Models) -> Figure:
-    """Fig. 1: the hysteresis of the actuator, and the same without its straight line."""
+    """Fig. 1: the hysteresis of the actuator, and the same minus the straight line."""
     figure = canvas.new_figure(4.0)
     whole, width = figure.subplots(1, 2)
     line = np.polynomial.Polynomial.fit(models.drive, models.position, 1)
     whole.plot(models.drive, models.position, color=BLUE, linewidth=1.0)
     width.plot(models.drive, models.position - line(models.drive), color=BLUE, linewidth=1.0)
     canvas.dress(whole, "displacement over drive", "drive (V)", "displacement (µm)")
-    canvas.dress(width, "straight line removed", "drive (V)", "Δ displacement (µm)")
+    canvas.dress(width, "minus straight line", "drive (V)", "Δ displacement (µm)")
     return figure
 
 
 def operators() -> Figure:
-    """Fig. 4: a play and a coupled play under the same growing swing."""
+    """Fig. 4: a play and a coupled play under the same growing oscillation."""
     figure = canvas.new_figure(4.0)
     classical, coupled = figure.subplots(1, 2, sharey=True)
     phase = np.linspace(0.0, 3.0, 3001)
@@ -54,7 +54,7 @@ def operators() -> Figure:
 
 
 def fits(models: Models) -> Figure:
-    """Fig. 8, 9, 10: the record with both identified models, and what each leaves."""
+    """Fig. 8, 9, 10: the record with both identified models, and their errors."""
     figure = canvas.new_figure(3.2 + 1.9 * len(models.fits))
     below = [str(index) for index in range(len(models.fits))]
     panels = figure.subplot_mosaic(
@@ -66,8 +66,8 @@ def fits(models: Models) -> Figure:
         axes.plot(x, models.fits[0].wanted, ".", color=MEASURED, markersize=2.5, rasterized=True)
         for fit, colour in zip(shown, (GREEN, BLUE), strict=True):
             axes.plot(x, fit.predicted, color=colour, linewidth=0.9)
-    canvas.dress(panels["L"], "record and models over the drive", "drive (V)", "position (µm)")
-    canvas.dress(panels["T"], "the same over time", "time (s)", "position (µm)")
+    canvas.dress(panels["L"], "record and models over drive", "drive (V)", "position (µm)")
+    canvas.dress(panels["T"], "record and models over time", "time (s)", "position (µm)")
     panels["T"].set_xlim(time[0], time[-1])
     extent = 1.1e3 * max(float(np.abs(fit.measured_error).max()) for fit in models.fits)
     for index, (fit, colour) in enumerate(zip(models.fits, _COLOURS, strict=True)):
@@ -79,13 +79,13 @@ def fits(models: Models) -> Figure:
 def _error_panel(axes: Axes, time: Samples, fit: Fit, colour: str, extent: float) -> None:
     kept = canvas.envelope(fit.measured_error)
     axes.plot(time[kept], 1e3 * fit.measured_error[kept], color=colour, linewidth=0.6)
-    title = f"{fit.figure}, {fit.name}: at most {fit.max_percent:.2f} % of peak-to-peak"
+    title = f"{fit.figure}, {fit.name}: at most {fit.max_percent:.2f} % of range"
     canvas.dress(axes, title, "", "error (nm)")
     axes.set(xlim=(time[0], time[-1]), ylim=(-extent, extent))
 
 
 def errors(trials: Sequence[Trial]) -> Figure:
-    """Fig. 12 to 17 on one plant: the measured error, and the published maximum as a line."""
+    """Fig. 12 to 17 on one plant: the measured error and the published maximum."""
     figure = canvas.new_figure(7.6)
     panels = figure.subplots(3, 2)
     for axes, trial in zip(panels.flat, trials, strict=True):
@@ -102,7 +102,7 @@ def errors(trials: Sequence[Trial]) -> Figure:
                 color=ORANGE,
                 linewidth=1.1,
                 linestyle="--",
-                label="largest error in print" if sign > 0.0 else None,
+                label="published maximum" if sign > 0.0 else None,
             )
         extent = 1.25e3 * max(trial.published[1], run.metrics.max_error)
         axes.set(xlim=(0.0, time[-1]), ylim=(-extent, extent))

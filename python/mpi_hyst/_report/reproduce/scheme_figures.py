@@ -1,4 +1,4 @@
-"""Figures beyond the paper: what schemes leave over the frequency, in time, and in saturation."""
+"""Figures beyond the paper: errors of schemes over frequency and time, and saturation."""
 
 from __future__ import annotations
 
@@ -18,24 +18,36 @@ from mpi_hyst._report.canvas import BLUE, GREEN, INK, MEASURED, ORANGE, SOFT
 
 _PURPLE, _YELLOW, _SKY = "#cc79a7", "#b38600", "#56b4e9"
 _SHOWN = {
-    ("the paper's law: Table II + P-I", "-"): ("the paper's law", ORANGE, "o"),
-    ("exact inverse + same P-I", "right"): ("exact inverse + same P-I", SOFT, "x"),
-    ("exact inverse, inverse dynamics + same P-I", "right"): ("inverse dynamics, right", BLUE, "o"),
-    ("exact inverse, inverse dynamics + same P-I", "both wrong"): ("both wrong", _SKY, "s"),
-    ("iterative learning, 3 periods", "both wrong"): ("both wrong, learning", GREEN, "^"),
-    ("repetitive control, 3 s", "both wrong"): ("both wrong, repetitive", _PURPLE, "v"),
-    ("adaptation, 3 s", "both wrong"): ("both wrong, adaptation", _YELLOW, "D"),
+    ("published law: Table II + P-I", "-"): ("published law", ORANGE, "o"),
+    ("exact inverse + same P-I", "exact"): ("exact inverse + same P-I", SOFT, "x"),
+    ("exact inverse, inverse dynamics + same P-I", "exact"): ("inverse dynamics, exact", BLUE, "o"),
+    ("exact inverse, inverse dynamics + same P-I", "wrong model and dynamics"): (
+        "inverse dynamics, wrong",
+        _SKY,
+        "s",
+    ),
+    ("iterative learning, 3 periods", "wrong model and dynamics"): (
+        "wrong, iterative learning",
+        GREEN,
+        "^",
+    ),
+    ("repetitive control, 3 s", "wrong model and dynamics"): (
+        "wrong, repetitive control",
+        _PURPLE,
+        "v",
+    ),
+    ("adaptation, 3 s", "wrong model and dynamics"): ("wrong, adaptation", _YELLOW, "D"),
 }
 
 
 def over_frequency(outcomes: Sequence[Outcome]) -> Figure:
-    """Draw the largest true error over the frequency, for the schemes that tell most."""
+    """Draw the largest true error over frequency for selected schemes."""
     figure = canvas.new_figure(4.6)
     axes = figure.subplots()
     sines = [motion for motion in MOTIONS if motion is not TRIANGLE]
     frequencies = [1.0 / (motion.period * DT) for motion in sines]
     for outcome in outcomes:
-        look = _SHOWN.get((outcome.name, outcome.believes))
+        look = _SHOWN.get((outcome.name, outcome.assumed))
         if look is None:
             continue
         label, colour, marker = look
@@ -56,19 +68,19 @@ def over_frequency(outcomes: Sequence[Outcome]) -> Figure:
         "*",
         color=INK,
         markersize=9,
-        label="paper, measured error",
+        label="published, measured error",
     )
     axes.xaxis.set_major_locator(FixedLocator([5.0, 10.0, 15.0, 20.0, 50.0, 100.0]))
     axes.xaxis.set_minor_locator(NullLocator())
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(ScalarFormatter())
-    canvas.dress(axes, "largest error over the frequency", "frequency (Hz)", "error (nm)")
+    canvas.dress(axes, "largest error over frequency", "frequency (Hz)", "error (nm)")
     canvas.legend(axes, loc="center left", bbox_to_anchor=(1.01, 0.5))
     return figure
 
 
 def in_time(runs: Sequence[tuple[str, mh.plant.Run]], name: str) -> Figure:
-    """Draw the true errors of a few runs to one scale, and the second alone to its own."""
+    """Draw the measured and the true error of each run over time."""
     figure = canvas.new_figure(5.4)
     panels = figure.subplots(len(runs), 1, sharex=True)
     for axes, (title, run), colour in zip(panels, runs, (ORANGE, BLUE), strict=True):
@@ -93,7 +105,7 @@ def in_time(runs: Sequence[tuple[str, mh.plant.Run]], name: str) -> Figure:
 
 
 def saturation(cases: Sequence[Saturation]) -> Figure:
-    """Draw position, drive and error of the laws that stand for all."""
+    """Draw position, drive and error of the laws with Table II."""
     figure = canvas.new_figure(7.4)
     positions, drives, errors = figure.subplots(3, 1, sharex=True)
     shown = [case for case in cases if case.name == "Table II + P-I"]
@@ -129,7 +141,7 @@ def saturation(cases: Sequence[Saturation]) -> Figure:
         )
     canvas.dress(positions, "position", "", "position (µm)")
     canvas.dress(drives, "drive", "", "drive (V)")
-    canvas.dress(errors, "true error, without the law as printed", "time (s)", "error (nm)")
+    canvas.dress(errors, "true error (law as printed omitted)", "time (s)", "error (nm)")
     errors.set_ylim(-160, 160)
     errors.set_xlim(0.0, time[-1])
     canvas.top_legend(figure, positions)

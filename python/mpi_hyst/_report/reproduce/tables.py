@@ -1,4 +1,4 @@
-"""The tables of the reproduction: the same rows for the terminal and for the report."""
+"""The tables of the reproduction, for the terminal and for the report."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mpi_hyst._text import digits
 
 Rows = tuple[list[str], list[list[str]]]
 
-PAPERS_LAW = ("the paper's law: Table II + P-I", "-")
+PUBLISHED_LAW = ("published law: Table II + P-I", "-")
 FULL = "exact inverse, inverse dynamics + same P-I"
 
 
 def compared(comparisons: Sequence[Comparison]) -> Rows:
-    """Put the paper, ours and the deviation side by side."""
+    """Return published and own numbers with their deviation."""
     header = ["what", "paper", "ours", "unit", "deviation"]
     rows = [
         [
@@ -35,15 +35,15 @@ def compared(comparisons: Sequence[Comparison]) -> Rows:
 
 
 def beyond(outcomes: Sequence[Outcome]) -> Rows:
-    """Give the largest and rms true error of every scheme at every motion, in nm."""
-    header = ["scheme", "believes", *(motion.name for motion in MOTIONS)]
+    """Return the largest and rms true error of every scheme for every motion, in nm."""
+    header = ["scheme", "assumed", *(motion.name for motion in MOTIONS)]
     rows = []
     for outcome in outcomes:
         cells = [
-            f"{_nanometres(floor.max)} ({_nanometres(floor.rms)})"
-            for floor in (outcome.errors[motion.name] for motion in MOTIONS)
+            f"{_nanometres(error.max)} ({_nanometres(error.rms)})"
+            for error in (outcome.errors[motion.name] for motion in MOTIONS)
         ]
-        rows.append([outcome.name, outcome.believes, *cells])
+        rows.append([outcome.name, outcome.assumed, *cells])
     return header, rows
 
 
@@ -53,15 +53,15 @@ def _nanometres(micrometres: float) -> str:
 
 
 def saturated(cases: Sequence[Saturation]) -> Rows:
-    """Say when a law reaches a limit, how long it stays, and what it leaves afterwards."""
-    header = ["law", "first at limit", "at limit", "max nm", "rms nm"]
+    """Return when a law reaches a limit, for how long, and its errors afterwards."""
+    header = ["law", "first at limit", "at limit", "max (nm)", "rms (nm)"]
     rows = [
         [
             f"{case.name}, {case.law}",
             f"sample {case.first}",
             f"{case.samples} of {len(case.shown)}",
             _nanometres(case.max_error),
-            _nanometres(case.rms_error),
+            _nanometres(case.rmse),
         ]
         for case in cases
     ]
@@ -69,14 +69,22 @@ def saturated(cases: Sequence[Saturation]) -> Rows:
 
 
 def summary(made: Reproduction) -> Rows:
-    """Put published, reproduced and beaten side by side, one row for each motion of the paper."""
-    header = ["motion", "paper", "A1", "P3", "paper's law on A1", "right model", "both wrong"]
+    """Return published, reproduced and improved errors for each motion of the paper."""
+    header = [
+        "motion",
+        "paper",
+        "A1",
+        "P3",
+        "published law on A1",
+        "exact model",
+        "wrong model and dynamics",
+    ]
     header += ["repetitive"]
     chosen = [
-        made.outcome(*PAPERS_LAW),
-        made.outcome(FULL, "right"),
-        made.outcome(FULL, "both wrong"),
-        made.outcome("repetitive control, 3 s", "both wrong"),
+        made.outcome(*PUBLISHED_LAW),
+        made.outcome(FULL, "exact"),
+        made.outcome(FULL, "wrong model and dynamics"),
+        made.outcome("repetitive control, 3 s", "wrong model and dynamics"),
     ]
     rows = []
     for figure in [f"Fig. {number}" for number in range(13, 18)]:
@@ -95,8 +103,8 @@ def summary(made: Reproduction) -> Rows:
 
 
 def table_1(models: Models) -> Rows:
-    """Give Table I as printed, as Table II implies it, and as identified here."""
-    header = ["i", "r V", "printed w", "recovered w", "difference", "identified w"]
+    """Return Table I as printed, as recovered from Table II, and as identified here."""
+    header = ["i", "r (V)", "printed w", "recovered w", "difference", "identified w"]
     printed, recovered = models.printed[0], models.computed[0]
     identified = models.fits[0].model
     return header, [
@@ -113,7 +121,7 @@ def table_1(models: Models) -> Rows:
 
 
 def table_2(models: Models) -> Rows:
-    """Give Table II as printed and as computed."""
+    """Return Table II as printed and as computed."""
     header = ["i", "printed w'", "computed w'", "printed r'", "computed r'", "largest difference"]
     printed, computed = models.printed[1], models.computed[1]
     columns = ("weights", "r", "ra", "rb", "rc")
@@ -134,8 +142,16 @@ def table_2(models: Models) -> Rows:
 
 
 def identified(models: Models) -> Rows:
-    """Give the errors of the models of Fig. 8 to 10, with their bases."""
-    header = ["figure", "model", "paper max %", "max %", "paper MSE", "MSE um²", "true max %"]
+    """Return the errors of the models of Fig. 8 to 10, with their bases."""
+    header = [
+        "figure",
+        "model",
+        "paper max (%)",
+        "max (%)",
+        "paper MSE",
+        "MSE (µm²)",
+        "true max (%)",
+    ]
     rows = []
     for fit, largest, mse in zip(models.fits, *_printed_numbers(models.comparisons), strict=True):
         rows.append(
@@ -155,16 +171,16 @@ def identified(models: Models) -> Rows:
 def _printed_numbers(comparisons: Sequence[Comparison]) -> tuple[list[str], list[str]]:
     of_fits = [one for one in comparisons if one.figure in ("Fig. 8", "Fig. 9, 10")]
     largest = [one.published_text for one in of_fits if one.unit.startswith("%")]
-    return largest, [one.published_text for one in of_fits if one.unit == "um^2"]
+    return largest, [one.published_text for one in of_fits if one.unit == "µm²"]
 
 
 def walk(models: Models) -> Rows:
-    """Give the corners of the walk."""
+    """Return the corners of the walk of Fig. 5."""
     triples = list(zip(WALK_INPUT, WALK_OUTPUT, models.walk, strict=True))
-    header = ["x V", *(f"{x:g}" for x, _, _ in triples)]
+    header = ["x (V)", *(f"{x:g}" for x, _, _ in triples)]
     return header, [
-        ["paper z V", *(f"{z:g}" for _, z, _ in triples)],
-        ["ours z V", *(f"{z:g}" for _, _, z in triples)],
+        ["paper z (V)", *(f"{z:g}" for _, z, _ in triples)],
+        ["ours z (V)", *(f"{z:g}" for _, _, z in triples)],
         [
             "deviation",
             *(Comparison("", "", "", single(z), o).deviation_text for _, z, o in triples),

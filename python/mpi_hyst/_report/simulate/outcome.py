@@ -1,4 +1,4 @@
-"""A simulated run with what was simulated, and its errors."""
+"""A simulated run, what was simulated, and the errors."""
 
 from __future__ import annotations
 
@@ -11,24 +11,26 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._text import digits, in_unit
 from mpi_hyst._types import Samples
 
+BASE = "% of the base: the peak-to-peak range of the reference"
+
 
 @dataclass(frozen=True)
 class Setup:
-    """The stage and the controller."""
+    """The simulated stage and its controller. Files are given by their paths."""
 
     model: str
-    stage: str
+    plant: str
     reference: str
     limits: tuple[float, float]
     dynamics: tuple[float, float] | None
     amplifier_bandwidth: float | None
-    delay: float
+    dead_time: float
     noise: float
     seed: int
     gains: tuple[float, float]
     tuned: bool
     inverse: bool
-    ahead: int
+    preview_samples: int
 
 
 @dataclass(frozen=True)
@@ -42,22 +44,23 @@ class Outcome:
 
     @property
     def seconds(self) -> Samples:
-        """When each sample is taken, from zero on."""
+        """The time of each sample, from zero."""
         return np.arange(len(self.run), dtype=np.float64) * self.dt
 
 
 def facts(outcome: Outcome) -> list[tuple[str, str]]:
-    """Return what the stage and the controller were."""
+    """Return the facts about stage, controller and drive as names and values."""
     run, metrics, setup = outcome.run, outcome.run.metrics, outcome.setup
     low, high = setup.limits
     kp, ki = setup.gains
     feedforward = "none"
     if setup.inverse:
         feedforward = f"exact inverse of {setup.model}"
-        feedforward += f", {setup.ahead} samples of preview" if setup.ahead else ""
+        if setup.preview_samples:
+            feedforward += f", {setup.preview_samples} samples of preview"
     return [
-        ("samples", f"{len(run)} at {1.0 / outcome.dt:.6g} Hz, from rest"),
-        ("stage", ", ".join([setup.stage, *_stage(setup, outcome.quantity.unit)])),
+        ("samples", f"{len(run)} at {1.0 / outcome.dt:.6g} Hz, starting from rest"),
+        ("stage", ", ".join([setup.plant, *_stage(setup, outcome.quantity.unit)])),
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
         ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
@@ -69,25 +72,24 @@ def _stage(setup: Setup, unit: str) -> list[str]:
     parts = []
     if setup.dynamics is not None:
         frequency, damping = setup.dynamics
-        parts.append(f"dynamics {frequency:g} Hz, {damping:g}")
+        parts.append(f"natural frequency {frequency:g} Hz, damping ratio {damping:g}")
     if setup.amplifier_bandwidth is not None:
-        parts.append(f"amplifier {setup.amplifier_bandwidth:g} Hz")
-    if setup.delay:
-        parts.append(f"delay {setup.delay:g} samples")
+        parts.append(f"amplifier bandwidth {setup.amplifier_bandwidth:g} Hz")
+    if setup.dead_time:
+        parts.append(f"dead time {1e3 * setup.dead_time:g} ms")
     if setup.noise:
-        parts.append(f"noise {in_unit(setup.noise, unit)} rms, seed {setup.seed}")
+        parts.append(f"noise {in_unit(setup.noise, unit)} rms (seed {setup.seed})")
     return parts
 
 
 def errors(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
-    """Return the errors, true and measured, as a table."""
-    metrics, unit = outcome.run.metrics, outcome.quantity.unit
-    suffix = f" {unit}" if unit else ""
-    header = ["error", f"max{suffix}", f"rms{suffix}", "max %", "rms %", f"base{suffix}"]
+    """Return the errors of the true and of the measured position as a table."""
+    metrics, unit = outcome.run.metrics, outcome.quantity.in_parentheses
+    header = ["error", f"max{unit}", f"rms{unit}", "max (%)", "rms (%)", f"base{unit}"]
     rows = []
     for name, largest, rms in (
         ("true position", metrics.max_position_error, metrics.position_rmse),
-        ("measured", metrics.max_error, metrics.rmse),
+        ("measured position", metrics.max_error, metrics.rmse),
     ):
         percents = [
             f"{100.0 * value / metrics.range:.3f}" if metrics.range else "-"

@@ -1,4 +1,4 @@
-"""The report of a simulated run: what was asked, where the stage went, what drove it."""
+"""The report of a simulated run: reference, position, error and drive."""
 
 from __future__ import annotations
 
@@ -8,39 +8,39 @@ from matplotlib.figure import Figure as Canvas
 
 from mpi_hyst._report import canvas
 from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.simulate.outcome import Outcome, errors, facts
+from mpi_hyst._report.simulate.outcome import BASE, Outcome, errors, facts
 from mpi_hyst._text import in_unit
 
 
 def report(outcome: Outcome) -> str:
     """Return the HTML text."""
-    setup, metrics, unit = outcome.setup, outcome.run.metrics, outcome.quantity.shown_unit
+    setup, metrics, unit = outcome.setup, outcome.run.metrics, outcome.quantity.unit
     rows = facts(outcome)
     named = dict(rows)
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
         Card(in_unit(metrics.position_rmse, unit, 3), "rms error", "true position"),
         Card(named["drive"], "drive", f"limits {setup.limits[0]:g} to {setup.limits[1]:g}"),
-        Card(str(metrics.saturated_count), "samples at a limit", f"of {metrics.samples}"),
+        Card(str(metrics.saturated_count), "saturated samples", f"of {metrics.samples}"),
     ]
     text = [
-        "A simulation: the stage is the model with the dynamics, delay and noise given below. What "
-        "the model does not know of a real stage is not in it."
+        "This is a simulation. The stage is the hysteresis model with the dynamics, dead time and "
+        "noise listed below. Anything else that a real stage does is not included."
     ]
     figure = Figure(
-        canvas.data_uri(_tracking(outcome)),
-        "Reference and position, their difference, and the drive over time",
-        "The start goes over from rest to the reference, so that the drive does not jump.",
+        canvas.data_uri(_figure(outcome)),
+        "Reference and position, error, and drive over time",
+        "At the start the controller changes over from rest to the reference without a jump of "
+        "the drive.",
     )
-    note = "% of the base: the peak-to-peak of the reference"
     blocks: list[Block] = [
         figure,
-        Table("Errors", *errors(outcome), note=note),
-        Pairs("Facts", rows),
+        Table("Errors", *errors(outcome), note=f"{BASE}."),
+        Pairs("Conditions", rows),
     ]
     return render(
         Report(
-            title=f"Tracking {outcome.quantity.name}",
+            title=f"Simulated tracking of {outcome.quantity.name}",
             subtitle=f"{Path(setup.reference).name} on {Path(setup.model).name}",
             cards=cards,
             sections=[Section("tracking", "Tracking", text, blocks)],
@@ -49,10 +49,10 @@ def report(outcome: Outcome) -> str:
     )
 
 
-def _tracking(outcome: Outcome) -> Canvas:
+def _figure(outcome: Outcome) -> Canvas:
     run, time = outcome.run, outcome.seconds
     figure = canvas.new_figure(7.2)
-    positions, differences, drives = figure.subplots(3, 1, sharex=True)
+    positions, errors_over_time, drives = figure.subplots(3, 1, sharex=True)
     kept = canvas.envelope(run.position)
     soft, blue = canvas.SOFT, canvas.BLUE
     positions.plot(time[kept], run.reference[kept], color=soft, linewidth=2.0, label="reference")
@@ -60,19 +60,24 @@ def _tracking(outcome: Outcome) -> Canvas:
     if outcome.setup.noise:
         measured = run.reference - run.measured
         kept = canvas.envelope(measured)
-        grey = canvas.MEASURED
-        differences.plot(time[kept], measured[kept], color=grey, linewidth=0.6, label="measured")
-    missed = run.reference - run.position
-    kept = canvas.envelope(missed)
-    differences.plot(time[kept], missed[kept], color=blue, linewidth=1.0)
+        errors_over_time.plot(
+            time[kept], measured[kept], color=canvas.MEASURED, linewidth=0.6, label="measured"
+        )
+    error = run.reference - run.position
+    kept = canvas.envelope(error)
+    errors_over_time.plot(time[kept], error[kept], color=blue, linewidth=1.0)
     kept = canvas.envelope(run.drive)
     drives.plot(time[kept], run.drive[kept], color=canvas.ORANGE, linewidth=1.0, label="drive")
     for limit in outcome.setup.limits:
         drives.axhline(limit, color=soft, linewidth=0.8, linestyle="--")
-    unit = f" ({outcome.quantity.shown_unit})" if outcome.quantity.unit else ""
     canvas.dress(positions, "reference and position", "", outcome.quantity.label)
-    canvas.dress(differences, "what is missed", "", f"error{unit}")
-    canvas.dress(drives, "drive, and its limits", "time (s)", "drive")
+    canvas.dress(
+        errors_over_time,
+        "error: reference − position",
+        "",
+        f"error{outcome.quantity.in_parentheses}",
+    )
+    canvas.dress(drives, "drive and its limits", "time (s)", "drive")
     drives.set_xlim(time[0], time[-1] if time.size > 1 else outcome.dt)
-    canvas.top_legend(figure, positions, differences)
+    canvas.top_legend(figure, positions, errors_over_time)
     return figure

@@ -1,0 +1,99 @@
+//! Controllers, feedback, observation and learning made from a stage.
+
+use hysteresis_core::{ControllerOptions, Error as CoreError, HybridController, Preview};
+
+use super::{Error, Stage, rest_drive};
+use crate::feedforward::{PreviewCoefficients, PreviewOptions};
+use crate::learning::FeedbackLoop;
+use crate::tuning::{Tuning, TuningOptions, tune};
+
+/// The peak of the sensitivity that gains are found for unless told: a phase margin of at least 34 degrees.
+pub const PEAK_SENSITIVITY: f64 = 1.7;
+
+/// Where the feed-forward of a controller comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedForwardKind {
+    /// The exact inverse of maps, hysteresis and creep, of the reference of now.
+    Inverse,
+    /// The same, of a target made of references that come `ahead` samples early: through the inverse of amplifier, modes and
+    /// dead time too.
+    Preview {
+        /// How many samples early references come.
+        ahead: usize,
+    },
+    /// Drives that come with every sample, from [`Stage::precompensate`].
+    Given,
+}
+
+impl Stage {
+    /// Gains of the feedback for every slope of the hysteresis, at a peak of the sensitivity.
+    ///
+    /// # Errors
+    /// [`Error`] for a `dt` that is not above 0, a peak outside 1.05 to 5, or dynamics that cannot be tuned for.
+    pub fn tune(&self, dt: f64, peak_sensitivity: f64) -> Result<Tuning, Error> {
+        let gain = self.parts().dynamics.static_gain().abs();
+        let (low, high) = self.slope_range();
+        // The gain of the dynamics is part of theirs.
+        let slopes = (low / gain, high / gain);
+        Ok(tune(&self.linear_part()?, &TuningOptions { slopes, dt, peak_sensitivity })?)
+    }
+
+    /// The window of references that leads through the inverse of amplifier, modes and dead time, sample by sample.
+    ///
+    /// # Errors
+    /// [`Error`] for a window that cannot be.
+    pub fn preview(&self, dt: f64, options: &PreviewOptions) -> Result<PreviewCoefficients, Error> {
+        Ok(PreviewCoefficients::new(&self.linear_part()?, dt, options)?)
+    }
+
+    /// The linear model of the loop around this stage with its inverse: for learning. Its slope is the geometric mean of
+    /// those of the hysteresis.
+    ///
+    /// # Errors
+    /// [`Error::NegativeDeadTime`].
+    pub fn feedback_loop(&self, dt: f64, kp: f64, ki: f64) -> Result<FeedbackLoop, Error> {
+        let (low, high) = self.slope_range();
+        let slope = (low * high).sqrt() / self.parts().dynamics.static_gain().abs();
+        Ok(FeedbackLoop { kp, ki, slope, dynamics: self.linear_part()?, dt })
+    }
+
+    /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that cannot
+    /// be, more than a stroke outside the range of positions.
+    ///
+    /// # Errors
+    /// As for [`tune`](Self::tune) and [`limits`](Self::limits); without limits [`CoreError::Domain`].
+    pub fn controller_options(&self, dt: f64, limits: Option<(f64, f64)>) -> Result<ControllerOptions, Error> {
+        let Some(limits) = self.limits(limits)? else {
+            return Err(CoreError::Empty { parameter: "limits" }.into());
+        };
+        let Tuning { kp, ki, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
+        let measurement_range = self.position_range().map(|(low, high)| (2.0 * low - high, 2.0 * high - low));
+        Ok(ControllerOptions {
+            slew: self.parts().slew,
+            start_drive: Some(rest_drive(Some(limits))),
+            measurement_range,
+            ..ControllerOptions::new(kp, ki, dt, limits)
+        })
+    }
+
+    /// A controller of this stage.
+    ///
+    /// # Errors
+    /// As for [`inverse`](Self::inverse), [`preview`](Self::preview), or options that no controller can have.
+    pub fn controller(
+        &self,
+        feedforward: FeedForwardKind,
+        options: &ControllerOptions,
+    ) -> Result<HybridController, Error> {
+        let inverse = || self.inverse(options.dt, Some(options.limits));
+        let (source, preview) = match feedforward {
+            FeedForwardKind::Inverse => (inverse()?.into(), None),
+            FeedForwardKind::Preview { ahead } => {
+                let window = self.preview(options.dt, &PreviewOptions::new(ahead))?;
+                (inverse()?.into(), Some(Preview::new(window.coefficients(), window.ahead())?))
+            }
+            FeedForwardKind::Given => (hysteresis_core::FeedForward::Given, None),
+        };
+        Ok(HybridController::new(source, preview, options)?)
+    }
+}

@@ -1,0 +1,215 @@
+//! The stage as one object.
+
+use hysteresis_control::linear::{Block, Creep, FirstOrder, LinearDynamics, SecondOrder};
+use hysteresis_control::stage::{Error, PrecompensateOptions, Stage, StageParts};
+use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
+
+const DT: f64 = 1e-4;
+
+/// Hysteresis of about 15 % over 0..150 V and 100 um.
+fn hysteresis() -> ModifiedPrandtlIshlinskii {
+    let n = 20_u32;
+    let r: Vec<f64> = (0..n).map(|i| 7.5 * f64::from(i)).collect();
+    let w: Vec<f64> = (0..n).map(|i| if i == 0 { 0.53 } else { 0.02 * 0.9_f64.powi(i.cast_signed()) }).collect();
+    ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios { ra: 0.95, rb: 0.3, rc: 0.35 }, Offsets::default()).unwrap()
+}
+
+fn creep() -> Creep {
+    Creep::logarithmic(0.012, 0.01, 100.0, 8).unwrap()
+}
+
+/// Triangle of 70 % of the stroke at 10 Hz, with its beginning at 0.
+fn raster(seconds: f64) -> Vec<f64> {
+    let samples = (seconds / DT).round() as u32;
+    let triangle = |t: f64| 2.0 * ((t + 0.5).rem_euclid(1.0) - 0.5).abs();
+    (0..samples).map(|k| 70.0 * triangle(10.0 * DT * f64::from(k))).collect()
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0.0), |(sum, n), e| (sum + e * e, n + 1.0));
+    (sum / f64::sqrt(n) / f64::sqrt(n)).sqrt()
+}
+
+fn lightly_damped() -> Stage {
+    Stage::new(StageParts {
+        creep: Some(creep()),
+        dynamics: SecondOrder::new(800.0, 0.02).unwrap().into(),
+        dead_time: DT,
+        limits: Some((-10.0, 150.0)),
+        ..StageParts::new(hysteresis())
+    })
+    .unwrap()
+}
+
+/// A plant written from its equations, apart from the stage: loop over plays, creep and mode in the same order.
+struct Bench {
+    hysteresis: hysteresis_core::Forward,
+    mode: hysteresis_control::linear::LinearBlock,
+    creep: Vec<(f64, f64, f64)>,
+    waiting: f64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let creep = creep();
+        let terms = creep.amplitudes().iter().zip(creep.time_constants());
+        Self {
+            hysteresis: hysteresis().forward(),
+            mode: SecondOrder::new(800.0, 0.02).unwrap().block(DT).unwrap(),
+            creep: terms.map(|(c, tau)| (*c, (-DT / tau).exp(), 0.0)).collect(),
+            waiting: 0.0,
+        }
+    }
+
+    fn step(&mut self, drive: f64) -> f64 {
+        let h = self.hysteresis.step(core::mem::replace(&mut self.waiting, drive));
+        let moved = self.mode.step(h);
+        let mut y = moved;
+        for (c, a, q) in &mut self.creep {
+            y += *c * *q;
+            *q = *a * *q + (1.0 - *a) * moved;
+        }
+        y
+    }
+}
+
+// 0.02 % of the stroke is what is asked for; today's best pipeline leaves 3.3 %.
+#[test]
+fn open_loop_raster_of_a_lightly_damped_creeping_stage() {
+    let reference = raster(2.0);
+    let found = lightly_damped().precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap();
+    assert_eq!((found.drive.len(), found.saturated_count), (reference.len(), 0));
+    let mut bench = Bench::new();
+    let errors: Vec<f64> = found.drive.iter().zip(&reference).map(|(u, r)| bench.step(*u) - r).collect();
+    let all = rms(errors.iter().copied());
+    assert!(all < 2e-4 * 100.0, "{all} um rms of 100 um");
+}
+
+#[test]
+fn the_stage_is_the_plant_of_its_equations() {
+    let mut forward = lightly_damped().forward(DT).unwrap();
+    let mut bench = Bench::new();
+    for k in 0..5000 {
+        let drive = 40.0 - 40.0 * (0.01 * f64::from(k)).cos() + if k % 700 > 600 { 20.0 } else { 0.0 };
+        let (stage, plant) = (forward.step(drive), bench.step(drive));
+        // Creep before or behind the mode: they commute but for what creeps within a sample.
+        assert!((stage - plant).abs() < 2e-3, "{k}: {stage} {plant}");
+    }
+}
+
+#[test]
+fn forward_of_inverse_is_the_target_with_maps_and_creep() {
+    let stage = Stage::new(StageParts {
+        creep: Some(Creep::new(&[0.004, 0.003, 0.005], &[0.02, 0.5, 20.0]).unwrap()),
+        input_map: Some(PiecewiseLinearMap::new(&[0.0, 50.0, 150.0], &[0.0, 55.0, 150.0]).unwrap()),
+        output_map: Some(PiecewiseLinearMap::new(&[0.0, 40.0, 100.0], &[0.0, 42.0, 100.0]).unwrap()),
+        limits: Some((-20.0, 150.0)),
+        ..StageParts::new(hysteresis())
+    })
+    .unwrap();
+    let (mut forward, mut inverse) = (stage.forward(DT).unwrap(), stage.inverse(DT, None).unwrap());
+    for target in raster(0.5) {
+        assert!((forward.step(inverse.step(target)) - target).abs() < 1e-11 * 100.0);
+    }
+}
+
+#[test]
+fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
+    let stage = lightly_damped();
+    let reference: Vec<f64> = raster(0.2).iter().map(|r| r + 10.0).collect();
+    let error = stage.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap_err();
+    assert!(matches!(error, Error::Start { got: 10.0, .. }), "{error}");
+    assert!(error.to_string().contains("lead_in"), "{error}");
+    let options = PrecompensateOptions { lead_in: Some(0.05), ..PrecompensateOptions::default() };
+    let found = stage.precompensate(&reference, DT, &options).unwrap();
+    assert_eq!((found.lead_in_samples, found.drive.len()), (500, reference.len() + 500));
+    let largest_step = found.drive[..500].windows(2).map(|w| (w[1] - w[0]).abs()).fold(found.drive[0].abs(), f64::max);
+    assert!(largest_step < 0.4, "{largest_step} V");
+    let mut bench = Bench::new();
+    let positions: Vec<f64> = found.drive.iter().map(|u| bench.step(*u)).collect();
+    let error = rms(positions[500..].iter().zip(&reference).map(|(y, r)| y - r));
+    assert!(error < 0.02, "{error}");
+}
+
+#[test]
+fn drives_keep_limits_and_slew() {
+    let parts = StageParts { slew: Some(2e3), limits: Some((0.0, 80.0)), ..lightly_damped().parts().clone() };
+    let found = Stage::new(parts).unwrap().precompensate(&raster(0.3), DT, &PrecompensateOptions::default()).unwrap();
+    assert!(found.slewing_count > 0 && found.saturated_count > 0);
+    let mut last = 0.0_f64;
+    for drive in found.drive {
+        assert!((0.0..=80.0).contains(&drive) && (drive - last).abs() <= 2e3 * DT * (1.0 + 1e-12));
+        last = drive;
+    }
+}
+
+#[test]
+fn a_stage_file_reads_back_bit_for_bit() {
+    let dynamics = LinearDynamics::from(FirstOrder::new(3000.0).unwrap()).then(SecondOrder::new(800.0, 0.02).unwrap());
+    let stage = Stage::new(StageParts {
+        dynamics,
+        amplifier: Some(FirstOrder::new(5000.0).unwrap()),
+        output_map: Some(PiecewiseLinearMap::new(&[0.0, 1.0 / 3.0], &[0.1, 0.7]).unwrap()),
+        noise: Some(0.02),
+        ..lightly_damped().parts().clone()
+    })
+    .unwrap();
+    assert_eq!(Stage::from_json(&stage.to_json()).unwrap(), stage);
+    let cut = &stage.to_json()[..300];
+    assert!(Stage::from_json(cut).unwrap_err().to_string().starts_with("not a stage file"));
+    let other = stage.to_json().replace("mpi_hyst/stage/1", "mpi_hyst/stage/9");
+    assert!(Stage::from_json(&other).unwrap_err().to_string().contains("expected \"mpi_hyst/stage/1\""));
+}
+
+#[test]
+fn a_model_file_is_a_stage_of_hysteresis_alone() {
+    let model = hysteresis_core::Model::from(hysteresis());
+    let stage = Stage::from_json(&model.to_json()).unwrap();
+    assert_eq!(stage, Stage::new(StageParts::new(hysteresis())).unwrap());
+}
+
+#[test]
+fn a_restored_stage_continues_bit_for_bit() {
+    for amplifier in [None, Some(FirstOrder::new(5000.0).unwrap())] {
+        let stage = Stage::new(StageParts { amplifier, ..lightly_damped().parts().clone() }).unwrap();
+        let (mut one, mut other) = (stage.forward(DT).unwrap(), stage.forward(DT).unwrap());
+        for k in 0..300 {
+            one.step(30.0 + 20.0 * (0.1 * f64::from(k)).sin());
+        }
+        other.set_state(&one.state()).unwrap();
+        for k in 0..300 {
+            let drive = 60.0 * (0.03 * f64::from(k)).cos().abs();
+            assert_eq!(one.step(drive).to_bits(), other.step(drive).to_bits());
+        }
+    }
+}
+
+#[test]
+fn a_reading_is_the_next_row() {
+    let stage = lightly_damped();
+    let (mut rows, mut plant) = (stage.forward(DT).unwrap(), stage.forward(DT).unwrap());
+    let mut reading = plant.output();
+    for k in 0..500 {
+        let drive = 30.0 - 30.0 * (0.02 * f64::from(k)).cos();
+        assert!((rows.step(drive) - reading).abs() < 1e-9);
+        reading = plant.advance(drive);
+    }
+}
+
+#[test]
+fn bad_parts_are_named() {
+    let parts = || StageParts::new(hysteresis());
+    for (parts, name) in [
+        (StageParts { dead_time: f64::NAN, ..parts() }, "dead_time"),
+        (StageParts { limits: Some((1.0, 1.0)), ..parts() }, "limits[1]"),
+        (StageParts { slew: Some(0.0), ..parts() }, "slew"),
+        (StageParts { noise: Some(-1.0), ..parts() }, "noise"),
+    ] {
+        let error = Stage::new(parts).unwrap_err();
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+    let stage = Stage::new(StageParts { dead_time: -1e-4, ..parts() }).unwrap();
+    assert!(stage.forward(DT).unwrap_err().to_string().starts_with("dead_time: expected 0 s or more"));
+    assert!(lightly_damped().inverse(DT, Some((-99.0, 1.0))).unwrap_err().to_string().starts_with("limits[0]"));
+    assert!(lightly_damped().inverse(0.0, None).unwrap_err().to_string().starts_with("dt"));
+}

@@ -1,0 +1,174 @@
+//! Which creep to fit: time constants that are known, amplitudes that are searched.
+
+use hysteresis_control::linear::Creep;
+
+use crate::error::Error;
+use crate::numeric::as_f64;
+
+/// The span of log-type creep in seconds, unless the records are shorter or sampled more slowly.
+const SPAN: (f64, f64) = (0.01, 100.0);
+
+/// Log-type creep goes on beyond the longest record, to so many times its length: slower terms are all but a drift.
+const BEYOND: f64 = 10.0;
+
+/// The shortest time constant, in samples: what is faster belongs to the dynamics.
+const FASTEST_SAMPLES: f64 = 30.0;
+
+/// The shortest time constant of log-type creep, in samples: its span may begin earlier than it can be told, as all terms
+/// share one amplitude.
+const FASTEST_LOGARITHMIC_SAMPLES: f64 = 3.0;
+
+/// Terms a decade apart: the longest time constant, as a share of the record. A term that is slower is a drift.
+const SLOWEST_SHARE: f64 = 1.0 / 3.0;
+
+/// How many amplitudes are searched at most.
+pub(crate) const MAX_AMPLITUDES: usize = 12;
+
+/// Which creep to fit behind the hysteresis: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k), with
+/// a_j = exp(-dt / tau_j). The time constants tau_j are known, the amplitudes c_j are searched.
+///
+/// ```
+/// use hysteresis_identify::{CreepModel, Options};
+/// let options = Options { dt: Some(1e-4), creep: CreepModel::Logarithmic { terms: None }, ..Options::default() };
+/// assert_ne!(options.creep, CreepModel::default());
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum CreepModel {
+    /// No creep.
+    #[default]
+    None,
+    /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
+    /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
+    /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
+    Logarithmic {
+        /// How many terms; two per decade unless given.
+        terms: Option<usize>,
+    },
+    /// That many terms, their time constants a decade apart, the longest a third of the longest record. Each has an
+    /// amplitude of its own.
+    Decades(usize),
+    /// Terms with these time constants, in seconds, each with an amplitude of its own: at most 12.
+    TimeConstants(Vec<f64>),
+}
+
+/// Time constants, and what the searched amplitudes mean for each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct CreepBasis {
+    pub(crate) time_constants: Vec<f64>,
+    /// For each searched parameter what its unit makes of every c_j.
+    pub(crate) directions: Vec<Vec<f64>>,
+}
+
+impl CreepBasis {
+    /// c_j for parameters.
+    pub(crate) fn amplitudes(&self, parameters: impl Fn(usize) -> f64) -> Vec<f64> {
+        let amplitude = |j: usize| self.directions.iter().enumerate().map(|(i, one)| parameters(i) * one[j]).sum();
+        (0..self.time_constants.len()).map(amplitude).collect()
+    }
+}
+
+impl CreepModel {
+    /// The terms for a longest record of so many seconds and the shortest sampling interval.
+    pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
+        let domain = |expected, got| Error::Domain { parameter: "creep", index: None, expected, got };
+        let own = |time_constants: Vec<f64>| {
+            let terms = time_constants.len();
+            let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
+            CreepBasis { directions: (0..terms).map(unit).collect(), time_constants }
+        };
+        match self {
+            Self::None => Ok(CreepBasis::default()),
+            Self::Logarithmic { terms } => {
+                let (start, end) = (SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
+                if start.is_nan() || end < 2.0 * start {
+                    return Err(domain(
+                        "records longer than a fifth of the shortest time constant of log-type creep",
+                        seconds,
+                    ));
+                }
+                let terms = terms.unwrap_or_else(|| terms_of(start, end));
+                let count = u16::try_from(terms).ok().filter(|terms| (1..=200).contains(terms));
+                let count = count.ok_or_else(|| domain("1 to 200 terms", as_f64(terms)))?;
+                let unit = Creep::logarithmic(1.0, start, end, count)?;
+                Ok(CreepBasis {
+                    time_constants: unit.time_constants().to_vec(),
+                    directions: vec![unit.amplitudes().to_vec()],
+                })
+            }
+            Self::Decades(terms) => {
+                let slowest = SLOWEST_SHARE * seconds;
+                let decades = |k: usize| 0.1_f64.powf(as_f64(*terms) - 1.0 - as_f64(k));
+                let fits = (1..=MAX_AMPLITUDES).contains(terms) && slowest * decades(0) >= FASTEST_SAMPLES * dt;
+                let expected = "a number of terms that the record can tell apart: one per decade from 30 samples to a \
+                                third of the record";
+                if fits {
+                    Ok(own((0..*terms).map(|k| slowest * decades(k)).collect()))
+                } else {
+                    Err(domain(expected, as_f64(*terms)))
+                }
+            }
+            Self::TimeConstants(time_constants) => {
+                let terms = time_constants.len();
+                if terms > MAX_AMPLITUDES {
+                    return Err(domain("at most 12 time constants", as_f64(terms)));
+                }
+                Creep::new(&vec![0.0; terms], time_constants).map_err(|error| Error::Domain {
+                    parameter: "creep",
+                    index: error.index,
+                    expected: "time constants in seconds, finite, above 0 and strictly increasing",
+                    got: error.got,
+                })?;
+                Ok(own(time_constants.clone()))
+            }
+        }
+    }
+}
+
+/// Two per decade, rounded up.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few decades")]
+fn terms_of(start: f64, end: f64) -> usize {
+    (2.0 * (end / start).log10()).ceil().max(1.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(creep: &CreepModel) -> String {
+        creep.basis(2.0, 1e-4).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn log_type_creep_spans_what_the_records_can_tell() {
+        let basis = |seconds, dt| CreepModel::Logarithmic { terms: None }.basis(seconds, dt).unwrap();
+        // four decades from 10 ms to 100 s, however long the record
+        let long = basis(1e4, 1e-4);
+        assert_eq!((long.time_constants.len(), long.directions.len()), (8, 1));
+        assert!(long.time_constants[0] > 0.01 && long.time_constants[7] < 200.0);
+        assert!(long.directions[0].iter().all(|c| (c - 0.5).abs() < 1e-12)); // gamma per half a decade
+        let short = basis(1.0, 1e-4);
+        assert_eq!(short.time_constants.len(), 6); // 10 ms to 10 s
+        assert!(basis(1000.0, 0.1).time_constants[0] > 0.3);
+        assert!(error(&CreepModel::Logarithmic { terms: Some(0) }).starts_with("creep: expected 1 to 200 terms"));
+        let tiny = CreepModel::Logarithmic { terms: None }.basis(0.0015, 1e-4).unwrap_err();
+        assert!(tiny.to_string().starts_with("creep: expected records longer"), "{tiny}");
+    }
+
+    #[test]
+    fn decades_end_at_a_third_of_the_record() {
+        let basis = CreepModel::Decades(2).basis(3.0, 1e-3).unwrap();
+        assert!((basis.time_constants[0] - 0.1).abs() < 1e-12 && (basis.time_constants[1] - 1.0).abs() < 1e-12);
+        assert_eq!(basis.amplitudes(|i| [3.0, 5.0][i]), [3.0, 5.0]);
+        for terms in [0, 4, 13] {
+            assert!(error(&CreepModel::Decades(terms)).starts_with("creep: expected a number of terms"), "{terms}");
+        }
+    }
+
+    #[test]
+    fn time_constants_are_checked() {
+        let message = |tau: &[f64]| error(&CreepModel::TimeConstants(tau.to_vec()));
+        assert!(message(&[1.0, 0.5]).starts_with("creep[1]: expected time constants in seconds"));
+        assert!(message(&[1.0; 13]).starts_with("creep: expected at most 12"));
+        assert!(message(&[-1.0]).starts_with("creep[0]"));
+    }
+}

@@ -1,0 +1,22 @@
+//! A fitted chain, and what it predicts.
+
+use super::linear_part::LinearPart;
+use super::response::response;
+use super::tangent::OperatorsAt;
+
+/// What predicts: the operators with their weights, and what follows them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Chain {
+    pub(crate) operators: OperatorsAt,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) linear: LinearPart,
+    /// The sampling interval of records that have none of their own, in seconds; 1, in samples, if none is known.
+    pub(crate) dt: f64,
+}
+
+impl Chain {
+    /// The output but for the output offset.
+    pub(crate) fn response(&self, input: &[f64], dt: f64) -> Vec<f64> {
+        response(&self.operators, &self.weights, &self.linear, input, dt)
+    }
+}

@@ -1,0 +1,100 @@
+//! The joint fit: hysteresis, dynamics, dead time and creep together.
+
+use super::choice::levels;
+use super::monitor::{SearchMonitor, Span};
+use super::point::{Parameter, Point};
+use super::projection::{Linearised, ProjectedFit};
+use super::search::{attempt, by_objective, search};
+use super::space::Space;
+use super::starts::starts;
+use super::weight_basis::WeightBasis;
+use crate::error::Error;
+use crate::options::Options;
+use crate::record::Record;
+
+/// How many passes over the records a start may take before the best of them goes on.
+const PASSES: usize = 10;
+
+/// A fit of hysteresis and linear part, and where it was searched.
+pub(crate) struct JointFit {
+    pub(crate) space: Space,
+    pub(crate) fit: ProjectedFit,
+    pub(crate) linearised: Linearised,
+}
+
+impl JointFit {
+    /// How many rows were fitted.
+    pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
+        let unread = self.space.unread_samples();
+        records.iter().map(|record| record.fitted_samples().saturating_sub(unread).max(1)).sum()
+    }
+
+    /// The dead time in samples of the fastest record.
+    pub(crate) fn dead_time_samples(&self) -> f64 {
+        self.fit.point.get(Parameter::DeadTime) / self.space.intervals().smallest()
+    }
+}
+
+/// Records and what is known before the linear part is searched.
+#[derive(Clone, Copy)]
+pub(crate) struct JointProblem<'a> {
+    pub(crate) records: &'a [Record<'a>],
+    /// With everything chosen that is left to cross-validation.
+    pub(crate) options: &'a Options,
+    pub(crate) basis: &'a WeightBasis,
+    pub(crate) smoothness: f64,
+}
+
+impl JointProblem<'_> {
+    /// From the fit of the hysteresis with a dead time alone to the best of everything together.
+    ///
+    /// The weights stay linear: each operator's output goes through creep, dynamics and dead time before it becomes a
+    /// column. Frequency, damping, dead time and creep start from the best minima of a scan behind the hysteresis found,
+    /// and are then searched together with ratios and input offset.
+    pub(crate) fn search(
+        &self,
+        plain: &ProjectedFit,
+        plain_space: &Space,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let space = Space::new(self.records, self.options)?;
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        monitor.forget();
+        let starts = starts(self.records, plain, plain_space, &space);
+        let whole = Span { from: 0.0, to: 0.6 };
+        let mut fits = Vec::new();
+        for (number, start) in starts.iter().enumerate() {
+            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
+            fits.push(attempt(&levels[1], self.basis, start, PASSES, span, monitor)?);
+        }
+        fits.sort_by(by_objective);
+        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
+        drop(levels);
+        Ok(JointFit { space, fit, linearised })
+    }
+
+    /// The best fit with a dead time that is known, from a point near by.
+    pub(crate) fn with_dead_time(
+        &self,
+        near: &JointFit,
+        dead_time: f64,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let space = near.space.with_known(Parameter::DeadTime, dead_time);
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        let point = space.with_lag_kept(&near.fit.point, dead_time);
+        let span = Span { from: 0.8, to: 0.9 };
+        let start = attempt(&levels[1], self.basis, &point, PASSES, span, monitor)?;
+        let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
+        drop(levels);
+        Ok(JointFit { space, fit, linearised })
+    }
+
+    /// The fit at a point, without a search.
+    pub(crate) fn at(&self, space: &Space, point: &Point) -> Result<JointFit, Error> {
+        let levels = levels(self.records, space, self.basis, self.smoothness, false)?;
+        let all = &levels[levels.len() - 1];
+        let (fit, linearised) = all.at(point);
+        Ok(JointFit { space: space.clone(), fit, linearised })
+    }
+}

@@ -1,0 +1,209 @@
+//! The linear part behind the hysteresis, and what it does from sample to sample.
+
+use core::f64::consts::TAU;
+
+use hysteresis_control::linear::Dynamics;
+
+/// Creep, dynamics and dead time behind the hysteresis.
+///
+/// With h(k) the output of the hysteresis for the drive put out at t_k = k T,
+///
+/// ```text
+/// p(k) = h(k) + sum_j c_j q_j(k),   q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k),   a_j = exp(-T / tau_j)
+/// y(k) = x(t_k - d),   x the answer of the dynamics to p(k), held from t_k to t_(k+1)
+/// ```
+///
+/// Without dynamics y(k) is p(t_k - d), straight between samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct LinearPart {
+    pub(crate) dynamics: Option<Dynamics>,
+    /// c_j.
+    pub(crate) amplitudes: Vec<f64>,
+    /// tau_j, in seconds.
+    pub(crate) time_constants: Vec<f64>,
+    /// d, in seconds; in samples for records without a sampling interval.
+    pub(crate) dead_time: f64,
+}
+
+impl LinearPart {
+    /// A dead time alone.
+    pub(crate) fn delay(dead_time: f64) -> Self {
+        Self { dead_time, ..Self::default() }
+    }
+
+    /// Whether the output is that of the hysteresis, only later.
+    pub(crate) fn is_dead_time_alone(&self) -> bool {
+        self.dynamics.is_none() && self.time_constants.is_empty()
+    }
+
+    /// How much later slow motion is seen: the dead time and the lag of the dynamics, 2 zeta / w or tau.
+    pub(crate) fn lag(&self) -> f64 {
+        let dynamics = match self.dynamics {
+            None => 0.0,
+            Some(Dynamics::FirstOrder(lag)) => lag.time_constant(),
+            Some(Dynamics::SecondOrder(resonance)) => 2.0 * resonance.damping() / (TAU * resonance.frequency()),
+        };
+        self.dead_time + dynamics
+    }
+}
+
+/// [`LinearPart`] for a sampling interval.
+#[derive(Clone, Debug)]
+pub(crate) struct SampledPart {
+    pub(crate) amplitudes: Vec<f64>,
+    /// a_j.
+    pub(crate) decays: Vec<f64>,
+    pub(crate) dynamics: Option<SampledDynamics>,
+    /// By how many whole samples the sample that is held lies back.
+    pub(crate) whole: isize,
+    /// Without dynamics: the share of the sample before it.
+    pub(crate) share: f64,
+}
+
+/// Dynamics for a sampling interval. The state is (x, v), v = x' / w; of a lag only x.
+#[derive(Clone, Debug)]
+pub(crate) struct SampledDynamics {
+    /// exp(T A): (x - p, v) at t_(k+1) from that at t_k.
+    pub(crate) step: Transition,
+    /// exp(s A): the same at t_k + s, where the output is read; 0 <= s < T.
+    pub(crate) reading: Transition,
+    /// w, in radians per second (or sample).
+    w: f64,
+    is_lag: bool,
+}
+
+impl SampledPart {
+    pub(crate) fn new(part: &LinearPart, dt: f64) -> Self {
+        let samples = part.dead_time / dt;
+        // What acts at t_k - d: with dynamics the sample that was put out last, and what passed since; without, the straight
+        // line between the one put out next and the one before.
+        let back = if part.dynamics.is_some() { samples.ceil() } else { samples.floor() };
+        #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
+        let whole = back as isize;
+        let dynamics = part.dynamics.map(|dynamics| SampledDynamics::new(&dynamics, dt, (back - samples) * dt));
+        Self {
+            amplitudes: part.amplitudes.clone(),
+            decays: part.time_constants.iter().map(|tau| (-dt / tau).exp()).collect(),
+            dynamics,
+            whole,
+            share: samples - samples.floor(),
+        }
+    }
+
+    /// The sample that acts on the reading at `sample`; none before the record.
+    pub(crate) fn source(&self, sample: usize) -> Option<usize> {
+        sample.checked_add_signed(-self.whole)
+    }
+}
+
+impl SampledDynamics {
+    fn new(dynamics: &Dynamics, dt: f64, since: f64) -> Self {
+        let (w, damping) = match dynamics {
+            Dynamics::FirstOrder(lag) => (TAU * lag.frequency(), None),
+            Dynamics::SecondOrder(resonance) => (TAU * resonance.frequency(), Some(resonance.damping())),
+        };
+        let transition =
+            |t: f64| damping.map_or_else(|| Transition::lag(w * t), |zeta| Transition::resonance(w * t, zeta));
+        Self { step: transition(dt), reading: transition(since), w, is_lag: damping.is_none() }
+    }
+
+    /// x' at the reading, for a state (x - p, v).
+    #[inline]
+    pub(crate) fn speed(&self, deviation: f64, v: f64) -> f64 {
+        let e = &self.reading;
+        // A lag moves towards its input; of second-order dynamics v is x' / w.
+        self.w * if self.is_lag { -e.xx * deviation } else { e.vx * deviation + e.vv * v }
+    }
+}
+
+/// exp(t A) for (x - p, v), A = \[0, w; -w, -2 zeta w\]; of a lag, A = -w, only the first entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Transition {
+    pub(crate) xx: f64,
+    pub(crate) xv: f64,
+    pub(crate) vx: f64,
+    pub(crate) vv: f64,
+}
+
+impl Transition {
+    fn lag(angle: f64) -> Self {
+        Self { xx: (-angle).exp(), xv: 0.0, vx: 0.0, vv: 0.0 }
+    }
+
+    /// With C = cos r and S = sin r / r, r^2 = angle^2 (1 - zeta^2), both hyperbolic where that is negative:
+    /// exp(-zeta angle) \[C + zeta angle S, angle S; -angle S, C - zeta angle S\].
+    fn resonance(angle: f64, zeta: f64) -> Self {
+        let (decay, square) = (zeta * angle, angle * angle * (1.0 - zeta * zeta));
+        let root = square.abs().sqrt();
+        let (c, s) = if root < 1e-4 {
+            // The next terms of the series are below rounding.
+            ((-decay).exp() * (1.0 - 0.5 * square), (-decay).exp() * (1.0 - square / 6.0))
+        } else if square > 0.0 {
+            ((-decay).exp() * root.cos(), (-decay).exp() * root.sin() / root)
+        } else {
+            // exp(-decay) cosh(root) would overflow on its own; root is at most decay.
+            let (slow, fast) = ((root - decay).exp(), (-root - decay).exp());
+            (0.5 * (slow + fast), 0.5 * (slow - fast) / root)
+        };
+        Self { xx: c + decay * s, xv: angle * s, vx: -angle * s, vv: c - decay * s }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_control::linear::{Block, FirstOrder, SecondOrder};
+
+    use super::*;
+
+    /// exp(2 t A) = exp(t A)^2 across under-, critically and overdamped, and what the blocks of the other crate do.
+    #[test]
+    fn transitions_compose_and_equal_the_blocks() {
+        for zeta in [1e-4, 0.02, 0.95, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.7, 10.0] {
+            for angle in [1e-6, 0.3, 2.0, 300.0] {
+                let (one, two) = (Transition::resonance(angle, zeta), Transition::resonance(2.0 * angle, zeta));
+                let product = [
+                    one.xx * one.xx + one.xv * one.vx,
+                    one.xx * one.xv + one.xv * one.vv,
+                    one.vx * one.xx + one.vv * one.vx,
+                    one.vx * one.xv + one.vv * one.vv,
+                ];
+                for (got, want) in product.into_iter().zip([two.xx, two.xv, two.vx, two.vv]) {
+                    assert!((got - want).abs() < 1e-11, "{zeta} {angle}: {got} {want}");
+                }
+            }
+            let dt = 1e-4;
+            let resonance = SecondOrder::new(800.0, zeta).unwrap();
+            let mut block = resonance.block(dt).unwrap();
+            let sampled = SampledDynamics::new(&resonance.into(), dt, 0.0);
+            let (mut deviation, mut v, mut last) = (0.0, 0.0, 0.0);
+            for (k, p) in [1.0, -2.0, 0.5, 0.5, 3.0].into_iter().enumerate() {
+                deviation += last - p;
+                (deviation, v) = (
+                    sampled.step.xx * deviation + sampled.step.xv * v,
+                    sampled.step.vx * deviation + sampled.step.vv * v,
+                );
+                last = p;
+                assert!((p + deviation - block.advance(p)).abs() < 1e-12, "{zeta} {k}");
+            }
+        }
+        let lag = FirstOrder::new(50.0).unwrap();
+        let sampled = SampledDynamics::new(&lag.into(), 1e-3, 4e-4);
+        assert!((sampled.step.xx - (-1e-3 / lag.time_constant()).exp()).abs() < 1e-15);
+        assert!((sampled.reading.xx - (-4e-4 / lag.time_constant()).exp()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_acts_on_a_reading() {
+        let resonance = Some(SecondOrder::new(800.0, 0.1).unwrap().into());
+        let at = |dynamics, dead_time| {
+            let part = SampledPart::new(&LinearPart { dynamics, dead_time, ..LinearPart::default() }, 0.5);
+            (part.source(3), part.share)
+        };
+        assert_eq!(at(None, 0.0), (Some(3), 0.0));
+        assert_eq!(at(None, 0.625), (Some(2), 0.25));
+        assert_eq!(at(resonance, 0.625).0, Some(1)); // held from t_1 on, read three quarters of an interval later
+        assert_eq!(at(resonance, -0.5).0, Some(4));
+        assert_eq!(at(resonance, -0.25).0, Some(3));
+        assert_eq!(at(resonance, 2.5).0, None);
+    }
+}

@@ -1,0 +1,89 @@
+//! Where the thresholds lie.
+
+use super::course::turns;
+use crate::numeric::as_f64;
+use crate::options::{ModelKind, Options, Thresholds};
+use crate::record::Record;
+
+/// Reversals nearer to each other than this share of the range count once.
+const MERGED: f64 = 0.01;
+
+/// What the thresholds are made of.
+#[derive(Clone)]
+pub(crate) struct Placement {
+    model: ModelKind,
+    thresholds: Thresholds,
+    /// The smallest and the largest input.
+    low: f64,
+    high: f64,
+    /// The inputs at the reversals of every record, if the thresholds are made of them.
+    reversals: Vec<Vec<f64>>,
+}
+
+impl Placement {
+    pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Self {
+        let bounds = records.iter().map(Record::input_bounds);
+        let (low, high) =
+            bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| (low.min(from), high.max(to)));
+        let thresholds = options.thresholds.clone();
+        let reversals = match thresholds {
+            Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * (high - low))).collect(),
+            _ => Vec::new(),
+        };
+        Self { model: options.model, thresholds, low, high, reversals }
+    }
+
+    /// The smallest and the largest input.
+    pub(crate) fn bounds(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
+    /// The thresholds r_i for an input offset.
+    pub(crate) fn thresholds(&self, offset: f64) -> Vec<f64> {
+        let reach = match self.model {
+            ModelKind::Modified => (self.high - offset).abs().max((self.low - offset).abs()),
+            ModelKind::Conventional => 0.5 * (self.high - self.low),
+        };
+        match &self.thresholds {
+            // Cross-validation puts a number in place of this before a space is made.
+            Thresholds::Auto | Thresholds::AutoQuantiles => Vec::new(),
+            Thresholds::Given(thresholds) => thresholds.clone(),
+            Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
+            Thresholds::Quantiles(n) => {
+                let knots = self.amplitudes(offset, reach);
+                (0..*n).map(|i| interpolated(&knots, as_f64(i) / as_f64(*n))).collect()
+            }
+        }
+    }
+
+    /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
+    fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
+        let mut amplitudes: Vec<f64> = match self.model {
+            ModelKind::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
+            ModelKind::Conventional => {
+                self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
+            }
+        };
+        amplitudes.sort_by(f64::total_cmp);
+        let mut knots = vec![0.0];
+        for amplitude in amplitudes {
+            if amplitude - knots[knots.len() - 1] > MERGED * reach && amplitude < (1.0 - MERGED) * reach {
+                knots.push(amplitude);
+            }
+        }
+        knots.push(reach);
+        knots
+    }
+}
+
+fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
+    turns(record.input(), dead_band).into_iter().map(|k| record.input()[k]).collect()
+}
+
+/// The value a share of the way through evenly spaced knots, straight between them.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among the knots")]
+fn interpolated(knots: &[f64], share: f64) -> f64 {
+    let place = share * as_f64(knots.len() - 1);
+    let below = (place as usize).min(knots.len() - 2);
+    knots[below] + (place - as_f64(below)) * (knots[below + 1] - knots[below])
+}

@@ -1,0 +1,67 @@
+//! Parameters that are searched, and values for them.
+
+use hysteresis_core::Ratios;
+
+use crate::creep_model::MAX_AMPLITUDES;
+
+/// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Parameter {
+    Ra,
+    RbShare,
+    Rc,
+    InputOffset,
+    DeadTime,
+    LogFrequency,
+    LogDamping,
+    /// An amplitude of creep, by its number.
+    Creep(usize),
+}
+
+impl Parameter {
+    fn place(self) -> usize {
+        match self {
+            Self::Ra => 0,
+            Self::RbShare => 1,
+            Self::Rc => 2,
+            Self::InputOffset => 3,
+            Self::DeadTime => 4,
+            Self::LogFrequency => 5,
+            Self::LogDamping => 6,
+            Self::Creep(number) => 7 + number,
+        }
+    }
+}
+
+/// A value for every [`Parameter`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Point([f64; 7 + MAX_AMPLITUDES]);
+
+impl Point {
+    pub(crate) fn zero() -> Self {
+        Self([0.0; 7 + MAX_AMPLITUDES])
+    }
+
+    pub(crate) fn with(mut self, parameter: Parameter, value: f64) -> Self {
+        self.0[parameter.place()] = value;
+        self
+    }
+
+    pub(crate) fn get(&self, parameter: Parameter) -> f64 {
+        self.0[parameter.place()]
+    }
+
+    pub(crate) fn with_ratios(self, ratios: Ratios) -> Self {
+        let share = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
+        self.with(Parameter::Ra, ratios.ra).with(Parameter::RbShare, share).with(Parameter::Rc, ratios.rc)
+    }
+}
+
+/// A parameter that is searched, with its bounds and the size of a bold step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Axis {
+    pub(crate) parameter: Parameter,
+    pub(crate) lower: f64,
+    pub(crate) upper: f64,
+    pub(crate) scale: f64,
+}

@@ -1,0 +1,50 @@
+//! The output of a whole model for an input.
+
+use super::lanes::{CreepLanes, DynamicLanes};
+use super::linear_part::{LinearPart, SampledPart};
+use super::regressor::Regressor;
+use super::tangent::OperatorsAt;
+
+/// The weighted sum of the operators' outputs from the virgin state, through what follows them, at rest at the first.
+pub(crate) fn response(
+    operators: &OperatorsAt,
+    weights: &[f64],
+    linear: &LinearPart,
+    input: &[f64],
+    dt: f64,
+) -> Vec<f64> {
+    if linear.is_dead_time_alone() && linear.dead_time >= 0.0 {
+        return hysteresis(operators, weights, input, linear.dead_time / dt);
+    }
+    through(linear, &hysteresis(operators, weights, input, 0.0), dt)
+}
+
+/// The weighted sum of the operators' outputs from the virgin state, `delay` samples later.
+pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64) -> Vec<f64> {
+    let mut regressor = Regressor::new(&operators.bank, input, operators.input_offset, delay);
+    let next = |k| {
+        regressor.go_to(k, None);
+        regressor.output(weights)
+    };
+    (0..input.len()).map(next).collect()
+}
+
+/// A signal through creep, dynamics and dead time, at rest at its first value.
+pub(crate) fn through(linear: &LinearPart, signal: &[f64], dt: f64) -> Vec<f64> {
+    let part = SampledPart::new(linear, dt);
+    let (mut creep, mut lane) = (CreepLanes::new(&part, 1), DynamicLanes::new(&part, 1));
+    let (mut taken, mut rest) = (0, 0.0);
+    let reading = |k| {
+        let source = part.source(k);
+        while taken < source.map_or(1, |source| source + 1) {
+            let p = creep.put_out(&signal[taken.min(signal.len() - 1)..][..1]);
+            if taken == 0 {
+                rest = p[0];
+            }
+            lane.put_out(p);
+            taken += 1;
+        }
+        if source.is_none() { rest } else { lane.read_one(0) }
+    };
+    (0..signal.len()).map(reading).collect()
+}

@@ -1,0 +1,196 @@
+//! Where the search for dynamics starts: a scan over frequency, damping and dead time behind a known hysteresis.
+
+use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+
+use super::course::Course;
+use super::lanes::{CreepLanes, DynamicLanes};
+use super::linear_part::{LinearPart, SampledPart};
+use super::point::{Parameter, Point};
+use super::projection::ProjectedFit;
+use super::response::hysteresis;
+use super::space::Space;
+use crate::numeric::as_f64;
+use crate::options::Order;
+use crate::record::Record;
+
+/// The ratio of neighbouring frequencies.
+const RATIO: f64 = 1.1;
+
+/// The frequencies looked at: from so many cycles per longest record to so many per sample.
+const CYCLES_PER_RECORD: f64 = 2.0;
+const CYCLES_PER_SAMPLE: f64 = 0.4;
+
+const DAMPINGS: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
+
+/// About so many rows are compared, however long the records.
+const ROWS: usize = 6000;
+
+/// How many starts there are at most.
+const STARTS: usize = 4;
+
+/// The amplitude of creep to start from, in units of its parameters.
+const CREEP: f64 = 0.01;
+
+/// Points with dynamics and creep for a fit of the hysteresis with a dead time alone, the most promising first.
+///
+/// The dead time of that fit is the lag of everything, 2 zeta / w and what is dead time in truth: each frequency and
+/// damping is tried with the rest of it, and a few others.
+pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
+    let point = |dead_time: f64| {
+        let start = space.from_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
+        (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), CREEP))
+    };
+    let lag = plain.point.get(Parameter::DeadTime);
+    let known = space.axis(Parameter::DeadTime).is_none().then(|| space.origin().get(Parameter::DeadTime));
+    let Some(order) = space.order() else {
+        return vec![point(known.unwrap_or(lag))];
+    };
+    let scan = Scan::new(records, plain, plain_space, space);
+    let mut along: Vec<(f64, Point)> = Vec::new();
+    for frequency in frequencies(space) {
+        let mut best = (f64::INFINITY, point(0.0));
+        for damping in if order == Order::First { &DAMPINGS[..1] } else { &DAMPINGS[..] } {
+            let Some(dynamics) = dynamics(order, frequency, *damping) else { continue };
+            let part = LinearPart { dynamics: Some(dynamics), ..LinearPart::default() };
+            let responses = scan.responses(&part);
+            for dead_time in dead_times(space, known, lag - part.lag()) {
+                let squares = scan.squares(&responses, dead_time);
+                if squares < best.0 {
+                    let here = point(dead_time)
+                        .with(Parameter::LogFrequency, frequency.ln())
+                        .with(Parameter::LogDamping, damping.ln());
+                    best = (squares, here);
+                }
+            }
+        }
+        along.push(best);
+    }
+    minima(along)
+}
+
+/// Those that fit better than their neighbours, the best first.
+fn minima(along: Vec<(f64, Point)>) -> Vec<Point> {
+    let squares = |place: Option<usize>| place.and_then(|i| along.get(i)).map_or(f64::INFINITY, |one| one.0);
+    let is_minimum = |i: &usize| {
+        let here = squares(Some(*i));
+        here <= squares(i.checked_sub(1)) && here <= squares(Some(i + 1))
+    };
+    let mut minima: Vec<_> = (0..along.len()).filter(is_minimum).map(|i| along[i]).collect();
+    minima.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    minima.truncate(STARTS);
+    minima.into_iter().map(|(_, point)| point).collect()
+}
+
+fn frequencies(space: &Space) -> impl Iterator<Item = f64> {
+    let lowest = CYCLES_PER_RECORD / space.intervals().longest_record();
+    let highest = CYCLES_PER_SAMPLE / space.intervals().smallest();
+    std::iter::successors(Some(highest), |frequency| Some(frequency / RATIO)).take_while(move |f| *f > lowest)
+}
+
+fn dynamics(order: Order, frequency: f64, damping: f64) -> Option<Dynamics> {
+    match order {
+        Order::First => FirstOrder::new(frequency).map(Dynamics::from).ok(),
+        Order::Second => SecondOrder::new(frequency, damping).map(Dynamics::from).ok(),
+    }
+}
+
+/// The one that is known, or those that may be left of the lag: to half a sample, and a sample either way.
+fn dead_times(space: &Space, known: Option<f64>, left: f64) -> Vec<f64> {
+    if let Some(known) = known {
+        return vec![known];
+    }
+    let (dt, bounds) = (space.intervals().smallest(), space.axis(Parameter::DeadTime));
+    let within = |d: f64| bounds.map_or(d, |axis| d.clamp(axis.lower, axis.upper));
+    let mut samples: Vec<f64> =
+        [left - dt, left, left + dt, -dt, 0.0, dt].map(|d| (2.0 * within(d) / dt).round() / 2.0).to_vec();
+    samples.sort_by(f64::total_cmp);
+    samples.dedup();
+    samples.into_iter().map(|samples| samples * dt).collect()
+}
+
+/// The outputs of the hysteresis, and the rows at which candidates are compared.
+struct Scan<'a> {
+    signals: Vec<Signals<'a>>,
+}
+
+struct Signals<'a> {
+    record: &'a Record<'a>,
+    dt: f64,
+    /// The output of the hysteresis, and what it creeps for the unit of all amplitudes; one after the other.
+    inputs: Vec<[f64; 2]>,
+    rows: Vec<usize>,
+    mean: f64,
+}
+
+impl<'a> Scan<'a> {
+    fn new(records: &'a [Record<'a>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Self {
+        let samples: usize = records.iter().map(Record::fitted_samples).sum();
+        let stride = samples.div_ceil(ROWS);
+        let operators = plain_space.operators(&plain.point);
+        let unit = (0..space.creep_amplitudes()).fold(*space.origin(), |p, i| p.with(Parameter::Creep(i), 1.0));
+        let creep = LinearPart { dynamics: None, dead_time: 0.0, ..space.linear_part(&unit) };
+        let signals = |(place, record): (usize, &'a Record<'a>)| {
+            let dt = space.intervals().of_record(place);
+            let output = hysteresis(&operators, &plain.weights, record.input(), 0.0);
+            let mut lane = CreepLanes::new(&SampledPart::new(&creep, dt), 1);
+            let inputs = output.iter().map(|h| [*h, lane.put_out(&[*h])[0] - h]).collect();
+            let course = Course::new(record, stride, space.unread_samples());
+            let rows: Vec<usize> = (0..course.len()).map(|row| course.sample(row)).collect();
+            let mean = rows.iter().map(|k| record.output()[*k]).sum::<f64>() / as_f64(rows.len());
+            Signals { record, dt, inputs, rows, mean }
+        };
+        Self { signals: records.iter().enumerate().map(signals).collect() }
+    }
+
+    /// The answers of dynamics to both signals of every record, without dead time.
+    fn responses(&self, part: &LinearPart) -> Vec<Vec<[f64; 2]>> {
+        let answer = |signals: &Signals<'_>| {
+            let mut lanes = DynamicLanes::new(&SampledPart::new(part, signals.dt), 2);
+            let read = |input: &[f64; 2]| {
+                lanes.put_out(input);
+                let mut answers = [0.0; 2];
+                lanes.read(&mut answers);
+                answers
+            };
+            signals.inputs.iter().map(read).collect()
+        };
+        self.signals.iter().map(answer).collect()
+    }
+
+    /// The sum of squares that a gain, an amplitude of creep and an offset for every record leave, neither of the first two
+    /// negative.
+    fn squares(&self, responses: &[Vec<[f64; 2]>], dead_time: f64) -> f64 {
+        let (mut aa, mut ab, mut bb, mut ay, mut by, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for (signals, response) in self.signals.iter().zip(responses) {
+            let (mut a1, mut b1, mut y1) = (0.0, 0.0, 0.0);
+            let [a0, b0] = response[0];
+            for k in &signals.rows {
+                let [a, b] = at(response, as_f64(*k) - dead_time / signals.dt);
+                let (a, b, y) = (a - a0, b - b0, signals.record.output()[*k] - signals.mean);
+                (a1, b1, y1) = (a1 + a, b1 + b, y1 + y);
+                (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+                (ay, by, yy) = (ay + a * y, by + b * y, yy + y * y);
+            }
+            let n = as_f64(signals.rows.len());
+            (aa, ab, bb) = (aa - a1 * a1 / n, ab - a1 * b1 / n, bb - b1 * b1 / n);
+            (ay, by, yy) = (ay - a1 * y1 / n, by - b1 * y1 / n, yy - y1 * y1 / n);
+        }
+        let gain_alone = if ay > 0.0 { yy - ay * ay / aa } else { yy };
+        let determinant = aa * bb - ab * ab;
+        if determinant <= 1e-12 * aa * bb {
+            return gain_alone;
+        }
+        let (gain, creep) = ((ay * bb - by * ab) / determinant, (by * aa - ay * ab) / determinant);
+        if gain > 0.0 && creep > 0.0 { yy - gain * ay - creep * by } else { gain_alone }
+    }
+}
+
+/// A response between its samples, straight; held beyond its ends.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the samples")]
+fn at(response: &[[f64; 2]], sample: f64) -> [f64; 2] {
+    let last = response.len() - 1;
+    let sample = sample.clamp(0.0, as_f64(last));
+    let (below, share) = (sample as usize, sample.fract());
+    let ([a, b], [c, d]) = (response[below], response[(below + 1).min(last)]);
+    [a + share * (c - a), b + share * (d - b)]
+}

@@ -1,0 +1,100 @@
+//! What makes the linear part of a joint fit doubtful.
+
+use crate::finding::{Finding, FindingCode};
+use crate::fit::dead_time::MIN_NEGATIVE_SAMPLES;
+use crate::fit::point::Parameter;
+use crate::fit::projection::ProjectedFit;
+use crate::fit::space::Space;
+use crate::joint_search::LinearEvidence;
+use crate::result::standard_errors::StandardErrors;
+
+/// Relative standard errors beyond which a parameter counts as undetermined; of the dead time, in samples.
+const MAX_FREQUENCY_ERROR: f64 = 0.05;
+const MAX_DAMPING_ERROR: f64 = 0.25;
+const MAX_CREEP_ERROR: f64 = 0.5;
+const MAX_DEAD_TIME_ERROR: f64 = 0.25;
+
+/// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
+const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
+
+/// What the records do not tell of dynamics, dead time and creep. Correlated residuals widen standard errors by the root of
+/// their correlation time.
+pub(crate) fn joint_findings(
+    space: &Space,
+    fit: &ProjectedFit,
+    errors: &StandardErrors,
+    evidence: &LinearEvidence,
+) -> Vec<Finding> {
+    let widen = evidence.colour.correlation_time.sqrt();
+    let doubtful = |code, what: &str, parameter, value: f64, error: f64, limit: f64| {
+        let relative = widen * error / value;
+        let message = match space.axis(parameter) {
+            Some(axis) if !(axis.lower < fit.point.get(parameter) && fit.point.get(parameter) < axis.upper) => {
+                format!("the search for the {what} ended at {value:.4}, the edge of its domain")
+            }
+            _ if relative.is_nan() => format!("the records do not tell the {what}"),
+            _ => format!("the standard error of the {what} is {:.0} % of its value, {value:.4}", 100.0 * relative),
+        };
+        // A relative error that is not a number is past any limit.
+        (space.axis(parameter).is_some() && !(relative <= limit)).then(|| Finding::new(code, relative, limit, message))
+    };
+    let (frequency, damping) =
+        (fit.point.get(Parameter::LogFrequency).exp(), fit.point.get(Parameter::LogDamping).exp());
+    let mut found = vec![
+        doubtful(
+            FindingCode::ResonanceNotExcited,
+            "frequency",
+            Parameter::LogFrequency,
+            frequency,
+            errors.frequency,
+            MAX_FREQUENCY_ERROR,
+        ),
+        doubtful(
+            FindingCode::DampingUndetermined,
+            "damping",
+            Parameter::LogDamping,
+            damping,
+            errors.damping,
+            MAX_DAMPING_ERROR,
+        ),
+        confounded(space, fit, errors, evidence.dead_time_error),
+        negative(space, fit),
+        evidence.without_dynamics.map(no_dynamics),
+    ];
+    for (number, error) in errors.creep.iter().enumerate() {
+        let amplitude = fit.point.get(Parameter::Creep(number));
+        let code = FindingCode::CreepUndetermined;
+        found.push(doubtful(code, "creep", Parameter::Creep(number), amplitude, *error, MAX_CREEP_ERROR));
+    }
+    found.push(evidence.colour.finding());
+    found.into_iter().flatten().collect()
+}
+
+fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error: Option<f64>) -> Option<Finding> {
+    let (error, lag) = (error?, space.linear_part(&fit.point).lag());
+    let alone = if error.is_nan() { "not at all".to_owned() } else { format!("to {error:.2} samples") };
+    let message = format!(
+        "dead time is confounded with the lag of the dynamics: the records tell their sum, {:.4} ms to {:.4} ms, and the \
+         dead time alone {alone}",
+        1e3 * lag,
+        1e3 * errors.lag
+    );
+    let code = FindingCode::DeadTimeConfounded;
+    (!(error <= MAX_DEAD_TIME_ERROR)).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+}
+
+/// The evidence for dynamics, and what noise alone may pretend.
+fn no_dynamics((evidence, needed): (f64, f64)) -> Finding {
+    let message = format!(
+        "a dead time alone fits as well, and the result has no dynamics: they lower the sum of squares by {evidence:.1} noise \
+         variances, and noise alone may pretend {needed:.1}"
+    );
+    Finding::new(FindingCode::ResonanceNotExcited, evidence, needed, message)
+}
+
+fn negative(space: &Space, fit: &ProjectedFit) -> Option<Finding> {
+    let samples = fit.point.get(Parameter::DeadTime) / space.intervals().smallest();
+    let message = format!("the position leads the drive by {:.2} samples", -samples);
+    let code = FindingCode::NegativeDeadTime;
+    (samples < NEGATIVE_SAMPLES).then(|| Finding::new(code, samples, NEGATIVE_SAMPLES, message))
+}

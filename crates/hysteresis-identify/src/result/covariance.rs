@@ -1,0 +1,74 @@
+//! The covariance of everything that was estimated, by name.
+
+use crate::fit::gradients::{Gradient, Gradients, Quantity};
+use crate::fit::projection::{Linearised, ProjectedFit};
+use crate::fit::root::Root;
+use crate::fit::space::Space;
+use crate::fit::weight_basis::WeightBasis;
+
+/// The covariance of the parameters that were estimated, from the same linearisation as the
+/// [`StandardErrors`](crate::StandardErrors).
+///
+/// What was given is left out, and so is what lies at a bound or is not told: it counts as known.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Covariance {
+    /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, and `output_offset` of the first record.
+    pub parameters: Vec<String>,
+    /// The covariance, row by row, in the units of the parameters.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+impl Covariance {
+    pub(crate) fn new(
+        fit: &ProjectedFit,
+        root: &Root,
+        linearised: &Linearised,
+        basis: &WeightBasis,
+        space: &Space,
+    ) -> Self {
+        let gradients = Gradients { fit, basis, space };
+        let mut names = Vec::new();
+        let mut roots: Vec<Vec<f64>> = Vec::new();
+        for (name, quantity) in quantities(fit, basis, space) {
+            let gradient = gradients.of(quantity);
+            // A weight of zero is at its bound.
+            let is_zero = matches!(quantity, Quantity::Weight(i) if fit.weights[i] <= 0.0);
+            if !gradient.is_empty() && !is_zero && (matches!(quantity, Quantity::Weight(_)) || root.tells(&gradient)) {
+                names.push(name);
+                roots.push(root.along(&gradient));
+            }
+        }
+        // The output offset is o + m'p: o is uncertain by s^2 / N and independent of p, m are the means of the columns.
+        let (means, rows) = linearised.means();
+        let of_means: Gradient = means.iter().enumerate().map(|(j, mean)| (j, -mean)).collect();
+        names.push("output_offset".to_owned());
+        roots.push(root.along(&of_means));
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut matrix: Vec<Vec<f64>> = roots.iter().map(|a| roots.iter().map(|b| product(a, b)).collect()).collect();
+        let last = matrix.len() - 1;
+        matrix[last][last] += root.deviation * root.deviation / rows;
+        Self { parameters: names, matrix }
+    }
+}
+
+fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(String, Quantity)> {
+    let (above, _) = basis.families(&fit.weights);
+    let weight = |i: usize| match i.checked_sub(above.len()) {
+        None => (format!("weights[{i}]"), Quantity::Weight(i)),
+        Some(below) => (format!("weights_negative[{below}]"), Quantity::Weight(i)),
+    };
+    let single = [
+        ("ra", Quantity::Ra),
+        ("rb", Quantity::Rb),
+        ("rc", Quantity::Rc),
+        ("input_offset", Quantity::InputOffset),
+        ("dead_time", Quantity::DeadTime),
+        ("frequency", Quantity::Frequency),
+        ("damping", Quantity::Damping),
+    ];
+    let single = single.into_iter().map(|(name, quantity)| (name.to_owned(), quantity));
+    let creep = (0..space.creep_amplitudes()).map(|j| (format!("creep[{j}]"), Quantity::Creep(j)));
+    (0..fit.weights.len()).map(weight).chain(single).chain(creep).collect()
+}

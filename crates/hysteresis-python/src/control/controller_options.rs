@@ -1,0 +1,111 @@
+//! The options of a controller, from Python and back.
+
+use hysteresis_core::{AntiWindup, ControllerOptions, Law, Mode};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::convert::arguments::{numbers, pair, whole};
+use crate::convert::errors;
+use crate::convert::pickling::keywords;
+
+/// A word that is none of those expected.
+pub(super) fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
+    Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
+}
+
+fn law(name: &str) -> PyResult<Law> {
+    match name {
+        "positional" => Ok(Law::Positional),
+        "incremental" => Ok(Law::Incremental),
+        _ => unknown("law", "\"positional\" or \"incremental\"", name),
+    }
+}
+
+fn law_name(law: Law) -> &'static str {
+    match law {
+        Law::Positional => "positional",
+        Law::Incremental => "incremental",
+    }
+}
+
+fn anti_windup(name: &str, tracking_time: Option<f64>) -> PyResult<AntiWindup> {
+    match (name, tracking_time) {
+        ("conditional", None) => Ok(AntiWindup::Conditional),
+        ("conditional", Some(time)) => {
+            let expected = "None unless anti_windup=\"back_calculation\"";
+            Err(errors::value("tracking_time", format_args!("expected {expected}, got {time:?}")))
+        }
+        ("back_calculation", tracking_time) => Ok(AntiWindup::BackCalculation { tracking_time }),
+        _ => unknown("anti_windup", "\"conditional\" or \"back_calculation\"", name),
+    }
+}
+
+pub(super) fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Run => "run",
+        Mode::Feedforward => "feedforward",
+        Mode::Hold => "hold",
+        Mode::Stop => "stop",
+    }
+}
+
+/// The keywords of a controller that have defaults, as they came.
+#[derive(FromPyObject)]
+pub(super) struct Given<'py> {
+    pub(super) slew: Option<Bound<'py, PyAny>>,
+    pub(super) law: Option<String>,
+    pub(super) anti_windup: Option<String>,
+    pub(super) tracking_time: Option<Bound<'py, PyAny>>,
+    pub(super) bumpless_time: Option<Bound<'py, PyAny>>,
+    pub(super) max_missing: Option<Bound<'py, PyAny>>,
+    pub(super) measurement_range: Option<Bound<'py, PyAny>>,
+    pub(super) max_measurement_step: Option<Bound<'py, PyAny>>,
+    pub(super) start_drive: Option<Bound<'py, PyAny>>,
+}
+
+impl Given<'_> {
+    /// The options with these in place of the defaults.
+    pub(super) fn over(self, options: ControllerOptions) -> PyResult<ControllerOptions> {
+        let Self { law, anti_windup, max_missing, measurement_range, .. } = self;
+        let (slew, tracking_time, bumpless_time) =
+            (self.slew.as_ref(), self.tracking_time.as_ref(), self.bumpless_time.as_ref());
+        let (max_measurement_step, start_drive) = (self.max_measurement_step.as_ref(), self.start_drive.as_ref());
+        numbers!(slew, tracking_time, bumpless_time, max_measurement_step, start_drive);
+        let range = measurement_range.as_ref().map(|range| pair("measurement_range", range)).transpose()?;
+        Ok(ControllerOptions {
+            slew: slew.or(options.slew),
+            law: law.map_or(Ok(options.law), |name| self::law(&name))?,
+            anti_windup: self::anti_windup(anti_windup.as_deref().unwrap_or("conditional"), tracking_time)?,
+            bumpless_time: bumpless_time.unwrap_or(options.bumpless_time),
+            max_missing: max_missing.map_or(Ok(options.max_missing), |number| whole("max_missing", &number))?,
+            measurement_range: range.or(options.measurement_range),
+            max_measurement_step: max_measurement_step.or(options.max_measurement_step),
+            start_drive: start_drive.or(options.start_drive),
+            ..options
+        })
+    }
+}
+
+/// The keywords that make these options.
+pub(super) fn as_keywords<'py>(py: Python<'py>, options: &ControllerOptions) -> PyResult<Bound<'py, PyDict>> {
+    let (anti_windup, tracking_time) = match options.anti_windup {
+        AntiWindup::Conditional => ("conditional", None),
+        AntiWindup::BackCalculation { tracking_time } => ("back_calculation", tracking_time),
+    };
+    Ok(keywords!(
+        py,
+        kp = options.kp,
+        ki = options.ki,
+        dt = options.dt,
+        limits = options.limits,
+        slew = options.slew,
+        law = law_name(options.law),
+        anti_windup = anti_windup,
+        tracking_time = tracking_time,
+        bumpless_time = options.bumpless_time,
+        max_missing = options.max_missing,
+        measurement_range = options.measurement_range,
+        max_measurement_step = options.max_measurement_step,
+        start_drive = options.start_drive,
+    ))
+}

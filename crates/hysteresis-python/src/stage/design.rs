@@ -1,0 +1,289 @@
+//! What is made from a stage for control and simulation.
+
+use hysteresis_control::feedforward::PreviewOptions;
+use hysteresis_control::learning::{LearningOptions, RepetitiveOptions};
+use hysteresis_control::stage::PEAK_SENSITIVITY;
+use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::tracking::Tracking;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::object::Stage;
+use super::streams::StageInverse;
+use crate::control::controller::HybridController;
+use crate::control::iterative::IterativeLearning;
+use crate::control::linear::state_space::StateSpace;
+use crate::control::observer::Observer;
+use crate::control::preview::Preview;
+use crate::control::reference;
+use crate::control::repetitive::RepetitiveControl;
+use crate::control::tuning::Tuning;
+use crate::convert::arguments::{count, numbers, pair, samples, whole};
+use crate::convert::errors::{self, raise};
+use crate::plant::plant::{Converters, Plant};
+use crate::plant::run::Run;
+use crate::plant::simulate::watch;
+
+/// How many samples a preview looks ahead of the dead time, unless told.
+const AHEAD: f64 = 4.0;
+
+impl Stage {
+    /// How many samples a preview of this stage looks ahead, unless told.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
+    fn ahead(&self, dt: f64) -> usize {
+        (AHEAD + self.0.parts().dead_time / dt).ceil() as usize
+    }
+
+    fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
+        Preview::made(self.0.preview(dt, options).map_err(raise)?)
+    }
+
+    fn made_controller(
+        &self,
+        py: Python<'_>,
+        dt: f64,
+        limits: Option<(f64, f64)>,
+        feedforward: &str,
+        gains: (Option<f64>, Option<f64>),
+        ahead: Option<usize>,
+    ) -> PyResult<HybridController> {
+        let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
+        options.kp = gains.0.unwrap_or(options.kp);
+        options.ki = gains.1.unwrap_or(options.ki);
+        let source = match feedforward {
+            "inverse" | "preview" => {
+                let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
+                Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
+            }
+            "given" => PyString::new(py, "given").into_any(),
+            other => {
+                let expected = "\"inverse\", \"preview\" or \"given\"";
+                return Err(errors::value("feedforward", format_args!("expected {expected}, got \"{other}\"")));
+            }
+        };
+        let preview = match feedforward {
+            "preview" => {
+                let options = PreviewOptions::new(ahead.unwrap_or_else(|| self.ahead(dt)));
+                Some(Py::new(py, self.made_preview(dt, &options)?)?)
+            }
+            _ => None,
+        };
+        HybridController::of(Some(&source), preview, &options)
+    }
+
+    /// Amplifier and modes in matrices.
+    fn state_space<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, StateSpace>> {
+        Bound::new(py, StateSpace(self.0.linear_part().map_err(raise)?.state_space()))
+    }
+
+    /// Gains that were given, or tuned ones.
+    fn gains(&self, dt: f64, kp: Option<f64>, ki: Option<f64>) -> PyResult<(f64, f64)> {
+        if let (Some(kp), Some(ki)) = (kp, ki) {
+            return Ok((kp, ki));
+        }
+        let tuned = self.0.tune(dt, PEAK_SENSITIVITY).map_err(raise)?;
+        Ok((kp.unwrap_or(tuned.kp), ki.unwrap_or(tuned.ki)))
+    }
+}
+
+#[pymethods]
+impl Stage {
+    /// Gains of the feedback for every slope of the hysteresis: as `control.tune`.
+    #[pyo3(signature = (dt, peak_sensitivity=None), text_signature = "($self, dt, peak_sensitivity=1.7)")]
+    fn tune(
+        &self,
+        py: Python<'_>,
+        dt: &Bound<'_, PyAny>,
+        peak_sensitivity: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Tuning> {
+        numbers!(dt, peak_sensitivity = PEAK_SENSITIVITY);
+        py.detach(|| self.0.tune(dt, peak_sensitivity)).map(Tuning::from).map_err(raise)
+    }
+
+    /// The window of references that leads through the inverse of amplifier, modes and dead time: as `control.preview`.
+    #[pyo3(signature = (dt, ahead=None, *, window=None, degree=None))]
+    fn preview(
+        &self,
+        dt: &Bound<'_, PyAny>,
+        ahead: Option<&Bound<'_, PyAny>>,
+        window: Option<&Bound<'_, PyAny>>,
+        degree: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Preview> {
+        numbers!(dt);
+        let options = PreviewOptions {
+            ahead: ahead.map_or_else(|| Ok(self.ahead(dt)), |ahead| samples("ahead", ahead))?,
+            window: window.map(|window| samples("window", window)).transpose()?,
+            degree: degree.map(|degree| samples("degree", degree)).transpose()?,
+            band: None,
+        };
+        self.made_preview(dt, &options)
+    }
+
+    /// A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+    ///
+    /// Parameters
+    /// ----------
+    /// dt : float
+    ///     Sampling interval in seconds.
+    /// limits : (low, high), optional
+    ///     Within those of the stage; by default `drive_range`.
+    /// feedforward : "inverse", "preview" or "given"
+    ///     The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples early,
+    ///     through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
+    /// kp, ki : float, optional
+    ///     Gains in V/um and V/um/s instead of tuned ones.
+    /// ahead : int, optional
+    ///     How many samples early references come, for "preview"; by default 4 more than the dead time.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+    /// >>> controller, plant = stage.controller(dt=1e-4), stage.plant(dt=1e-4)
+    /// >>> for reference in mh.signals.sine(2.0, 10.0, seconds=0.2, rate=10e3):
+    /// ...     drive = controller.step(reference, plant.measured)
+    /// ...     _ = plant.step(drive)
+    /// >>> abs(controller.terms.error) < 0.05
+    /// True
+    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn controller(
+        &self,
+        py: Python<'_>,
+        dt: &Bound<'_, PyAny>,
+        limits: Option<&Bound<'_, PyAny>>,
+        feedforward: &str,
+        kp: Option<&Bound<'_, PyAny>>,
+        ki: Option<&Bound<'_, PyAny>>,
+        ahead: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<HybridController> {
+        numbers!(dt, kp, ki);
+        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let ahead = ahead.map(|ahead| samples("ahead", ahead)).transpose()?;
+        self.made_controller(py, dt, limits, feedforward, (kp, ki), ahead)
+    }
+
+    /// An observer of this stage: as `control.Observer`.
+    #[pyo3(signature = (dt, *, drift, noise=None))]
+    fn observer(
+        &self,
+        dt: &Bound<'_, PyAny>,
+        drift: &Bound<'_, PyAny>,
+        noise: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Observer> {
+        numbers!(dt, drift, noise);
+        Observer::of(self.0.clone(), dt, drift, noise)
+    }
+
+    /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given.
+    #[pyo3(signature = (target, dt, *, bandwidth, kp=None, ki=None, min_gain=None, target_limits=None),
+        text_signature = "($self, target, dt, *, bandwidth, kp=None, ki=None, min_gain=0.15, target_limits=None)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn iterative_learning(
+        &self,
+        target: &Bound<'_, PyAny>,
+        dt: &Bound<'_, PyAny>,
+        bandwidth: &Bound<'_, PyAny>,
+        kp: Option<&Bound<'_, PyAny>>,
+        ki: Option<&Bound<'_, PyAny>>,
+        min_gain: Option<&Bound<'_, PyAny>>,
+        target_limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<IterativeLearning> {
+        numbers!(dt, bandwidth, kp, ki, min_gain);
+        let (kp, ki) = self.gains(dt, kp, ki)?;
+        let default = LearningOptions::new(bandwidth);
+        let options = LearningOptions {
+            min_gain: min_gain.unwrap_or(default.min_gain),
+            target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
+            ..default
+        };
+        IterativeLearning::of(self.0.feedback_loop(dt, kp, ki).map_err(raise)?, target, options)
+    }
+
+    /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given.
+    #[pyo3(signature = (period, dt, *, bandwidth, kp=None, ki=None, gain=None, settle=None, limit=None),
+        text_signature = "($self, period, dt, *, bandwidth, kp=None, ki=None, gain=0.3, settle=1, limit=None)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn repetitive_control(
+        &self,
+        period: &Bound<'_, PyAny>,
+        dt: &Bound<'_, PyAny>,
+        bandwidth: &Bound<'_, PyAny>,
+        kp: Option<&Bound<'_, PyAny>>,
+        ki: Option<&Bound<'_, PyAny>>,
+        gain: Option<&Bound<'_, PyAny>>,
+        settle: Option<&Bound<'_, PyAny>>,
+        limit: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<RepetitiveControl> {
+        numbers!(dt, bandwidth, kp, ki, gain, limit);
+        let (kp, ki) = self.gains(dt, kp, ki)?;
+        let default = RepetitiveOptions::new(bandwidth);
+        let options = RepetitiveOptions {
+            gain: gain.unwrap_or(default.gain),
+            settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
+            limit,
+            ..default
+        };
+        RepetitiveControl::of(self.0.feedback_loop(dt, kp, ki).map_err(raise)?, count("period", period)?, options)
+    }
+
+    /// This stage between converters, with the noise of its sensor: as `plant.Plant`.
+    #[pyo3(signature = (dt, seed=None, *, dac_bits=None, adc_bits=None, adc_range=None),
+        text_signature = "($self, dt, seed=0, *, dac_bits=None, adc_bits=None, adc_range=None)")]
+    fn plant(
+        &self,
+        dt: &Bound<'_, PyAny>,
+        seed: Option<&Bound<'_, PyAny>>,
+        dac_bits: Option<&Bound<'_, PyAny>>,
+        adc_bits: Option<&Bound<'_, PyAny>>,
+        adc_range: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Plant> {
+        numbers!(dt);
+        Plant::of(&self.0, dt, &Converters { seed, dac_bits, adc_bits, adc_range })
+    }
+
+    /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
+    ///
+    /// `period` of the reference in samples makes `settled` of the run leave out the first.
+    #[pyo3(signature = (reference, dt, *, limits=None, feedforward="preview", kp=None, ki=None, seed=None, period=None,
+        progress=None),
+        text_signature = "($self, reference, dt, *, limits=None, feedforward='preview', kp=None, ki=None, seed=0, \
+        period=None, progress=None)")]
+    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        reference: &Bound<'_, PyAny>,
+        dt: &Bound<'_, PyAny>,
+        limits: Option<&Bound<'_, PyAny>>,
+        feedforward: &str,
+        kp: Option<&Bound<'_, PyAny>>,
+        ki: Option<&Bound<'_, PyAny>>,
+        seed: Option<&Bound<'_, PyAny>>,
+        period: Option<&Bound<'_, PyAny>>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Run> {
+        numbers!(dt, kp, ki, period);
+        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let reference = reference::samples("reference", reference, dt)?;
+        let task = TrackingTask::new(&reference, period).map_err(raise)?;
+        if feedforward == "given" {
+            return Err(errors::value("feedforward", "expected \"inverse\" or \"preview\", got \"given\""));
+        }
+        let mut controller = self.made_controller(py, dt, limits, feedforward, (kp, ki), None)?;
+        let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
+        let mut plant = Plant::of(&self.0, dt, &none)?;
+        let tracking = Tracking::of(&mut controller.controller);
+        tracking.run(&task, &mut plant.0, watch(py, reference.len(), progress)).map(Run)
+    }
+
+    /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.
+    fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.state_space(py)?.get().to_control(py)
+    }
+
+    /// The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it.
+    fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.state_space(py)?.get().to_scipy(py)
+    }
+}

@@ -1,0 +1,49 @@
+//! Files of models and stages.
+
+use std::path::PathBuf;
+
+use hysteresis_control::stage;
+use hysteresis_core::{JsonError, Model};
+use pyo3::prelude::*;
+
+use super::object::Stage;
+use crate::convert::{errors, files};
+use crate::model::object::object;
+
+/// Reads a stage or a model that `save` wrote.
+///
+/// Parameters
+/// ----------
+/// path : str or os.PathLike
+///     A JSON file of schema "mpi_hyst/stage/1", "mpi_hyst/model/1" or "mpi_hyst/model/2".
+///
+/// Returns
+/// -------
+/// Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+///
+/// Raises
+/// ------
+/// OSError
+///     If the file cannot be read.
+/// ValueError
+///     If it is cut off, of another schema, or holds what no stage or model may have.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh, tempfile, pathlib
+/// >>> path = pathlib.Path(tempfile.mkdtemp()) / "stage.json"
+/// >>> mh.paper.table_1().save(path)
+/// >>> mh.load(path) == mh.paper.table_1()
+/// True
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
+    let text = files::read(&path)?;
+    match Model::from_json(&text) {
+        Ok(model) => object(py, model),
+        Err(JsonError::Schema { got: Some(got) }) if got == stage::SCHEMA => {
+            let stage = stage::Stage::from_json(&text).map_err(|error| errors::file(&path, &error))?;
+            Ok(Py::new(py, Stage(stage))?.into_any())
+        }
+        Err(error) => Err(errors::file(&path, &error)),
+    }
+}

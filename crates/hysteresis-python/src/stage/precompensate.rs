@@ -1,0 +1,43 @@
+//! The drive for a reference.
+
+use std::ffi::CString;
+
+use hysteresis_control::stage::{PrecompensateOptions, Precompensated, Stage};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+
+use crate::control::reference::samples;
+use crate::convert::arguments::{Given, pair};
+use crate::convert::errors::raise;
+
+/// The keywords of `precompensate`, as they came.
+#[derive(FromPyObject)]
+pub(crate) struct Keywords<'py> {
+    pub(crate) limits: Option<Bound<'py, PyAny>>,
+    pub(crate) start: Option<Bound<'py, PyAny>>,
+    pub(crate) lead_in: Option<Bound<'py, PyAny>>,
+}
+
+/// The drives for a reference, samples or a trajectory; warns of drives that were held back.
+pub(crate) fn precompensate(
+    stage: &Stage,
+    reference: &Bound<'_, PyAny>,
+    dt: f64,
+    keywords: &Keywords<'_>,
+) -> PyResult<Precompensated> {
+    let options = PrecompensateOptions {
+        limits: keywords.limits.as_ref().map(|limits| pair("limits", limits)).transpose()?,
+        start: keywords.start.as_ref().number("start")?,
+        lead_in: keywords.lead_in.as_ref().number("lead_in")?,
+    };
+    let reference_samples = samples("reference", reference, dt)?;
+    let py = reference.py();
+    let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
+    for (count, what) in [(found.saturated_count, "the limits"), (found.slewing_count, "the slew rate")] {
+        if count > 0 {
+            let message = format!("reference: {count} of {} drives were held back by {what}", found.drive.len());
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)?;
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,300 @@
+//! The class `Stage`.
+
+use std::path::PathBuf;
+
+use hysteresis_control::stage::{self, StageParts};
+use numpy::PyArray1;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use pythonize::pythonize;
+
+use super::object::Stage;
+use super::parts::{StageKeywords, points};
+use super::precompensate::{Keywords, precompensate};
+use super::streams::{StageForward, StageInverse};
+use crate::control::linear::creep::Creep;
+use crate::control::linear::part::dynamics_object;
+use crate::convert::arguments::{numbers, pair};
+use crate::convert::errors::{raise, wrong_type};
+use crate::convert::files;
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::model::object::ModifiedPrandtlIshlinskii;
+use crate::stream::bracket::Bracket;
+
+#[pymethods]
+impl Stage {
+    #[new]
+    #[pyo3(signature = (hysteresis, *, limits=None, slew=None, dead_time=None, amplifier_bandwidth=None, dynamics=None,
+        creep=None, input_map=None, output_map=None, noise=None, units=None),
+        text_signature = "(hysteresis, *, limits=None, slew=None, dead_time=0.0, amplifier_bandwidth=None, dynamics=None, \
+        creep=None, input_map=None, output_map=None, noise=None, units=('V', 'um'))")]
+    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
+    fn new(
+        hysteresis: &Bound<'_, PyAny>,
+        limits: Option<&Bound<'_, PyAny>>,
+        slew: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
+        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        creep: Option<&Bound<'_, PyAny>>,
+        input_map: Option<&Bound<'_, PyAny>>,
+        output_map: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'_, PyAny>>,
+        units: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let keywords = StageKeywords {
+            limits,
+            slew,
+            dead_time,
+            amplifier_bandwidth,
+            dynamics,
+            creep,
+            input_map,
+            output_map,
+            noise,
+            units,
+        };
+        keywords.stage("hysteresis", hysteresis).map(Self)
+    }
+
+    /// The hysteresis.
+    #[getter]
+    fn hysteresis(&self) -> ModifiedPrandtlIshlinskii {
+        self.0.parts().hysteresis.clone().into()
+    }
+
+    /// The limits of the drive (low, high), or None.
+    #[getter]
+    fn limits(&self) -> Option<(f64, f64)> {
+        self.0.parts().limits
+    }
+
+    /// How fast the drive may change, per second, or None.
+    #[getter]
+    fn slew(&self) -> Option<f64> {
+        self.0.parts().slew
+    }
+
+    /// What the sensor shows later than hysteresis and modes explain, in seconds.
+    #[getter]
+    fn dead_time(&self) -> f64 {
+        self.0.parts().dead_time
+    }
+
+    /// Cut-off frequency of the amplifier in Hz, or None.
+    #[getter]
+    fn amplifier_bandwidth(&self) -> Option<f64> {
+        self.0.parts().amplifier.map(|amplifier| amplifier.frequency())
+    }
+
+    /// What follows the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None.
+    #[getter]
+    fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        dynamics_object(py, &self.0.parts().dynamics)
+    }
+
+    /// The creep, or None.
+    #[getter]
+    fn creep(&self) -> Option<Creep> {
+        self.0.parts().creep.clone().map(Creep)
+    }
+
+    /// The points (x, y) of the map in front of the hysteresis, or None.
+    #[getter]
+    fn input_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.0.parts().input_map.as_ref().map(points)
+    }
+
+    /// The points (x, y) of the map behind the hysteresis, or None.
+    #[getter]
+    fn output_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.0.parts().output_map.as_ref().map(points)
+    }
+
+    /// Rms noise of the sensor, in the unit of the position, or None.
+    #[getter]
+    fn noise(&self) -> Option<f64> {
+        self.0.parts().noise
+    }
+
+    /// The units of drive and position.
+    #[getter]
+    fn units(&self) -> (String, String) {
+        let names = self.0.parts().units.clone();
+        (names.drive, names.position)
+    }
+
+    /// What identification knows of the stage, as a dictionary: ranges, sampling intervals, errors, covariance, warnings,
+    /// names and SHA-256 of the records. None for a stage that was made from its parts.
+    #[getter]
+    fn identified<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.0.parts().identified.as_ref().map(|identified| pythonize(py, identified)).transpose()?)
+    }
+
+    /// Between which drives what runs stays by default: the limits within the range that was identified.
+    #[getter]
+    fn drive_range(&self) -> Option<(f64, f64)> {
+        self.0.drive_range()
+    }
+
+    /// The lowest and the highest position between these drives, or None.
+    #[getter]
+    fn position_range(&self) -> Option<(f64, f64)> {
+        self.0.position_range()
+    }
+
+    /// The lowest and the highest slope of the position over the drive.
+    #[getter]
+    fn slope_range(&self) -> (f64, f64) {
+        self.0.slope_range()
+    }
+
+    /// The whole chain, sample by sample, at rest.
+    fn forward(&self, dt: &Bound<'_, PyAny>) -> PyResult<StageForward> {
+        numbers!(dt);
+        Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// The exact inverse of maps, hysteresis and creep, sample by sample, at rest; `limits` must lie within the stage's, by
+    /// default `drive_range`.
+    #[pyo3(signature = (dt, limits=None))]
+    fn inverse(&self, dt: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<StageInverse> {
+        numbers!(dt);
+        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// How uncertain the output of the hysteresis is when its history between the limits is unknown.
+    #[pyo3(signature = (limits=None))]
+    fn bracket(&self, py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
+        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let limits = self
+            .0
+            .limits(limits)
+            .map_err(raise)?
+            .ok_or_else(|| wrong_type("limits", "expected (low, high), got None"))?;
+        let model = Bound::new(py, self.hysteresis())?;
+        Bracket::of(model.as_any(), self.0.model(), limits)
+    }
+
+    /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
+    ///
+    /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
+    /// inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`.
+    ///
+    /// Parameters
+    /// ----------
+    /// reference : array of n floats, or one of `trajectories`
+    /// dt : float
+    ///     Sampling interval in seconds.
+    /// limits : (float, float), optional
+    ///     Within those of the stage; by default `drive_range`.
+    /// start : float, optional
+    ///     The drive at which the stage rests; by default 0, or the limit nearest to it.
+    /// lead_in : float, optional
+    ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
+    ///     reference must begin where the stage is.
+    ///
+    /// Returns
+    /// -------
+    /// array of n floats, or more by the samples of the lead-in
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     If limits or slew rate held drives back.
+    #[pyo3(signature = (reference, dt, *, limits=None, start=None, lead_in=None))]
+    fn precompensate<'py>(
+        &self,
+        py: Python<'py>,
+        reference: &Bound<'py, PyAny>,
+        dt: &Bound<'py, PyAny>,
+        limits: Option<Bound<'py, PyAny>>,
+        start: Option<Bound<'py, PyAny>>,
+        lead_in: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        numbers!(dt);
+        let found = precompensate(&self.0, reference, dt, &Keywords { limits, start, lead_in })?;
+        Ok(PyArray1::from_vec(py, found.drive))
+    }
+
+    /// Writes the stage to a JSON file; the file appears only when it is complete.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        let mut text = self.0.to_json();
+        text.push('\n');
+        files::write_file(path, &text)
+    }
+
+    /// A copy with other keywords: those of the constructor but for the hysteresis.
+    #[pyo3(signature = (**changes))]
+    fn replace<'py>(slf: &Bound<'py, Self>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let keywords = PyDict::new(slf.py());
+        for name in KEYWORDS {
+            keywords.set_item(name, slf.getattr(name)?)?;
+        }
+        if let Some(changes) = changes {
+            keywords.update(changes.as_mapping())?;
+        }
+        let hysteresis = match keywords.get_item("hysteresis")? {
+            Some(other) => {
+                keywords.del_item("hysteresis")?;
+                other
+            }
+            None => slf.getattr("hysteresis")?,
+        };
+        let stage = slf.get_type().call((hysteresis,), Some(&keywords))?;
+        let identified = slf.get().0.parts().identified.clone();
+        let made = stage.cast::<Self>()?.get().0.parts().clone();
+        let made = stage::Stage::new(StageParts { identified, ..made }).map_err(raise)?;
+        Ok(Bound::new(slf.py(), Self(made))?.into_any())
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.0.model().fingerprint()
+    }
+
+    fn __repr__(&self) -> String {
+        let parts = self.0.parts();
+        let stage::Units { drive, position } = &parts.units;
+        let mut text = format!("<Stage: {} operators, {drive} to {position}", self.0.model().operators());
+        if let Some((low, high)) = self.0.drive_range() {
+            text += &format!(", drive {low} to {high} {drive}");
+        }
+        text += &format!(", order {} dynamics, dead time {} s", parts.dynamics.order(), parts.dead_time);
+        text + if parts.creep.is_some() { ", creep>" } else { ">" }
+    }
+
+    #[classmethod]
+    fn _restored(_: &Bound<'_, PyType>, text: &str) -> PyResult<Self> {
+        stage::Stage::from_json(text).map(Self).map_err(raise)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (self.0.to_json(),), keywords!(py), None)
+    }
+}
+
+/// The keywords of the constructor.
+const KEYWORDS: [&str; 10] = [
+    "limits",
+    "slew",
+    "dead_time",
+    "amplifier_bandwidth",
+    "dynamics",
+    "creep",
+    "input_map",
+    "output_map",
+    "noise",
+    "units",
+];

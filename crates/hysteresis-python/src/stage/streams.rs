@@ -1,0 +1,182 @@
+//! Streams of a stage: the whole chain, the exact inverse of its slow part, and the bracket of an unknown memory.
+
+use hysteresis_control::stage::{self, StageParts};
+use hysteresis_core::{self as core, Process};
+use numpy::PyArray1;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pythonize::pythonize;
+
+use super::object::Stage;
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
+use crate::convert::errors::raise;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+use crate::model::object::{kernel_of, model_of};
+use crate::stream::process::process_methods;
+
+/// The position of a stage, sample by sample: made by `stage.forward(dt)`.
+///
+/// `step(u)` returns the row y(k) of a record: the position at the moment at which the drive u(k) is put out. `advance(u)`
+/// returns the position one interval later, just before the next drive: what a controller reads next.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), dead_time=1e-4)
+/// >>> forward = stage.forward(dt=1e-4)
+/// >>> forward.run([100.0, 100.0, 100.0, 100.0]).round(3)  # one sample of dead time, one that the mode needs
+/// array([0.   , 0.   , 0.012, 0.043])
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct StageForward {
+    pub(crate) stream: stage::StageForward,
+    pub(crate) stage: stage::Stage,
+    pub(crate) dt: f64,
+}
+
+/// The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
+///
+/// It inverts input map, hysteresis, output map and creep. The drive never leaves the limits; a target out of reach puts it
+/// at a limit and sets `saturated`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> creep = mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8)
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), creep=creep, limits=(-500.0, 500.0))
+/// >>> forward, inverse = stage.forward(dt=1e-4), stage.inverse(dt=1e-4)
+/// >>> target = mh.signals.sine(2.5, 10.0, seconds=0.2, rate=10e3)
+/// >>> bool(abs(forward.run(inverse.run(target)) - target).max() < 1e-13)
+/// True
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct StageInverse {
+    pub(crate) stream: core::QuasiStaticInverse,
+    pub(crate) stage: stage::Stage,
+    pub(crate) dt: f64,
+}
+
+/// The array of drives that were put out before.
+fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    Ok(vector("drives", drives)?.as_slice()?.to_vec())
+}
+
+/// The methods that both streams of a stage have, and their own.
+macro_rules! stage_stream {
+    ($class:ident { $($own:tt)* }) => {
+        process_methods!($class, stream {
+            /// The sampling interval in seconds.
+            #[getter]
+            fn dt(&self) -> f64 {
+                self.dt
+            }
+
+            /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
+            #[getter]
+            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                Ok(pythonize(py, &self.stream.state())?)
+            }
+
+            #[setter]
+            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                let state = saved(state)?;
+                exclusive(slf)?.stream.set_state(&state).map_err(raise)
+            }
+
+            /// Takes over what was driven before, oldest drive first, one per sampling interval.
+            fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+                let drives = history(drives)?;
+                exclusive(slf)?.stream.follow(&drives).map_err(raise)
+            }
+
+            /// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
+            /// Returns the position.
+            fn settle(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<f64> {
+                numbers!(drive);
+                Ok(exclusive(slf)?.stream.settle(drive))
+            }
+
+            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                Self::set_state(slf, state)
+            }
+
+            $($own)*
+        });
+    };
+}
+
+stage_stream!(StageForward {
+    /// Holds a drive for one sampling interval and returns the position at its end, just before the next drive.
+    fn advance(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<f64> {
+        numbers!(drive);
+        Ok(exclusive(slf)?.stream.advance(drive))
+    }
+
+    /// The last position.
+    #[getter]
+    fn position(&self) -> f64 {
+        self.stream.output()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<StageForward at dt {} s, position {}>", self.dt, self.stream.output())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let stage = Bound::new(py, Stage(this.stage.clone()))?;
+        reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(this.state(py)?))
+    }
+});
+
+stage_stream!(StageInverse {
+    /// Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the drive.
+    ///
+    /// Raises ValueError that names what differs; the stream is as before then.
+    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (kernel, hysteresis) = (kernel_of("model", model)?, model_of("model", model)?.into());
+        let mut this = exclusive(slf)?;
+        let stage = stage::Stage::new(StageParts { hysteresis, ..this.stage.parts().clone() }).map_err(raise)?;
+        this.stream.set_model(&kernel).map_err(raise)?;
+        this.stage = stage;
+        Ok(())
+    }
+
+    /// Whether the last target was out of reach and the drive is at a limit.
+    #[getter]
+    fn saturated(&self) -> bool {
+        self.stream.saturated()
+    }
+
+    /// The limits of the drive (low, high), or None.
+    #[getter]
+    fn limits(&self) -> Option<(f64, f64)> {
+        self.stream.limits()
+    }
+
+    /// The last drive.
+    #[getter]
+    fn drive(&self) -> f64 {
+        self.stream.output()
+    }
+
+    /// The reversals of the input of the hysteresis that still determine its output, oldest first.
+    #[getter]
+    fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.stream.hysteresis().turning_points())
+    }
+
+    fn __repr__(&self) -> String {
+        match self.stream.limits() {
+            Some((low, high)) => format!("<StageInverse at dt {} s, limits ({low}, {high})>", self.dt),
+            None => format!("<StageInverse at dt {} s>", self.dt),
+        }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let stage = Bound::new(py, Stage(this.stage.clone()))?;
+        let arguments = (this.dt, this.stream.limits());
+        reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(this.state(py)?))
+    }
+});

@@ -1,0 +1,105 @@
+//! How uncertain the output of a model is when its history is unknown.
+
+use hysteresis_core::{self as core, CompiledModel};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pythonize::pythonize;
+
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
+use crate::convert::errors::raise;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+
+/// How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
+/// `stage.bracket()`.
+///
+/// Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
+/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> bracket = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]).bracket(limits=(-10.0, 10.0))
+/// >>> bracket.step(3.0), bracket.width
+/// ((3.5, 5.5), 2.0)
+/// >>> bracket.step(10.0), bracket.width  # a full stroke
+/// ((14.0, 14.0), 0.0)
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct Bracket {
+    bracket: core::Bracket,
+    model: Py<PyAny>,
+}
+
+impl Bracket {
+    /// The bracket of `model`, whose kernel it is.
+    pub(crate) fn of(model: &Bound<'_, PyAny>, kernel: &CompiledModel, limits: (f64, f64)) -> PyResult<Self> {
+        let bracket = core::Bracket::new(kernel, limits).map_err(raise)?;
+        Ok(Self { bracket, model: model.clone().unbind() })
+    }
+}
+
+#[pymethods]
+impl Bracket {
+    /// Takes a drive; the lowest and the highest output that there can be.
+    fn step(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+        numbers!(drive);
+        Ok(exclusive(slf)?.bracket.step(drive))
+    }
+
+    /// Takes over what was driven before, oldest drive first.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.bracket.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// The lowest and the highest output that there can be now.
+    #[getter]
+    fn outputs(&self) -> (f64, f64) {
+        self.bracket.outputs()
+    }
+
+    /// The highest minus the lowest output.
+    #[getter]
+    fn width(&self) -> f64 {
+        self.bracket.width()
+    }
+
+    /// The limits (low, high) between which the unknown history lies.
+    #[getter]
+    fn limits(&self) -> (f64, f64) {
+        self.bracket.limits()
+    }
+
+    /// Nothing is known of the history.
+    fn reset(&mut self) {
+        self.bracket.reset();
+    }
+
+    /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.bracket.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.bracket.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let make = this.model.bind(py).getattr(intern!(py, "bracket"))?;
+        reduce(make, (this.limits(),), keywords!(py), Some(this.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let (low, high) = self.bracket.outputs();
+        format!("<Bracket: output from {low} to {high}>")
+    }
+}

@@ -1,0 +1,47 @@
+"""A whole stage in plain Python, from its equations: dead time, hysteresis, creep and one mode."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+from .models import Model
+from .plants import second_order
+
+
+class ReferenceStage:
+    """Rows of a record: the position y(k) is read when the drive u(k) is put out."""
+
+    def __init__(
+        self,
+        hysteresis: Model,
+        frequency: float,
+        damping: float,
+        *,
+        creep: Iterable[tuple[float, float]],
+        delay: int,
+        dt: float,
+    ) -> None:
+        """Creep as pairs of amplitude and time constant in seconds; the delay in samples."""
+        self.hysteresis = hysteresis
+        self.mode = second_order(frequency, damping, dt)
+        self.creep = [(amplitude, math.exp(-dt / tau)) for amplitude, tau in creep]
+        self.lags = [0.0] * len(self.creep)
+        self.waiting = deque([0.0] * delay)
+        self.position = 0.0
+
+    def step(self, drive: float) -> float:
+        crept = sum(
+            amplitude * lag for (amplitude, _), lag in zip(self.creep, self.lags, strict=True)
+        )
+        row = self.position + crept
+        self.waiting.append(drive)
+        displacement = self.hysteresis.step(self.waiting.popleft())
+        for j, (_, decay) in enumerate(self.creep):
+            self.lags[j] = decay * self.lags[j] + (1.0 - decay) * displacement
+        self.position = self.mode.step(displacement)
+        return row
+
+    def run(self, drives: Sequence[float]) -> list[float]:
+        return [self.step(drive) for drive in drives]
