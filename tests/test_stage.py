@@ -62,7 +62,8 @@ def test_identified_stage_leads_a_sine_within_15_nm() -> None:
     drive = found.stage.precompensate(target, DT)
     plant.reset()
     position = plant.run(drive)[1]
-    assert np.max(np.abs(position - target)) < 0.015
+    # After the first period: a sine begins with a velocity, which a stage at rest cannot have at once.
+    assert np.max(np.abs(position - target)[500:]) < 0.015
 
 
 def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
