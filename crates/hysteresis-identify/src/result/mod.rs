@@ -6,6 +6,7 @@ mod left_out;
 mod loop_width;
 pub(crate) mod quality;
 pub(crate) mod spread;
+mod stage;
 pub(crate) mod standard_errors;
 
 pub use covariance::Covariance;
