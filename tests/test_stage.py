@@ -118,7 +118,8 @@ def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
     assert raised.value.parameter == "reference"  # type: ignore[attr-defined]
     drive = stage.precompensate(reference, DT, lead_in=0.05)
     assert drive.size == reference.size + 500
-    assert abs(np.diff(drive[:500], prepend=0.0)).max() < 0.4
+    # Smooth up to where the inverse sees the corner at which the raster begins.
+    assert abs(np.diff(drive[:490], prepend=0.0)).max() < 0.1
 
 
 def test_limits_of_the_stage_bind_everything() -> None:

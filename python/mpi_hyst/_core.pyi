@@ -856,6 +856,8 @@ class StateSpace:
     def c(self) -> _Vector: ...
     @property
     def d(self) -> float: ...
+    def to_control(self) -> Any: ...
+    def to_scipy(self) -> Any: ...
     def response(self, u: ArrayLike, dt: float) -> _Vector: ...
     def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
     @property
@@ -1162,6 +1164,10 @@ class Plant:
     def stage(self) -> Stage: ...
     def copy(self) -> Plant: ...
     @property
+    def state(self) -> dict[str, Any]: ...
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None: ...
+    @property
     def measured(self) -> float: ...
     @property
     def position(self) -> float: ...
@@ -1388,30 +1394,28 @@ def preview(
     ahead: int,
     window: int | None = None,
     degree: int | None = None,
+    band: float | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float | None = None,
 ) -> Preview: ...
 def invert_dynamics(
-    trajectory: ArrayLike | _Trajectory,
+    reference: ArrayLike | _Trajectory,
     dt: float,
     *,
     dynamics: _Dynamics | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float | None = None,
-    window: int = 8,
+    start: float | None = None,
     seconds: float | None = None,
 ) -> _Vector: ...
 def precompensate(
-    model: _Model,
-    trajectory: ArrayLike | _Trajectory,
+    stage: Stage,
+    reference: ArrayLike | _Trajectory,
     dt: float,
     *,
-    dynamics: _Dynamics | None = None,
-    amplifier_bandwidth: float | None = None,
-    dead_time: float | None = None,
     limits: Sequence[float] | None = None,
-    window: int = 8,
-    seconds: float | None = None,
+    start: float | None = None,
+    lead_in: float | None = None,
 ) -> _Vector: ...
 
 @final

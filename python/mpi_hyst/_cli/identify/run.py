@@ -71,7 +71,7 @@ def fit(
             smoothness=request.smoothness,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
-            delay=delay,
+            dead_time=delay,
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,
@@ -142,7 +142,7 @@ def _name_options(message: str, request: Request) -> str:
     argument, _, rest = message.partition(": ")
     if argument in ("operators", "skip", "ratios", "input_offset", "smoothness"):
         return f"--{argument.replace('_', '-')}: {rest}"
-    if argument == "delay":
+    if argument == "dead_time":
         return f"--dead-time: {rest}"
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"

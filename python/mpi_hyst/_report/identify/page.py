@@ -130,8 +130,8 @@ def _cards(result: Result) -> list[Card]:
             )
         )
     step = result.task.records.fitted[0].sample_time
-    value = f"{found.delay:.2f} samples"
+    value = f"{found.dead_time_samples:.2f} samples"
     if step is not None:
-        value = f"{digits(1e3 * step * found.delay, 3)} ms"
+        value = f"{digits(1e3 * step * found.dead_time_samples, 3)} ms"
     cards.append(Card(value, "dead time", "of position behind drive"))
     return cards

@@ -91,8 +91,8 @@ def dead_time(task: Task, found: mh.results.Identification) -> str:
     """Return the dead time in ms with its standard error, or in samples without a time column."""
     step = task.records.fitted[0].sample_time
     if step is None:
-        return with_error(found.delay, found.delay_std, "samples")
-    return with_error(1e3 * step * found.delay, 1e3 * step * found.delay_std, "ms")
+        return with_error(found.dead_time_samples, found.dead_time_std, "samples")
+    return with_error(1e3 * step * found.dead_time_samples, 1e3 * step * found.dead_time_std, "ms")
 
 
 def with_error(value: float, std: float, unit: str = "") -> str:
