@@ -31,7 +31,7 @@ def names(found: list[mh.results.Finding]) -> list[str]:
 
 def fitted(u: Array, y: Array, skip: int = SKIP, **options: Any) -> list[mh.results.Finding]:
     found = mh.identify(u, y, skip=skip, **options)
-    return mh.diagnose(u, y, found.model, skip=skip, delay=found.delay)
+    return mh.diagnose(u, y, found.model, skip=skip, dead_time=found.dead_time_samples)
 
 
 # ---- what has no defect
@@ -107,7 +107,7 @@ def test_a_lag_that_no_delay_takes_up_is_named() -> None:
     )
     y = measured(u, 3)
     lagging = np.interp(np.arange(u.size) - 1.5, np.arange(u.size), y)
-    assert "rate_effects" in names(fitted(u, lagging, 0, delay=0.0))
+    assert "rate_effects" in names(fitted(u, lagging, 0, dead_time=0.0))
     assert "rate_effects" not in names(fitted(u, lagging, 0))
 
 
@@ -121,7 +121,7 @@ def test_too_many_operators_are_named() -> None:
 
 
 def test_thresholds_beyond_the_input_are_named() -> None:
-    found = fitted(DRIVE, measured(DRIVE, 6), thresholds=np.arange(0.0, 700.0, 25.0), delay=0.0)
+    found = fitted(DRIVE, measured(DRIVE, 6), thresholds=np.arange(0.0, 700.0, 25.0), dead_time=0.0)
     finding = next(finding for finding in found if finding.code == "unreached_threshold")
     # the input offset is fitted: within a few volts of zero
     assert finding.value in (6.0, 7.0) and finding.limit == 0.0
@@ -154,14 +154,14 @@ def test_a_measured_stack() -> None:
         records.append((table[:, 1], table[:, 2]))
         skips.append(skip)
     found = mh.identify(records, skip=skips, operators=16)
-    told = mh.diagnose(records, None, found.model, skip=skips, delay=found.delay)
+    told = mh.diagnose(records, None, found.model, skip=skips, dead_time=found.dead_time_samples)
     # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range
     assert [(finding.code, finding.record) for finding in told] == [("drift", 0)]
     # its README: on full loops alone the lag is invisible
     told = fitted(*records[0], skips[0], operators=16)
     assert {"no_minor_loops", "drift"} <= set(names(told))
     # and not so where minor loops are: without the delay the residual follows the speed
-    found = mh.identify(records, skip=skips, operators=16, delay=0.0)
+    found = mh.identify(records, skip=skips, operators=16, dead_time=0.0)
     told = mh.diagnose(records, None, found.model, skip=skips)
     assert ("rate_effects", 1) in [(finding.code, finding.record) for finding in told]
 
@@ -200,8 +200,18 @@ def test_the_loop_of_a_line_has_no_width_and_half_a_loop_none() -> None:
         ((DRIVE, None, ACTUATOR), {}, TypeError, "u: expected an array with y beside it"),
         ((DRIVE, DRIVE, None), {}, TypeError, "model: expected a PrandtlIshlinskii or Mod"),
         ((DRIVE, DRIVE, ACTUATOR.weights), {}, TypeError, "model: expected .* got .*ndarray"),
-        ((DRIVE, DRIVE, ACTUATOR), {"delay": -1.0}, ValueError, "delay: expected .* got -1.0"),
-        ((DRIVE, DRIVE, ACTUATOR), {"delay": math.nan}, ValueError, "delay: expected .* got NaN"),
+        (
+            (DRIVE, DRIVE, ACTUATOR),
+            {"dead_time": -1.0},
+            ValueError,
+            "dead_time: expected .* got -1.0",
+        ),
+        (
+            (DRIVE, DRIVE, ACTUATOR),
+            {"dead_time": math.nan},
+            ValueError,
+            "dead_time: expected .* got NaN",
+        ),
         ((DRIVE, DRIVE, ACTUATOR), {"skip": -1}, ValueError, "skip: expected .* got -1"),
         ((DRIVE, DRIVE, ACTUATOR), {"skip": 10**6}, ValueError, "skip: expected"),
         (

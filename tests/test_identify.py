@@ -62,7 +62,7 @@ def test_the_papers_actuator_comes_back(
     assert isinstance(model, mh.ModifiedPrandtlIshlinskii)
     # where a search ends: squared errors near 1e-20 of the range
     assert found.ratios == pytest.approx(PAPER_RATIOS, abs=1e-6)
-    assert found.delay == pytest.approx(2.35, abs=1e-6)
+    assert found.dead_time_samples == pytest.approx(2.35, abs=1e-6)
     assert model.input_offset == pytest.approx(12.5, abs=1e-6)
     assert model.output_offset == pytest.approx(-3.0, abs=1e-6)
     np.testing.assert_allclose(model.weights, true.weights, rtol=1e-4)
@@ -79,7 +79,9 @@ def test_predict_includes_the_delay(
     assert error(found, u, y) < 1e-8
     undelayed = found.model.forward().run(u)
     assert np.abs(undelayed - y).max() > 1e-2
-    np.testing.assert_allclose(found.predict(u), delayed(undelayed, found.delay), atol=1e-12)
+    np.testing.assert_allclose(
+        found.predict(u), delayed(undelayed, found.dead_time_samples), atol=1e-12
+    )
     other = sweep(1000, 300.0, 7)
     expected = delayed(actuator(12.5, -3.0).forward().run(other), 2.35)
     assert error(found, other, expected) < 1e-6
@@ -92,7 +94,7 @@ def test_quality_is_of_the_fitted_samples_with_its_base(
     noise_free: tuple[Array, Array, mh.results.Identification],
 ) -> None:
     u, y, _ = noise_free
-    found = mh.identify(u, y, skip=700, ratios=(1, 1, 1), input_offset=0.0, delay=0.0)
+    found = mh.identify(u, y, skip=700, ratios=(1, 1, 1), input_offset=0.0, dead_time=0.0)
     residual, fitted = (found.predict(u) - y)[700:], y[700:]
     fit = found.fit
     assert fit.samples == fitted.size
@@ -116,9 +118,9 @@ def test_15_nm_of_noise_are_all_that_is_left() -> None:
     # an estimate of 25 unknowns: 15 nm x sqrt(25 / 6000) = 1 nm rms
     assert np.sqrt(np.mean((found.predict(u) - clean) ** 2)) < 0.002
     assert found.ratios == pytest.approx(PAPER_RATIOS, abs=0.05)
-    assert found.delay == pytest.approx(0.0, abs=0.3)
+    assert found.dead_time_samples == pytest.approx(0.0, abs=0.3)
     again = mh.identify(u, y, thresholds=THRESHOLDS)
-    assert again.model == found.model and again.delay == found.delay
+    assert again.model == found.model and again.dead_time_samples == found.dead_time_samples
 
 
 def test_several_records_each_have_their_output_offset() -> None:
@@ -142,7 +144,7 @@ def test_skipped_samples_set_the_memory_and_nothing_else() -> None:
     first = 500.0 * np.abs(np.sin(np.arange(200) / 63.0))
     u = np.concatenate([first, 200.0 + sweep(2500, 200.0)])
     y = actuator().forward().run(u)
-    known: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "delay": 0.0}
+    known: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "dead_time": 0.0}
     # The weights of the paper follow a quadratic to their printed digits only.
     known |= {"thresholds": THRESHOLDS, "weights": "free"}
 
@@ -164,8 +166,8 @@ def test_fixed_parameters_are_kept_bit_for_bit(model: Any) -> None:
     u = sweep(1500)
     y = actuator().forward().run(u)
     ratios = (0.9, 0.37, 0.41) if model == "modified" else (1.0, 1.0, 1.0)
-    found = mh.identify(u, y, model=model, ratios=ratios, input_offset=3.0, delay=0.7)
-    assert (found.ratios, found.model.input_offset, found.delay) == (ratios, 3.0, 0.7)
+    found = mh.identify(u, y, model=model, ratios=ratios, input_offset=3.0, dead_time=0.7)
+    assert (found.ratios, found.model.input_offset, found.dead_time_samples) == (ratios, 3.0, 0.7)
     # uniform thresholds r_i = i X / n: X the largest |u - offset|, or half the peak-to-peak
     reach = np.abs(u - 3.0).max() if model == "modified" else np.ptp(u) / 2
     fitted = found.model
@@ -176,7 +178,7 @@ def test_fixed_parameters_are_kept_bit_for_bit(model: Any) -> None:
 def test_operators_says_how_many_and_thresholds_say_where() -> None:
     u = sweep(1500)
     y = actuator().forward().run(u)
-    fixed: dict[str, Any] = {"ratios": (1, 1, 1), "input_offset": 0.0, "delay": 0.0}
+    fixed: dict[str, Any] = {"ratios": (1, 1, 1), "input_offset": 0.0, "dead_time": 0.0}
     assert mh.identify(u, y, operators=7, **fixed).model.operators == 7
     found = mh.identify(u, y, thresholds=[0, 10, 300], **fixed).model
     assert isinstance(found, mh.ModifiedPrandtlIshlinskii) and found.r.tolist() == [0, 10, 300]
@@ -188,14 +190,21 @@ def test_fit_is_the_default_of_what_may_be_fitted() -> None:
     u = sweep(600, cycles=6)
     y = delayed(actuator(5.0).forward().run(u), 1.2)
     one = mh.identify(u, y, operators=5)
-    other = mh.identify(u, y, operators=5, ratios="fit", input_offset="fit", delay="fit", skip=0)
+    other = mh.identify(
+        u, y, operators=5, ratios="fit", input_offset="fit", dead_time="fit", skip=0
+    )
     assert one.model == other.model and one.evaluations == other.evaluations
 
 
 def test_arguments_are_converted_as_everywhere() -> None:
     u = np.round(sweep(800))
     y = np.round(1000 * actuator().forward().run(u)).astype("i4")
-    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0, "delay": 0, "operators": 5}
+    fixed: dict[str, Any] = {
+        "ratios": PAPER_RATIOS,
+        "input_offset": 0,
+        "dead_time": 0,
+        "operators": 5,
+    }
     expected = mh.identify(u, y.astype(float), **fixed).model
     for a, b in ((u.astype(int), y), (list(u), y.tolist()), (np.repeat(u, 2)[::2], y)):
         assert mh.identify(a, b, **fixed).model == expected
@@ -221,7 +230,7 @@ def test_a_conventional_model_comes_back() -> None:
     true = mh.PrandtlIshlinskii([1, 0.4, 0, 0.3], [0, 1, 2, 3], input_offset=middle)
     y = delayed(true.forward().run(u), 1.25)
     found = mh.identify(u, y, model="conventional", thresholds=true.thresholds)
-    assert found.delay == pytest.approx(1.25, abs=1e-6)
+    assert found.dead_time_samples == pytest.approx(1.25, abs=1e-6)
     assert found.model.input_offset == pytest.approx(middle, abs=1e-12)
     np.testing.assert_allclose(found.model.weights, true.weights, rtol=0, atol=1e-6)
 
@@ -266,7 +275,7 @@ def test_what_progress_raises_stops_the_search(kind: type[BaseException], calls:
 
 def test_progress_does_not_change_what_is_found() -> None:
     plain, watched = mh.identify(*short()), mh.identify(*short(), progress=lambda *_: None)
-    assert plain.model == watched.model and plain.delay == watched.delay
+    assert plain.model == watched.model and plain.dead_time_samples == watched.dead_time_samples
 
 
 # ---- the measured piezo stack
@@ -289,7 +298,7 @@ def test_the_measured_stack(model: Any, low: float, high: float) -> None:
     found = mh.identify(measured(), model=model, weights="free", operators=16, skip=[1000, 400])
     assert low < found.fit.rmse <= high
     assert found.fit.samples == 7000 + 3450
-    assert found.delay == pytest.approx(3.0, abs=1.0)  # "about 3 samples (15 ms)"
+    assert found.dead_time_samples == pytest.approx(3.0, abs=1.0)  # "about 3 samples (15 ms)"
     if model == "modified":
         assert found.model.input_offset == pytest.approx(2.5, abs=0.5)  # "near 2.5 V"
 

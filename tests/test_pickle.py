@@ -33,7 +33,7 @@ Y = MODEL.forward().run(U) + np.random.default_rng(0).normal(0.0, 0.01, U.size)
 
 
 def identified() -> mh.results.Identification:
-    return mh.identify(U, Y, operators=4, ratios=(0.95, 0.3, 0.35), input_offset=0.0, delay=0.0)
+    return mh.identify(U, Y, operators=4, ratios=(0.95, 0.3, 0.35), input_offset=0.0, dead_time=0.0)
 
 
 def dynamics() -> mh.results.DynamicsIdentification:

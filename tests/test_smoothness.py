@@ -10,7 +10,7 @@ import pytest
 from support import Array
 from test_identify import PAPER_RATIOS, THRESHOLDS, actuator, delayed, sweep
 
-KNOWN: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "delay": 0.0}
+KNOWN: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "dead_time": 0.0}
 
 
 def noisy(rms: float, samples: int = 2000) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ def measured(u: Array, seed: int, sigma: float = NOISE) -> Array:
 KNOWN: dict[str, Any] = {
     "ratios": (0.95, 0.3, 0.35),
     "input_offset": 0.0,
-    "delay": 0.0,
+    "dead_time": 0.0,
     "thresholds": THRESHOLDS,
 }
 
@@ -36,7 +36,7 @@ def test_warnings_are_those_of_diagnose() -> None:
     y = measured(u, 1)
     y[700] += 0.4
     found = mh.identify(u, y, skip=100, **KNOWN)
-    told = mh.diagnose(u, y, found.model, skip=100, delay=found.delay)
+    told = mh.diagnose(u, y, found.model, skip=100, dead_time=found.dead_time_samples)
     assert [repr(finding) for finding in found.warnings] == [repr(finding) for finding in told]
     assert {"no_minor_loops", "outliers"} <= {finding.code for finding in found.warnings}
     good = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
@@ -91,7 +91,7 @@ def spread_and_told(
     predictions, told = [], []
     for seed in range(runs):
         y = clean + np.random.default_rng(seed).normal(0.0, NOISE, drive.size)
-        found = mh.identify(drive, y, delay=0.0, **options)
+        found = mh.identify(drive, y, dead_time=0.0, **options)
         predicted, std = found.predict(unseen, return_std=True)
         predictions.append(predicted)
         told.append(std)
@@ -119,7 +119,7 @@ def test_weights_at_their_bound_count_as_known() -> None:
     thresholds = 25.0 * np.arange(20)
     clean = ACTUATOR.forward().run(drive)
     options: dict[str, Any] = {"weights": "free", "thresholds": thresholds}
-    found = mh.identify(drive, measured(drive, 1), delay=0.0, **options)
+    found = mh.identify(drive, measured(drive, 1), dead_time=0.0, **options)
     assert np.isnan(found.weights_std).sum() == np.sum(found.model.weights == 0.0) >= 2
     spread, told = spread_and_told(clean, drive, UNSEEN, 30, **options)
     # 30 runs tell a deviation to 13 % (1 sigma); what a bound that is met now and then takes away
@@ -130,7 +130,7 @@ def test_weights_at_their_bound_count_as_known() -> None:
 def test_what_is_given_is_known_and_samples_are_checked() -> None:
     y = measured(DRIVE, 5)
     known = mh.identify(DRIVE, y, **KNOWN)
-    fitted = mh.identify(DRIVE, y, **{**KNOWN, "ratios": "fit", "delay": "fit"})
+    fitted = mh.identify(DRIVE, y, **{**KNOWN, "ratios": "fit", "dead_time": "fit"})
     less, more = (f.predict(DRIVE, return_std=True)[1] for f in (known, fitted))
     assert rms(less) < rms(more)
     predicted, std = known.predict(UNSEEN, return_std=True)

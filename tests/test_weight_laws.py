@@ -25,7 +25,7 @@ def test_15_nm_of_noise_and_an_unseen_record() -> None:
     u = sweep(12_000, cycles=20)
     clean = actuator().forward()
     y = clean.run(u) + np.random.default_rng(2).normal(0.0, 0.015, u.size)
-    fixed: dict[str, Any] = {"input_offset": 0.0, "delay": 0.0, "thresholds": THRESHOLDS}
+    fixed: dict[str, Any] = {"input_offset": 0.0, "dead_time": 0.0, "thresholds": THRESHOLDS}
     found = mh.identify(u, y, weights="quadratic", **fixed)
     assert found.ratios == pytest.approx(PAPER_RATIOS, abs=0.005)
     np.testing.assert_allclose(found.model.weights, actuator().weights, rtol=0.05)
@@ -44,7 +44,7 @@ def test_standard_errors_cover_the_truth_as_often_as_they_say() -> None:
     covered = []
     for seed in range(60):
         y = clean + np.random.default_rng(seed).normal(0.0, 0.015, u.size)
-        fixed: dict[str, Any] = {"input_offset": 0.0, "delay": 0.0, "thresholds": THRESHOLDS}
+        fixed: dict[str, Any] = {"input_offset": 0.0, "dead_time": 0.0, "thresholds": THRESHOLDS}
         found = mh.identify(u, y, weights="quadratic", **fixed)
         estimate = np.array([*found.ratios, *found.model.weights])
         std = np.array([*found.ratios_std, *found.weights_std])
@@ -64,7 +64,7 @@ def test_split_weights_fit_what_one_weight_cannot() -> None:
     thresholds = (THRESHOLDS, 0.95 * THRESHOLDS, 0.30 * THRESHOLDS, 0.35 * THRESHOLDS)
     true = mh.ModifiedPrandtlIshlinskii(actuator().weights, *thresholds, weights_negative=below)
     y = true.forward().run(u)
-    fixed: dict[str, Any] = {"thresholds": THRESHOLDS, "input_offset": 0.0, "delay": 0.0}
+    fixed: dict[str, Any] = {"thresholds": THRESHOLDS, "input_offset": 0.0, "dead_time": 0.0}
     found = mh.identify(u, y, weights="split", **fixed)
     assert isinstance(found.model, mh.ModifiedPrandtlIshlinskii) and found.model.split
     assert found.model.weights[0] == found.model.weights_negative[0]
@@ -80,7 +80,7 @@ def test_inner_problem_agrees_with_scipy() -> None:
     optimize = pytest.importorskip("scipy.optimize", reason="scipy is not installed")
     u = sweep(800)
     y = actuator().forward().run(u) + np.random.default_rng(1).normal(0.0, 0.05, u.size)
-    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "delay": 0.0}
+    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "dead_time": 0.0}
     found = mh.identify(u, y, thresholds=THRESHOLDS, weights="free", **fixed)
     columns = np.stack([mh.CoupledPlay(r, 0.95 * r, 0.3 * r, 0.35 * r).run(u) for r in THRESHOLDS])
     centred = columns.T - columns.T.mean(axis=0)
@@ -104,7 +104,7 @@ def test_validation_of_other_records_and_of_the_rest() -> None:
     y_noisy = y + np.random.default_rng(3).normal(0.0, 0.01, u.size)
     other = 30.0 + sweep(1000, 300.0, 5)
     measured = 7.0 + actuator().forward().run(other)
-    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "delay": 0.0}
+    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "dead_time": 0.0}
     fixed["thresholds"] = THRESHOLDS
     found = mh.identify(u, y_noisy, validate=(other, measured, 50), **fixed)
     assert found.validation is not None and found.validation.samples == 950
@@ -151,7 +151,7 @@ def test_operators_by_cross_validation() -> None:
         [4e-3, 1e-3, 5e-4, 5e-4], r, ra=0.95, rb=0.3, rc=0.35
     )
     y = true.forward().run(u) + np.random.default_rng(4).normal(0.0, 0.01, u.size)
-    found = mh.identify(u, y, operators="auto", input_offset=0.0, delay=0.0)
+    found = mh.identify(u, y, operators="auto", input_offset=0.0, dead_time=0.0)
     assert found.model.operators == 4
     assert [count for count, _ in found.cross_validation] == [4, 6, 8, 12, 16, 20, 24, 32]
-    assert not mh.identify(u, y, operators=4, input_offset=0.0, delay=0.0).cross_validation
+    assert not mh.identify(u, y, operators=4, input_offset=0.0, dead_time=0.0).cross_validation
