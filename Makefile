@@ -22,7 +22,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python soak picture format clean
+	bench-check bench-reference bench-brief bench-python soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -115,6 +115,9 @@ soak: ## a thousand million mixed samples through an inverse and its actuator: n
 picture: $(PACKAGE) ## draw the pictures of the README
 	$(BIN)/python docs/make_picture.py
 	$(BIN)/python docs/plot_cost.py
+
+stub: $(PACKAGE) ## copy the docstrings of the compiled core into its stub
+	$(BIN)/python docs/make_stub.py
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all

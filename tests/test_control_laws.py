@@ -139,7 +139,7 @@ def test_it_equals_its_twin(drawn: Drawn, happenings: Events) -> None:
     setups(("incremental",)).filter(lambda drawn: drawn.source != "given"),
     st.lists(st.tuples(numbers(-4.0, 4.0), numbers(-4.0, 4.0)), min_size=1, max_size=60),
 )
-def test_incremental_laws_are_increments_of_the_last_drive(
+def test_the_incremental_law_is_increments_of_the_last_drive(
     drawn: Drawn, samples: list[tuple[float, float]]
 ) -> None:
     controller, twin = drawn.controller(), drawn.twin()

@@ -36,9 +36,9 @@ def moving(samples: int = 300, **keywords: Any) -> mh.control.HybridController:
         ({"feedforward": MODEL}, "feedforward: expected model.inverse(limits) of an actuator"),
         (
             {"feedforward": "given?"},
-            "feedforward: expected model.inverse(limits), model.forward(),",
+            "feedforward: expected model.inverse(limits), stage.inverse(dt),",
         ),
-        ({"feedforward": 3.0}, 'feedforward: expected model.inverse(limits), model.forward(), "gi'),
+        ({"feedforward": 3.0}, "feedforward: expected model.inverse(limits), stage.inverse(dt), m"),
         ({"limits": 5.0}, "limits: expected two numbers (low, high), got 5.0"),
     ],
 )
@@ -227,11 +227,12 @@ def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
     for value in nonsense:
         with pytest.raises(ValueError, match=r"state: expected what \.state returned"):
             controller.state = value
-    narrow = made(
-        MODEL.inverse(LIMITS), limits=(0.0, 1.0), preview=mh.control.Preview([0.5, 0.5], 1)
-    )
-    with pytest.raises(ValueError, match=r"terms\.drive: expected a number from 0\.0 to 1\.0"):
-        narrow.state = before
+    for options in ({"limits": (0.0, 1.0)}, {"kp": 4.0}, {"ki": 1.0}, {"dt": 1e-3}):
+        keywords = {"limits": LIMITS, **options}
+        preview = mh.control.Preview([0.5, 0.5], 1)
+        other = made(MODEL.inverse(keywords["limits"]), preview=preview, **keywords)
+        with pytest.raises(ValueError, match=rf"^state\.{next(iter(options))}[.\w]*: expected"):
+            other.state = before
 
 
 def test_reset_keeps_the_drive_unless_the_amplifier_has_another() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from collections.abc import Callable
 from typing import Any
@@ -89,7 +90,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Run": run,
     "Tuning": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG),
     "Margins": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG).at_min_slope,
-    "Excitation": lambda: mh.signals.excitation(-5.0, 5.0, slew=20.0, rate=100.0),
+    "Excitation": lambda: mh.signals.excitation(-5.0, 5.0, slew=20.0, rate=500.0),
     "ControllerTerms": lambda: controller().terms,
 }
 """Objects that have attributes alone."""
@@ -138,7 +139,7 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     ),
     "IterativeLearning": (
         lambda: mh.control.IterativeLearning(np.sin(np.arange(100) / 100 * 2 * np.pi), **LOOP),
-        lambda one, x: (one.update(np.full(100, x)), one.target.tolist()),
+        lambda one, x: (one.update(np.full(100, math.sin(x) if x == x else 0.0)), one.target.tolist()),
     ),
 }  # fmt: skip
 """Objects that go on: how one is made, and a step of it."""

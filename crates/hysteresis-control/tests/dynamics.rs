@@ -106,7 +106,7 @@ proptest! {
 
     #[test]
     fn whole_dead_times_shift_the_record_bit_for_bit(dynamics in dynamics(), whole in 0_u32..6, input in input()) {
-        let (now, late) = (dynamics.block(DT).unwrap(), dynamics.with_dead_time(f64::from(whole) * DT).unwrap());
+        let (now, late) = (dynamics.block(DT).unwrap(), dynamics.with_dead_time(f64::from(whole) / 1e4).unwrap());
         let shifted = [vec![0.0; whole as usize], input.clone()].concat();
         prop_assert_eq!(&rows(late.block(DT).unwrap(), &input), &rows(now, &shifted)[..input.len()]);
     }
@@ -168,6 +168,9 @@ proptest! {
         let expected = product(&zeros, s) / product(&poles, s);
         let tolerance = 1e-9 * (1.0 + expected.norm());
         prop_assert!((dynamics.frequency_response(f) - expected).norm() < tolerance);
+        let turn = Complex::cis(-TAU * f * 2.5 * DT);
+        let late = dynamics.clone().with_dead_time(2.5 * DT).unwrap();
+        prop_assert!((late.frequency_response(f) - expected * turn).norm() < tolerance);
         let matrices = dynamics.state_space();
         prop_assert!((matrices.frequency_response(f) - expected).norm() < tolerance);
         prop_assert!(same(&dynamics.zeros(), &zeros, 1e-9) && same(&dynamics.poles(), &poles, 1e-9));
@@ -235,11 +238,24 @@ fn modes_in_parallel_add_up() {
         let sum = 0.8 * parts[0][k] - 0.3 * parts[1][k];
         assert!((y - sum).abs() < 1e-12 && (same - sum).abs() < 1e-12, "{k}");
     }
+    let difference = modes.frequency_response(900.0) - beside.frequency_response(900.0);
+    assert!(difference.norm() < 1e-12 && modes.frequency_response(900.0).norm() > 0.1);
     assert!(same(&modes.zeros(), &beside.zeros(), 1e-9) && modes.zeros().len() == 2);
     for zero in modes.zeros() {
         // With gains of opposite sign there is a zero in the right half plane, and none on the imaginary axis.
         assert!(zero.im.abs() < 1e-6 && modes.zeros().iter().any(|zero| zero.re > 0.0), "{zero}");
     }
+}
+
+/// (2 s + 3) / (4 s + 5) in a unit of time of a millisecond: two fifths at high frequencies pass at once.
+#[test]
+fn what_passes_at_once_is_part_of_the_polynomials() {
+    let transfer = StateSpace::from_transfer_function(&[0.0, 2e-3, 3.0], &[4e-3, 5.0]).unwrap();
+    let s = Complex::new(0.0, TAU * 300.0);
+    let expected = (s * 2e-3 + 3.0) / (s * 4e-3 + 5.0);
+    assert!((transfer.frequency_response(300.0) - expected).norm() < 1e-14);
+    assert!((transfer.d() - 0.5).abs() < 1e-15 && (transfer.static_gain() - 0.6).abs() < 1e-15);
+    assert!(same(&transfer.zeros(), &[Complex::from(-1500.0)], 1e-12));
 }
 
 /// Poles on both sides of critical damping and far above it: their sum and their product.

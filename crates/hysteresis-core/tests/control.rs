@@ -4,7 +4,8 @@
 mod models;
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Counters, FeedForward, HybridController, Law, Mode, Preview, Process,
+    AntiWindup, Command, ControllerOptions, Counters, FeedForward, FeedForwardState, HybridController, Law, Mode,
+    Preview, Process,
 };
 use models::actuator;
 
@@ -172,6 +173,53 @@ fn volts_that_are_given_replace_the_feedforward_and_the_memory_goes_on() {
     assert_eq!(without.step(Command { feedforward: Some(9.0), ..1.0.into() }, 0.0), 9.0);
     assert_eq!(without.step(1.0.into(), 0.0), 9.0, "no volts, no motion");
     assert_eq!(without.counters().rejected_count, 1);
+}
+
+/// The proportional term goes over the whole bumpless time, also where the start is long over.
+#[test]
+fn feedback_goes_and_returns_over_the_bumpless_time() {
+    let mut controller = made(FeedForward::None, ControllerOptions::new(20.0, 0.0, DT, LIMITS));
+    for _ in 0..60 {
+        controller.step(1.0.into(), 0.5);
+    }
+    assert_eq!((controller.terms().bumpless, controller.drive()), (0.0, 10.0));
+    for (mode, sign) in [(Mode::Feedforward, 1.0), (Mode::Run, -1.0)] {
+        controller.set_mode(mode).unwrap();
+        for left in (0..=50).rev() {
+            controller.step(1.0.into(), 0.5);
+            assert!((controller.terms().bumpless - sign * 10.0 * f64::from(left) / 50.0).abs() < 1e-12, "{left}");
+        }
+    }
+}
+
+/// Without integral action nothing winds up, and nothing would bring back what back-calculation took.
+#[test]
+fn back_calculation_leaves_a_proportional_controller_alone() {
+    let anti_windup = AntiWindup::BackCalculation { tracking_time: Some(1e-3) };
+    let options = ControllerOptions { anti_windup, ..ControllerOptions::new(20.0, 0.0, DT, LIMITS) };
+    let mut controller = made(FeedForward::None, options);
+    for _ in 0..100 {
+        controller.step(100.0.into(), 0.0);
+    }
+    assert!(controller.terms().saturated);
+    assert_eq!(controller.state().feedback_loop.integral, 0.0);
+}
+
+/// Volts that came with the last sample are what the new source takes over from, and it takes over the last target.
+#[test]
+fn another_feedforward_takes_over_from_what_went_out() {
+    let options = ControllerOptions::new(0.0, 0.0, DT, LIMITS);
+    let mut controller = made(exact(), options);
+    for _ in 0..60 {
+        controller.step(Command { feedforward: Some(7.0), ..1.0.into() }, 0.0);
+    }
+    controller.set_feedforward(FeedForward::None).unwrap();
+    assert!((controller.step(1.0.into(), 0.0) - 7.0 * 49.0 / 50.0).abs() < 1e-12);
+    let mut inverse = actuator().inverse(Some(LIMITS)).unwrap();
+    controller.set_feedforward(inverse.clone().into()).unwrap();
+    inverse.step(1.0);
+    assert_eq!(controller.state().feedforward, Some(FeedForwardState::Stream(inverse.state())));
+    assert_eq!(controller.terms().feedforward, inverse.output());
 }
 
 #[test]

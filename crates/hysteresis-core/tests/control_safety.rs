@@ -175,9 +175,9 @@ fn the_feedforward_remembers_the_drives_of_a_stop() {
         let drive = if k % 2 == 0 { controller.step(0.0.into(), 0.0) } else { controller.plan(0.0.into(), 0.0) };
         assert_eq!(controller.commit(), k % 2 == 1);
         other.follow(&[drive]).unwrap();
+        assert_eq!(controller.state().feedforward, Some(FeedForwardState::Stream(other.state())));
     }
     assert_eq!(controller.drive(), -20.0);
-    assert_eq!(controller.state().feedforward, Some(FeedForwardState::Stream(other.state())));
 }
 
 #[test]
@@ -277,11 +277,14 @@ fn largest_step(controller: &mut HybridController) -> f64 {
     largest
 }
 
-/// Coefficients that differentiate twice: a window that pretended a rest before the motion would ask for 0.1 um at once.
+/// Coefficients that differentiate twice: a window that pretended a rest before the motion would ask for 0.1 um at once. And
+/// when the window is full, the motion is 20 nm ahead.
 #[test]
 fn a_preview_that_fills_gives_no_kick() {
     let set = ControllerOptions { max_missing: 0, ..ControllerOptions::new(0.0, 0.0, DT, LIMITS) };
-    let preview = || Some(Preview::new(&[100.0, -199.0, 100.0], 1).unwrap());
+    let mut coefficients = [0.0; 41];
+    coefficients[19..22].copy_from_slice(&[100.0, -199.0, 100.0]);
+    let preview = || Some(Preview::new(&coefficients, 20).unwrap());
     let plain = largest_step(&mut made(exact(), set));
     let with_preview = || HybridController::new(exact(), preview(), &set).unwrap();
     let mut from_start = with_preview();
@@ -328,13 +331,25 @@ fn a_preview_that_fills_at_rest_has_no_difference_to_take() {
     assert_eq!((controller.terms().target, controller.terms().bumpless), (0.5, 0.0));
     controller.step(0.6.into(), 0.5);
     assert_eq!((controller.terms().target, controller.terms().bumpless), (2.0 * 0.6 - 3.0 * 0.5 + 2.0 * 0.5, 0.0));
-    // A target or volts of its own are the user's, full window or not.
-    controller.hold();
-    controller.release();
-    for _ in 0..4 {
-        controller.step(Command { feedforward: Some(9.0), ..0.5.into() }, 0.5);
-    }
-    assert_eq!(controller.terms().unlimited_drive, 9.0 + controller.terms().integral);
+}
+
+/// A target or volts of the user's own may jump at the sample that fills the window: nothing takes the difference.
+#[test]
+fn what_is_given_is_not_smoothed_where_a_preview_fills() {
+    let jump = |first: Command, second: Command| {
+        let preview = Preview::new(&[1.0, 0.0, 0.0], 0).unwrap();
+        let set = ControllerOptions { bumpless_time: DT, ..options() };
+        let mut controller = HybridController::new(exact(), Some(preview), &set).unwrap();
+        for command in [first, first, second] {
+            controller.step(command, first.reference);
+        }
+        controller.terms().bumpless
+    };
+    let target = |target| Command { target: Some(target), ..0.5.into() };
+    assert_eq!(jump(target(0.5), target(1.0)), 0.0);
+    let volts = |volts| Command { feedforward: Some(volts), ..0.5.into() };
+    assert_eq!(jump(volts(9.0), volts(20.0)), 0.0);
+    assert!(jump(0.5.into(), 1.0.into()) < -50.0, "a target of the window");
 }
 
 /// A rejected reference leaves a gap in the trajectory: what was in the window no longer belongs to what comes.

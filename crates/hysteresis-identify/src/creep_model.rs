@@ -33,6 +33,7 @@ pub(crate) const MAX_AMPLITUDES: usize = 12;
 /// assert_ne!(options.creep, CreepModel::default());
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CreepModel {
     /// No creep.
     #[default]

@@ -6,6 +6,7 @@ use std::fmt;
 ///
 /// A code is a contract: its name stays, and the number behind it may be compared with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum FindingCode {
     /// Operators whose output never changes in the fitted samples: the input reaches no threshold of theirs, so their

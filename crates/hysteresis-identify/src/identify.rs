@@ -18,7 +18,7 @@ use crate::fit::search::search;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::joint_findings;
-use crate::joint_search::{Found, LinearEvidence, search_joint};
+use crate::joint_search::{Found, search_joint};
 use crate::options::{ModelKind, Options};
 use crate::record::Record;
 use crate::result::covariance::Covariance;
@@ -78,6 +78,7 @@ pub fn identify(
     monitor.begin(Span { from: 0.0, to: 0.4 });
     let plain = search_hysteresis(records, &options.hysteresis_alone(), &mut monitor)?;
     let found = search_joint(records, options, plain, &mut monitor)?;
+    monitor.finish();
     identification(records, found, monitor.evaluations())
 }
 
@@ -100,7 +101,7 @@ fn search_hysteresis(
     };
     drop(levels);
     let fit = JointFit { space, fit, linearised };
-    Ok(Found { fit, choice, basis, linear: LinearEvidence::default(), partial })
+    Ok(Found { fit, choice, basis, linear: None, partial })
 }
 
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
@@ -119,9 +120,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let model = model(&choice.options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
     let mut warnings = findings(records, &chain);
-    if choice.options.is_joint() {
-        warnings.extend(joint_findings(&space, &fit, &standard_errors, &linear));
-    }
+    warnings.extend(linear.iter().flat_map(|linear| joint_findings(&space, &fit, &standard_errors, linear)));
     let quality = |(place, record): (usize, &Record<'_>)| {
         quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))
     };

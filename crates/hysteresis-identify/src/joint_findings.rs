@@ -41,14 +41,16 @@ pub(crate) fn joint_findings(
     let (frequency, damping) =
         (fit.point.get(Parameter::LogFrequency).exp(), fit.point.get(Parameter::LogDamping).exp());
     let mut found = vec![
-        doubtful(
-            FindingCode::ResonanceNotExcited,
-            "frequency",
-            Parameter::LogFrequency,
-            frequency,
-            errors.frequency,
-            MAX_FREQUENCY_ERROR,
-        ),
+        evidence.too_little.map(|evidence| too_little(space, evidence)).or_else(|| {
+            doubtful(
+                FindingCode::ResonanceNotExcited,
+                "frequency",
+                Parameter::LogFrequency,
+                frequency,
+                errors.frequency,
+                MAX_FREQUENCY_ERROR,
+            )
+        }),
         doubtful(
             FindingCode::DampingUndetermined,
             "damping",
@@ -59,7 +61,6 @@ pub(crate) fn joint_findings(
         ),
         confounded(space, fit, errors, evidence.dead_time_error),
         negative(space, fit),
-        evidence.without_dynamics.map(no_dynamics),
     ];
     for (number, error) in errors.creep.iter().enumerate() {
         let amplitude = fit.point.get(Parameter::Creep(number));
@@ -84,10 +85,11 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
 }
 
 /// The evidence for dynamics, and what noise alone may pretend.
-fn no_dynamics((evidence, needed): (f64, f64)) -> Finding {
+fn too_little(space: &Space, (evidence, needed): (f64, f64)) -> Finding {
+    let instead = if space.order().is_some() { "critically damped ones" } else { "a dead time alone" };
     let message = format!(
-        "a dead time alone fits as well, and the result has no dynamics: they lower the sum of squares by {evidence:.1} noise \
-         variances, and noise alone may pretend {needed:.1}"
+        "the dynamics lower the sum of squares by {evidence:.1} noise variances, and noise alone may pretend {needed:.1}: the \
+         result has {instead} with the same lag"
     );
     Finding::new(FindingCode::ResonanceNotExcited, evidence, needed, message)
 }

@@ -1,17 +1,15 @@
 //! The search for hysteresis and linear part together, from the hysteresis alone.
 
 use crate::colour::Colour;
-use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::choice::Choice;
-use crate::fit::dead_time::MIN_NEGATIVE_SAMPLES;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::point::Point;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
-use crate::options::Options;
+use crate::options::{Options, Order, Setting};
 use crate::record::Record;
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
@@ -24,7 +22,8 @@ pub(crate) struct Found {
     /// What was chosen, and what cross-validation said.
     pub(crate) choice: Choice,
     pub(crate) basis: WeightBasis,
-    pub(crate) linear: LinearEvidence,
+    /// Where a linear part was searched.
+    pub(crate) linear: Option<LinearEvidence>,
     pub(crate) partial: bool,
 }
 
@@ -33,8 +32,8 @@ pub(crate) struct Found {
 pub(crate) struct LinearEvidence {
     /// The standard error of a dead time that was searched beside dynamics, in samples.
     pub(crate) dead_time_error: Option<f64>,
-    /// The evidence for dynamics that were given up, and what noise alone may pretend.
-    pub(crate) without_dynamics: Option<(f64, f64)>,
+    /// The evidence for dynamics, if it is too little, and what noise alone may pretend.
+    pub(crate) too_little: Option<(f64, f64)>,
     /// How the residuals follow from each other.
     pub(crate) colour: Colour,
 }
@@ -64,10 +63,14 @@ pub(crate) fn search_joint(
         linear.colour = joint.problem.colour(&fit);
         fit
     };
-    if linear.without_dynamics.is_some() {
-        choice.options.dynamics = None;
-    }
-    Ok(Found { fit, choice, basis, linear, partial: gave_up })
+    choice.options.dynamics = fit.space.order();
+    Ok(Found { fit, choice, basis, linear: Some(linear), partial: gave_up })
+}
+
+/// A fit with one parameter for its lag, and by how many variances of the noise dynamics lower the sum of squares below it.
+struct Simple {
+    fit: JointFit,
+    evidence: f64,
 }
 
 /// The joint problem, and what is known of its solution.
@@ -81,38 +84,55 @@ struct JointSearch<'a> {
 
 impl JointSearch<'_> {
     fn search(&mut self, linear: &mut LinearEvidence, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        monitor.begin(Span { from: 0.4, to: 0.9 });
+        monitor.begin(Span { from: 0.4, to: 0.85 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        monitor.begin(Span { from: 0.9, to: 1.0 });
+        monitor.begin(Span { from: 0.85, to: 0.9 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
-        if fit.dead_time_samples() >= -MIN_NEGATIVE_SAMPLES {
-            return Ok(fit);
-        }
-        let (without, evidence) = self.without_dynamics(&fit, monitor)?;
+        let Some(simple) = self.simple(&fit, monitor)? else { return Ok(fit) };
         let needed = MIN_EVIDENCE * as_f64(fit.rows(self.problem.records)).ln();
-        if evidence >= needed {
+        if simple.evidence >= needed {
             return Ok(fit);
         }
-        *linear = LinearEvidence { without_dynamics: Some((evidence, needed)), ..LinearEvidence::default() };
-        Ok(without)
+        linear.too_little = Some((simple.evidence, needed));
+        if simple.fit.space.order().is_none() {
+            linear.dead_time_error = None;
+        }
+        Ok(simple.fit)
     }
 
-    /// The fit without dynamics, and by how many variances of the noise those lower the sum of squares.
+    /// What has one parameter for its lag, against dynamics that may be feigned by noise: a dead time alone, or second-order
+    /// dynamics critically damped without one; and the evidence against the first, or the second if the dead time is known.
+    /// Nothing for a lag of first order behind a known dead time, whose lag is all it has to say.
     ///
     /// Dynamics that are infinitely fast answer within a sample: with a dead time of -1 they are no dynamics at all.
-    fn without_dynamics(&self, fit: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<(JointFit, f64), Error> {
-        let options = Options { dynamics: None, ..self.problem.options.clone() };
-        let problem = JointProblem { options: &options, ..self.problem };
-        let without = if options.creep == CreepModel::None {
-            problem.at(&Space::new(problem.records, &options)?, &self.plain.fit.point)?
-        } else {
-            problem.search(&self.plain.fit, &self.plain.space, monitor)?
+    fn simple(&self, fit: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Simple>, Error> {
+        let Some(order) = fit.space.order() else { return Ok(None) };
+        let records = self.problem.records;
+        let noise = fit.fit.squares / as_f64(fit.rows(records)) * self.problem.colour(fit).correlation_time;
+        let evidence = |simple: &JointFit| (simple.fit.squares - fit.fit.squares) / noise;
+        let searches_dead_time = self.problem.options.dead_time == Setting::Fit;
+        let damped = |monitor: &mut SearchMonitor<'_>| match order {
+            Order::First => Ok(None),
+            Order::Second => {
+                monitor.begin(Span { from: 0.95, to: 1.0 });
+                self.problem.critically_damped(fit, monitor).map(Some)
+            }
         };
-        let noise = fit.fit.squares / as_f64(fit.rows(problem.records)) * self.problem.colour(fit).correlation_time;
-        let evidence = (without.fit.squares - fit.fit.squares) / noise;
-        Ok((without, evidence))
+        if !searches_dead_time {
+            return Ok(damped(monitor)?.map(|fit| Simple { evidence: evidence(&fit), fit }));
+        }
+        monitor.begin(Span { from: 0.9, to: 0.95 });
+        let without = self.problem.without_dynamics(fit, monitor)?;
+        let evidence = evidence(&without);
+        let best = match damped(monitor)? {
+            Some(damped) if damped.fit.objective < without.fit.objective => damped,
+            // Of first order, a lag has as many parameters as a dead time.
+            None if evidence > 0.0 && fit.dead_time_samples() == 0.0 => return Ok(None),
+            _ => without,
+        };
+        Ok(Some(Simple { evidence, fit: best }))
     }
 
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.

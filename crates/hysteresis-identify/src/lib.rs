@@ -25,6 +25,8 @@ mod options;
 mod record;
 mod recursive;
 mod result;
+#[cfg(feature = "serde")]
+mod saved;
 mod signal;
 
 pub use creep_model::CreepModel;

@@ -7,6 +7,7 @@ use crate::error::Error;
 
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ModelKind {
     /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
     /// moves nothing but the virgin state: [`Setting::Fit`] puts it at the middle of the input range.
@@ -18,6 +19,7 @@ pub enum ModelKind {
 
 /// What the weights of the operators may be; never negative, so that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightLaw {
     /// One of the other laws, as cross-validation over stretches of the records asks for: of
     /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
@@ -37,6 +39,7 @@ pub enum WeightLaw {
 
 /// A parameter that is searched, or known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Setting<T> {
     /// To be found.
     #[default]
@@ -47,6 +50,7 @@ pub enum Setting<T> {
 
 /// The order of linear dynamics, of unit static gain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
     /// A first-order lag.
     First,
@@ -57,6 +61,7 @@ pub enum Order {
 
 /// The thresholds r_i of the operators, in the unit of the input.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Thresholds {
     /// That many operators at r_i = i X / n, i = 0..n-1, the first of them the identity.
     ///
@@ -93,6 +98,7 @@ pub enum Thresholds {
 /// assert_eq!(options.dead_time, Setting::Fit);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Options {
     /// Which model.
     pub model: ModelKind,

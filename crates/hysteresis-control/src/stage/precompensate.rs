@@ -10,6 +10,9 @@ use crate::linear::check_positive;
 /// fitted output offset may be wrong by.
 const SAME_POSITION: f64 = 2e-3;
 
+/// How many samples beyond the dead time the end of a path matters to the inverse.
+const LOOK_AHEAD: usize = 16;
+
 /// A difference that small fades over this time, in seconds, so that even then no drive jumps.
 const FADE: f64 = 0.005;
 
@@ -44,8 +47,8 @@ impl Stage {
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
     /// inverse of creep, output map, hysteresis and input map. The first drive is the start drive or near it: the stage
-    /// begins at rest. Every drive is within the limits and keeps the slew rate of the stage. What is aimed at beyond the
-    /// last sample is the last sample.
+    /// begins at rest. Every drive is within the limits and keeps the slew rate of the stage. A reference that
+    /// is in motion at its end is taken to go on.
     ///
     /// # Errors
     /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`] that
@@ -81,7 +84,11 @@ impl Stage {
         let first = path[0];
         path.rotate_right(rows);
         path[..rows].fill(first);
-        Ok(DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?)
+        let samples = path.len();
+        go_on(&mut path, self.parts().dead_time.max(0.0) / dt)?;
+        let mut targets = DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?;
+        targets.truncate(samples);
+        Ok(targets)
     }
 
     /// Lead-in and reference in one.
@@ -128,6 +135,26 @@ impl Precompensated {
             }
         }
     }
+}
+
+/// Continues a path beyond its end, for the samples that the inverse looks ahead: a path that is smooth there goes on with its
+/// last acceleration, any other one stays. So a motion that is cut off is not taken for one that stops.
+fn go_on(path: &mut Vec<f64>, dead_time_samples: f64) -> Result<(), Error> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    let samples = LOOK_AHEAD + dead_time_samples.ceil() as usize;
+    let [.., a, b, c] = path[..] else { return Ok(()) };
+    let (mut velocity, acceleration) = (c - b, c - 2.0 * b + a);
+    if acceleration.abs() > 0.5 * velocity.abs() {
+        return Ok(());
+    }
+    reserve(path, samples, "reference")?;
+    let mut last = c;
+    for _ in 0..samples {
+        velocity += acceleration;
+        last += velocity;
+        path.push(last);
+    }
+    Ok(())
 }
 
 /// The polynomial of least jerk from 0 at sample 0 to 1 at `samples`, at rest at both ends.

@@ -17,6 +17,9 @@ const MIN_DAMPING: f64 = 1e-7;
 /// How many proportional gains are tried before the best is looked at more closely.
 const TRIALS: u32 = 48;
 
+/// A proportional gain that gives the loop less than this does nothing.
+const MIN_LOOP_GAIN: f64 = 1e-9;
+
 /// The gains with the greatest ki that keep the peak of the sensitivity within a bound for every slope of the hysteresis.
 ///
 /// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope P(z), the positional law u = kp e + ki dt sum e before a plant P, the
@@ -67,7 +70,9 @@ pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning
     };
     let at = |slope| margins(gains, slope, &transfer, &points, options.dt);
     let (at_min_slope, at_max_slope) = (at(slopes.min), at(slopes.max));
-    Ok(Tuning { kp: gains.kp, ki: gains.ki_dt / options.dt, at_min_slope, at_max_slope, peak_sensitivity: worst })
+    // The search ends near zero, not at it.
+    let kp = if gains.kp * slopes.max * static_gain.abs() < MIN_LOOP_GAIN { 0.0 } else { gains.kp };
+    Ok(Tuning { kp, ki: gains.ki_dt / options.dt, at_min_slope, at_max_slope, peak_sensitivity: worst })
 }
 
 /// The margins of a loop with given gains at one slope.

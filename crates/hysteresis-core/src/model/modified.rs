@@ -11,6 +11,7 @@ use crate::operator::CoupledPlay;
 
 /// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ratios {
     /// ra / r, at least `rb`.
     pub ra: f64,

@@ -21,19 +21,23 @@ const MAX_GAIN_ERROR: f64 = 0.05;
 
 /// Identified dynamics, and how well they fit.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DynamicsIdentification {
     /// The hysteresis model that was given.
+    #[cfg_attr(feature = "serde", serde(skip, default = "crate::saved::no_model"))]
     pub model: CompiledModel,
     /// The sampling interval of the record in seconds.
     pub dt: f64,
     /// The lag or second-order dynamics, of unit static gain; none if the record shows none.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub dynamics: Option<Dynamics>,
     /// What the output lags the input besides, in seconds.
     pub dead_time: f64,
     /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds.
     pub lag: f64,
     /// The creep, if it was asked for.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]
     pub creep: Option<Creep>,
     /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
     pub creep_amplitudes: Vec<f64>,

@@ -6,6 +6,7 @@ use super::tangent::OperatorsAt;
 
 /// What predicts: the operators with their weights, and what follows them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Chain {
     pub(crate) operators: OperatorsAt,
     pub(crate) weights: Vec<f64>,

@@ -16,6 +16,7 @@ pub(crate) const SMOOTHNESS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-
 
 /// How a model predicts stretches that it was not fitted to.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CrossValidation {
     /// What the weights may be.

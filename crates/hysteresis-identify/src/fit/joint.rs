@@ -9,7 +9,7 @@ use super::space::Space;
 use super::starts::starts;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
-use crate::options::Options;
+use crate::options::{Options, Setting};
 use crate::record::Record;
 
 /// How many passes over the records a start may take before the best of them goes on.
@@ -81,10 +81,40 @@ impl JointProblem<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
         let space = near.space.with_known(Parameter::DeadTime, dead_time);
-        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         let point = space.with_lag_kept(&near.fit.point, dead_time);
-        let span = Span { from: 0.8, to: 0.9 };
-        let start = attempt(&levels[1], self.basis, &point, PASSES, span, monitor)?;
+        self.search_from(space, &point, monitor)
+    }
+
+    /// The best fit with a dead time in place of the dynamics, from a point near by.
+    pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        let space = Space::new(self.records, &Options { dynamics: None, ..self.options.clone() })?;
+        let lag = near.space.linear_part(&near.fit.point).lag();
+        let (lower, upper) = space.axis(Parameter::DeadTime).map_or((lag, lag), |axis| (axis.lower, axis.upper));
+        let point = near.fit.point.with(Parameter::DeadTime, lag.clamp(lower, upper));
+        self.search_from(space, &point, monitor)
+    }
+
+    /// The best fit of critically damped dynamics without a dead time, or behind the known one.
+    pub(crate) fn critically_damped(
+        &self,
+        near: &JointFit,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let known = match self.options.dead_time {
+            Setting::Fixed(dead_time) => dead_time,
+            Setting::Fit => 0.0,
+        };
+        let space = near.space.with_known(Parameter::DeadTime, known).with_known(Parameter::LogDamping, 0.0);
+        let lag = near.space.linear_part(&near.fit.point).lag() - known;
+        let point = space.critically_damped(&near.fit.point, lag).with(Parameter::DeadTime, known);
+        self.search_from(space, &point, monitor)
+    }
+
+    fn search_from(&self, space: Space, point: &Point, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        // The work that is left once the dynamics are found.
+        let span = Span { from: 0.0, to: 0.6 };
+        let start = attempt(&levels[1], self.basis, point, PASSES, span, monitor)?;
         let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })

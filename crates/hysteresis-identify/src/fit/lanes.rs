@@ -128,3 +128,100 @@ impl DynamicLanes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_control::linear::{Block, Dynamics, FirstOrder, LinearDynamics, SecondOrder};
+
+    use super::*;
+    use crate::fit::linear_part::LinearPart;
+    use crate::fit::response::through;
+
+    fn signal() -> Vec<f64> {
+        (0..60_u32).map(|k| 2.0 + (f64::from(k * k) / 7.0).sin() * f64::from(k % 11)).collect()
+    }
+
+    /// The whole linear part is what the blocks of a stage make of a signal: creep at the samples, then dynamics behind a
+    /// dead time, whole or not.
+    #[test]
+    fn equals_the_blocks_of_a_stage() {
+        let dt = 1e-4;
+        let all: [Option<Dynamics>; 4] = [
+            None,
+            Some(FirstOrder::new(279.0).unwrap().into()),
+            Some(SecondOrder::new(800.0, 0.02).unwrap().into()),
+            Some(SecondOrder::new(400.0, 1.7).unwrap().into()),
+        ];
+        for dynamics in all {
+            for dead_time in [0.0, 0.3e-4, 1e-4, 2.65e-4] {
+                let part =
+                    LinearPart { dynamics, amplitudes: vec![0.02, 0.1], time_constants: vec![4e-4, 3e-3], dead_time };
+                let linear = dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
+                let mut block = linear.with_dead_time(dead_time).unwrap().block(dt).unwrap();
+                let mut q = [signal()[0]; 2];
+                block.settle(signal()[0] * 1.12);
+                for (k, (h, got)) in signal().iter().zip(through(&part, &signal(), dt)).enumerate() {
+                    let want = block.step(h + 0.02 * q[0] + 0.1 * q[1]);
+                    q[0] += (1.0 - (-dt / 4e-4_f64).exp()) * (h - q[0]);
+                    q[1] += (1.0 - (-dt / 3e-3_f64).exp()) * (h - q[1]);
+                    assert!((got - want).abs() < 1e-11, "{dynamics:?} {dead_time} {k}: {got} {want}");
+                }
+            }
+        }
+    }
+
+    /// A negative dead time reads ahead: the same rows, earlier.
+    #[test]
+    fn a_negative_dead_time_reads_ahead() {
+        let part = |dead_time| LinearPart {
+            dynamics: Some(SecondOrder::new(800.0, 0.1).unwrap().into()),
+            dead_time,
+            ..LinearPart::default()
+        };
+        let (later, now, earlier) = (
+            through(&part(0.4e-4), &signal(), 1e-4),
+            through(&part(0.0), &signal(), 1e-4),
+            through(&part(-1e-4), &signal(), 1e-4),
+        );
+        let ahead = through(&part(-1.6e-4), &signal(), 1e-4);
+        for k in 0..50 {
+            assert!((earlier[k] - now[k + 1]).abs() < 1e-12);
+            assert!((ahead[k] - later[k + 2]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn at_rest_nothing_moves() {
+        let part = LinearPart {
+            dynamics: Some(SecondOrder::new(800.0, 0.02).unwrap().into()),
+            amplitudes: vec![0.01],
+            time_constants: vec![0.1],
+            dead_time: 0.3e-4,
+        };
+        let held = through(&part, &[0.3; 40], 1e-4);
+        assert!(held.iter().all(|y| *y == held[0]));
+    }
+
+    /// Two lanes are two signals, and slopes are differences.
+    #[test]
+    fn lanes_do_not_mix_and_slopes_are_differences() {
+        let part = |dead_time: f64, lag| {
+            let dynamics: Dynamics =
+                if lag { FirstOrder::new(300.0).unwrap().into() } else { SecondOrder::new(900.0, 0.3).unwrap().into() };
+            SampledPart::new(&LinearPart { dynamics: Some(dynamics), dead_time, ..LinearPart::default() }, 1e-4)
+        };
+        for lag in [true, false] {
+            let (here, there) = (part(0.4e-4, lag), part(0.4e-4 + 1e-11, lag));
+            let (mut both, mut later, mut alone) =
+                (DynamicLanes::new(&here, 2), DynamicLanes::new(&there, 1), DynamicLanes::new(&here, 1));
+            for u in signal() {
+                both.put_out(&[1.0 - u, u]);
+                later.put_out(&[u]);
+                alone.put_out(&[u]);
+                let slope = (later.read_one(0) - alone.read_one(0)) / 1e-11;
+                assert_eq!(both.read_one(1), alone.read_one(0));
+                assert!((both.slope_over_dead_time(1, 1e-4) - slope).abs() < 1e-3 * slope.abs().max(100.0), "{slope}");
+            }
+        }
+    }
+}

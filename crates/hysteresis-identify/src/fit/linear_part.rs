@@ -15,7 +15,9 @@ use hysteresis_control::linear::Dynamics;
 ///
 /// Without dynamics y(k) is p(t_k - d), straight between samples.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct LinearPart {
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub(crate) dynamics: Option<Dynamics>,
     /// c_j.
     pub(crate) amplitudes: Vec<f64>,

@@ -96,6 +96,13 @@ impl<'a> SearchMonitor<'a> {
         self.now.evaluations
     }
 
+    /// Reports that all is done, where some of the work was not needed. It is too late to stop.
+    pub(crate) fn finish(&mut self) {
+        self.now.fraction = 1.0;
+        // Whatever the answer, the result is there.
+        let _ = (self.report)(&self.now);
+    }
+
     /// Starts a stage.
     pub(super) fn enter(&mut self, stage: SearchStage) {
         self.now.stage = stage;

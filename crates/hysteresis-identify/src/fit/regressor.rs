@@ -4,6 +4,7 @@ use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
 /// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct OperatorBank {
     r: Vec<f64>,
     ra: Vec<f64>,

@@ -114,19 +114,24 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
-    /// The same hysteresis with linear dynamics in place of its dead time, and no creep.
+    /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
     pub(crate) fn from_hysteresis(&self, point: &Point) -> Point {
-        const DAMPING: f64 = 0.7;
         let operators = [Parameter::Ra, Parameter::RbShare, Parameter::Rc, Parameter::InputOffset];
         let start = operators.iter().fold(self.origin, |start, axis| start.with(*axis, point.get(*axis)));
         let lag = point.get(Parameter::DeadTime);
-        let Some(axis) = self.axis(Parameter::LogFrequency) else {
-            return if self.searches(Parameter::DeadTime) { start.with(Parameter::DeadTime, lag) } else { start };
-        };
-        let frequency = 2.0 * DAMPING / (core::f64::consts::TAU * lag.max(self.intervals.smallest()));
-        start
-            .with(Parameter::LogFrequency, frequency.ln().clamp(axis.lower, axis.upper))
-            .with(Parameter::LogDamping, DAMPING.ln())
+        match self.dynamics {
+            Some(_) => self.critically_damped(&start, lag),
+            None if self.searches(Parameter::DeadTime) => start.with(Parameter::DeadTime, lag),
+            None => start,
+        }
+    }
+
+    /// The same point with critically damped dynamics of a lag, 2 / w, but not less than half a sample.
+    pub(crate) fn critically_damped(&self, point: &Point, lag: f64) -> Point {
+        let Some(axis) = self.axis(Parameter::LogFrequency) else { return *point };
+        let frequency = 2.0 / (core::f64::consts::TAU * lag.max(0.5 * self.intervals.smallest()));
+        let log = frequency.ln().clamp(axis.lower, axis.upper);
+        point.with(Parameter::LogFrequency, log).with(Parameter::LogDamping, 0.0)
     }
 
     /// The same point with another dead time, and second-order dynamics damped so that the lag of both stays.

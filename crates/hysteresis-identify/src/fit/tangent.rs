@@ -6,6 +6,7 @@ use super::regressor::{OperatorBank, Regressor};
 
 /// The operators at a point.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct OperatorsAt {
     pub(crate) bank: OperatorBank,
     pub(crate) input_offset: f64,
@@ -13,6 +14,7 @@ pub(crate) struct OperatorsAt {
 
 /// How the derivative by a searched parameter is made.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Slope {
     /// By a parameter of the operators: those of a neighbour, and how far away it is.
     Operators(OperatorsAt, f64),
@@ -26,6 +28,7 @@ pub(crate) enum Slope {
 
 /// The model at a point with its tangent: the columns of the weights, and the derivatives by the searched parameters.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Tangent {
     pub(crate) operators: OperatorsAt,
     pub(crate) linear: LinearPart,

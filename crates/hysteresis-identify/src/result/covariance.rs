@@ -11,6 +11,7 @@ use crate::fit::weight_basis::WeightBasis;
 ///
 /// What was given is left out, and so is what lies at a bound or is not told: it counts as known.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,

@@ -18,15 +18,19 @@ use crate::record::{Record, check_finite};
 
 /// An identified model, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Identification {
     /// The hysteresis, with the output offset of the first record: before creep, dynamics and dead time.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::model"))]
     pub model: Model,
     /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
     pub ratios: Ratios,
     /// The linear dynamics behind it, if they were asked for, of unit static gain.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub dynamics: Option<Dynamics>,
     /// The creep, if it was asked for.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]
     pub creep: Option<Creep>,
     /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
     pub creep_amplitudes: Vec<f64>,
@@ -81,6 +85,7 @@ pub struct Identification {
     /// As asked for, with the number of operators that was chosen.
     pub(crate) options: Options,
     /// The rows that ask for smooth weights at the thresholds found, one column for each unknown.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::matrix"))]
     pub(crate) penalty: Mat<f64>,
 }
 

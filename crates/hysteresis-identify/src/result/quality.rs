@@ -9,6 +9,7 @@ use crate::numeric::as_f64;
 /// `range` is the largest range of any record (their output offsets differ, so a joint peak-to-peak would mean nothing),
 /// and the loop width is that of the record with the largest error of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Quality {
     /// The largest |e|.

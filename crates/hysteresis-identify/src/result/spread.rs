@@ -14,8 +14,10 @@ use crate::fit::weight_basis::WeightBasis;
 /// squares makes o + m'p, m the means of the columns over that record, independent of p and uncertain by s^2 / N. So the
 /// variance of the output is |X'(g - m)|^2 + s^2 / N, with X X' the covariance of p.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Spread {
     /// X, one row per weight, then one per axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::matrix"))]
     root: Mat<f64>,
     /// X'm.
     mean: Vec<f64>,

@@ -1,28 +1,64 @@
-//! A stage from what was identified.
+//! From an identification to a stage.
 
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::stage::{self, Identified, Stage, StageParts, StageWarning};
-use hysteresis_core::Error as CoreError;
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii};
 
 use super::identification::Identification;
+use crate::error::Error;
 use crate::finding::Finding;
 
 impl Identification {
-    /// The stage: hysteresis, creep, dynamics and dead time, with the ranges of the records, the quality of the fit, the
-    /// covariance and the findings. Its noise is that of the residuals. It has no limits of its own: what is made from it stays
-    /// within the drives of the records.
+    /// The stage that was identified: [`stage_parts`](Self::stage_parts) as they are. It has no limits of its own: what is made
+    /// from it stays within the drives of the records.
     ///
     /// # Errors
     /// [`stage::Error`] that names `dt` for records without a sampling interval.
     pub fn stage(&self) -> Result<Stage, stage::Error> {
-        let Some(dead_time) = self.dead_time else { return Err(CoreError::Empty { parameter: "dt" }.into()) };
-        Stage::new(StageParts {
-            dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
+        match self.stage_parts() {
+            Ok(parts) => Stage::new(parts),
+            Err(_) => Err(hysteresis_core::Error::Empty { parameter: "dt" }.into()),
+        }
+    }
+
+    /// The parts of the stage that was identified: hysteresis, creep, dynamics, dead time, noise, and what is known of them.
+    /// Limits, slew, units and the sources of the records are left to the caller.
+    ///
+    /// The forward model of that stage, settled at the first drive, gives the rows that [`predict`](Self::predict) gives.
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use hysteresis_control::stage::Stage;
+    /// use hysteresis_core::Process;
+    /// use hysteresis_identify::{Options, Record, Setting, identify};
+    /// let drive: Vec<f64> = (0..800).map(|k| 5.0 * (1.0 - k as f64 / 800.0) * (k as f64 / 20.0).sin()).collect();
+    /// let position: Vec<f64> = drive.iter().map(|u| 0.2 * u).collect();
+    /// let options = Options { dt: Some(1e-3), dead_time: Setting::Fixed(0.0), ..Options::default() };
+    /// let found = identify(&[Record::new(&drive, &position, 0)?], &options, &mut |_| ControlFlow::Continue(()))?;
+    /// let stage = Stage::new(found.stage_parts()?)?;
+    /// assert!((stage.forward(1e-3)?.step(drive[0]) - position[0]).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NoInterval`] for a dead time in samples: a stage has seconds.
+    pub fn stage_parts(&self) -> Result<StageParts, Error> {
+        let dead_time = match (self.dead_time, self.dead_time_samples) {
+            (Some(seconds), _) => seconds,
+            (None, Some(0.0)) => 0.0,
+            _ => return Err(Error::NoInterval { record: 0 }),
+        };
+        let hysteresis = match &self.model {
+            Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
+            Model::Modified(model) => model.clone(),
+        };
+        Ok(StageParts {
             creep: self.creep.clone(),
+            dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
             dead_time,
             noise: Some(self.noise),
             identified: Some(self.identified()),
-            ..StageParts::new(self.model.clone().into())
+            ..StageParts::new(hysteresis)
         })
     }
 
@@ -35,20 +71,13 @@ impl Identification {
             max_error: self.fit.max_error,
             parameters: self.covariance.parameters.clone(),
             covariance: self.covariance.matrix.clone(),
-            warnings: self.warnings.iter().map(StageWarning::from).collect(),
+            warnings: self.warnings.iter().map(warning).collect(),
             records: Vec::new(),
         }
     }
 }
 
-impl From<&Finding> for StageWarning {
-    fn from(finding: &Finding) -> Self {
-        Self {
-            code: finding.code.name().into(),
-            message: finding.message.clone(),
-            value: finding.value,
-            limit: finding.limit,
-            hint: finding.hint.into(),
-        }
-    }
+fn warning(finding: &Finding) -> StageWarning {
+    let Finding { code, message, value, limit, hint, .. } = finding.clone();
+    StageWarning { code: code.name().to_owned(), message, value, limit, hint: hint.to_owned() }
 }

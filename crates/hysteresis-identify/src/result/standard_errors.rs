@@ -14,6 +14,7 @@ use crate::fit::weight_basis::WeightBasis;
 /// zero, a ratio at its limit): it has no such error, and the others are those of the fit with it held there; and NaN
 /// for a parameter that the data do not tell.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StandardErrors {
     /// Of the weights w_i, in output unit per input unit.

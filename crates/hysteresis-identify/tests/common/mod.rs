@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
+use hysteresis_control::linear::{Block, Creep, Dynamics};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Ratios};
 use hysteresis_identify::{Error, Identification, Options, Record, identify};
 
@@ -78,4 +79,44 @@ pub(crate) fn input_offset(found: &Identification) -> f64 {
 /// The dead time of records without a sampling interval.
 pub(crate) fn samples(found: &Identification) -> f64 {
     found.dead_time_samples.unwrap()
+}
+
+/// What follows the hysteresis of a stage.
+pub(crate) struct Behind {
+    pub(crate) creep: Option<Creep>,
+    pub(crate) dynamics: Option<Dynamics>,
+    /// In samples, to a twentieth.
+    pub(crate) dead_time: f64,
+}
+
+/// The rows of a stage that was at rest at its first drive since forever, in plain loops: creep at the samples, then the
+/// dynamics in twenty steps a sample, of which that of the dead time is read.
+pub(crate) fn stage_output(model: &ModifiedPrandtlIshlinskii, behind: &Behind, dt: f64, input: &[f64]) -> Vec<f64> {
+    const STEPS: usize = 20;
+    let hysteresis = output(model, input, 0.0);
+    let mut q = vec![hysteresis[0]; behind.creep.as_ref().map_or(0, |creep| creep.amplitudes().len())];
+    let mut crept = hysteresis.clone();
+    if let Some(creep) = &behind.creep {
+        for (p, h) in crept.iter_mut().zip(&hysteresis) {
+            for ((q, c), tau) in q.iter_mut().zip(creep.amplitudes()).zip(creep.time_constants()) {
+                *p += c * *q;
+                *q += (1.0 - (-dt / tau).exp()) * (h - *q);
+            }
+        }
+    }
+    let Some(dynamics) = behind.dynamics else { return crept };
+    let mut block = dynamics.block(dt / 20.0).unwrap();
+    let mut position = block.settle(crept[0]);
+    let mut fine = Vec::with_capacity(STEPS * crept.len());
+    for p in &crept {
+        for _ in 0..STEPS {
+            fine.push(position);
+            position = block.advance(*p);
+        }
+    }
+    #[allow(clippy::cast_possible_truncation, reason = "a few samples")]
+    let back = (behind.dead_time * 20.0).round() as isize;
+    let last = fine.len() - 1;
+    let at = |k: usize| fine[(k * STEPS).saturating_add_signed(-back).min(last)];
+    (0..crept.len()).map(at).collect()
 }

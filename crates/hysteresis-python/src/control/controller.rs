@@ -1,20 +1,16 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
 use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
-use pyo3::intern;
 use pyo3::prelude::*;
-use pythonize::{depythonize, pythonize};
 
 use super::controller_options::{Given, as_keywords, mode_name, unknown};
 use super::preview::Preview;
 use super::source::source;
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
-use crate::convert::arrays::vector;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, reduce};
-use crate::model::object::kernel_of;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
@@ -88,7 +84,7 @@ use crate::model::object::kernel_of;
 pub(crate) struct HybridController {
     pub(crate) controller: core::HybridController,
     /// What the feed-forward and the preview were made of.
-    source: Option<Py<PyAny>>,
+    pub(super) source: Option<Py<PyAny>>,
     preview: Option<Py<Preview>>,
 }
 
@@ -248,22 +244,6 @@ impl HybridController {
         }
     }
 
-    /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
-    ///
-    /// From the next sample on every `step` puts out the next drive of the ramp, whatever comes. `hold = False` starts a motion
-    /// from the drive that is reached then.
-    #[pyo3(signature = (rate, rest_drive=None), text_signature = "($self, rate, rest_drive=0.0)")]
-    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(rate, rest_drive = 0.0);
-        exclusive(slf)?.controller.stop(rate, rest_drive).map_err(raise)
-    }
-
-    /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
-        exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
-    }
-
     /// For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of the
     /// preview is full and the bumpless term is gone.
     #[getter]
@@ -295,49 +275,6 @@ impl HybridController {
         self.controller.options().dt
     }
 
-    /// Changes the gains without a jump. The integral is kept in volts.
-    fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(kp, ki);
-        exclusive(slf)?.controller.set_gains(kp, ki).map_err(raise)
-    }
-
-    /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
-    /// `Inverse.set_model` or `Forward.set_model` of the feed-forward.
-    ///
-    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
-    /// controller is as before then.
-    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let kernel = kernel_of("model", model)?;
-        let mut this = exclusive(slf)?;
-        this.controller.set_model(&kernel).map_err(raise)?;
-        // A controller that is made again begins with the same model.
-        let source = this.source.as_ref().map(|source| source.bind(slf.py()).clone());
-        source.map_or(Ok(()), |source| source.call_method1(intern!(slf.py(), "set_model"), (model,)).map(drop))
-    }
-
-    /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
-    /// first moves to the last target; a change to "given" repeats the drive for one sample.
-    fn set_feedforward(slf: &Bound<'_, Self>, feedforward: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let (feedforward, source) = source(feedforward)?;
-        let mut this = exclusive(slf)?;
-        this.controller.set_feedforward(feedforward).map_err(raise)?;
-        this.source = source;
-        Ok(())
-    }
-
-    /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
-    /// stays as it is, or is `drive` if the amplifier has another one now.
-    #[pyo3(signature = (drive=None))]
-    fn reset(slf: &Bound<'_, Self>, drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(drive);
-        let mut controller = exclusive(slf)?;
-        match drive {
-            Some(drive) => controller.controller.reset_at(drive).map_err(raise)?,
-            None => controller.controller.reset(),
-        }
-        Ok(())
-    }
-
     /// How many references, targets or given feed-forwards were not finite, or beyond 1e100, or missing.
     #[getter]
     fn rejected_count(&self) -> u64 {
@@ -366,32 +303,6 @@ impl HybridController {
     #[getter]
     fn slewing_count(&self) -> u64 {
         self.controller.counters().slewing_count
-    }
-
-    /// Goes on from another drive that the amplifier has, with everything that is remembered.
-    ///
-    /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
-    fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(drive);
-        exclusive(slf)?.controller.start_at(drive).map_err(raise)
-    }
-
-    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
-    /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
-    #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.controller.state())?)
-    }
-
-    #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let wrong = |what: &str| errors::value("state", format_args!("expected what .state returned; {what}"));
-        let plain: core::ControllerState = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
-        // The conversion takes anything for a truth value.
-        if !pythonize(state.py(), &plain)?.eq(state)? {
-            return Err(wrong("a value has another type, or is NaN"));
-        }
-        exclusive(slf)?.controller.set_state(&plain).map_err(raise)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {

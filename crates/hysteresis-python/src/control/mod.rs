@@ -1,6 +1,7 @@
 //! Control: the controller, linear dynamics, feed-forward through their inverse, tuning, learning.
 
 pub(crate) mod controller;
+mod controller_changes;
 mod controller_options;
 mod feedback_loop;
 pub(crate) mod invert_dynamics;

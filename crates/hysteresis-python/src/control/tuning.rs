@@ -140,7 +140,7 @@ pub(crate) fn tune(
     numbers!(dt, peak_sensitivity = PEAK_SENSITIVITY);
     let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
-        (Ok(plant), None) if parts.is_empty() => (shared(plant)?.0.stage().clone(), shared(plant)?.0.dt()),
+        (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
         (Ok(_), _) => {
             return Err(wrong_type(
                 "stage",

@@ -4,7 +4,10 @@ use std::ops::ControlFlow;
 
 use hysteresis_identify::{self as identification, DynamicsOptions, Error, Record};
 use numpy::{PyArray1, PyArray2};
+use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
+use pythonize::{depythonize, pythonize};
 
 use super::finding::Finding;
 use super::options::{self, creep_model, setting};
@@ -14,6 +17,7 @@ use crate::control::linear::part::dynamics;
 use crate::convert::arguments::{numbers, samples};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
+use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::kernel_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
@@ -154,6 +158,18 @@ impl DynamicsIdentification {
     fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let predicted = self.found.predict(vector("u", u)?.as_slice()?);
         predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
+    }
+
+    #[classmethod]
+    fn _restored(_: &Bound<'_, PyType>, model: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let mut found: identification::DynamicsIdentification = depythonize(values)?;
+        found.model = kernel_of("model", model)?;
+        Ok(Self { found, model: model.clone().unbind() })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (&self.model, pythonize(py, &self.found)?), keywords!(py), None)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

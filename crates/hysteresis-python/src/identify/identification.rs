@@ -4,6 +4,7 @@ use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::finding::Finding;
 use super::intervals::Intervals;
@@ -15,11 +16,13 @@ use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record};
+use crate::convert::pickling::result_methods;
 use crate::model::object::object;
 use crate::stage::object::Stage;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Identification {
     found: identification::Identification,
     validations: Vec<identification::Quality>,
@@ -31,8 +34,7 @@ impl Identification {
     }
 }
 
-#[pymethods]
-impl Identification {
+result_methods!(Identification {
     /// The hysteresis, with the output offset of the first record.
     #[getter]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
@@ -362,4 +364,4 @@ impl Identification {
         };
         format!("<Identification: {partial}{dead_time}, fit {}>", self.fit().__repr__())
     }
-}
+});

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 use crate::convert::objects::exclusive;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::stream::process::process_methods;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
@@ -71,6 +72,15 @@ process_methods!(Play, 0 {
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let state = self.state().into_pyobject(py)?.into_any();
+        reduce(py.get_type::<Self>().into_any(), (self.r(),), keywords!(py), Some(state))
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
     fn __repr__(&self) -> String {
         format!("Play(r={})", self.r())
     }
@@ -122,6 +132,15 @@ process_methods!(CoupledPlay, 0 {
     fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(state);
         exclusive(slf)?.0.set_state(state).map_err(raise)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let (thresholds, state) = ((self.r(), self.ra(), self.rb(), self.rc()), self.state().into_pyobject(py)?);
+        reduce(py.get_type::<Self>().into_any(), thresholds, keywords!(py), Some(state.into_any()))
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
     }
 
     fn __repr__(&self) -> String {

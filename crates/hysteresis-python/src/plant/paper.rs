@@ -88,7 +88,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 #[pyo3(signature = (name, seed=None), text_signature = "(name, seed=0)")]
 pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Plant> {
     let seed = seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?;
-    Ok(Plant(benchmark(name)?.plant(seed)))
+    Plant::of_seed(&benchmark(name)?.stage(), seed)
 }
 
 /// The gains (kp, ki) in V/um and V/um/s, with which the plant of that name gives the published errors.

@@ -5,11 +5,13 @@ use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
 use crate::convert::arguments::{count, numbers, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
 use crate::stage::parts::StageKeywords;
 use crate::stream::blocks::BLOCK;
@@ -57,7 +59,10 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 /// >>> plant.drive, plant.rejected, plant.clamped
 /// (560.0, 1, 1)
 #[pyclass(module = "mpi_hyst.plant")]
-pub(crate) struct Plant(pub(crate) plant::Plant);
+pub(crate) struct Plant {
+    pub(crate) plant: plant::Plant,
+    options: PlantOptions,
+}
 
 /// What a plant has besides its stage, as it came.
 pub(crate) struct Converters<'a, 'py> {
@@ -68,6 +73,12 @@ pub(crate) struct Converters<'a, 'py> {
 }
 
 impl Plant {
+    /// The plant at 10 kHz without converters around a stage, with this seed of its noise.
+    pub(crate) fn of_seed(stage: &stage::Stage, seed: u64) -> PyResult<Self> {
+        let options = PlantOptions { seed, ..PlantOptions::new(1e-4) };
+        Ok(Self { plant: plant::Plant::new(stage, &options).map_err(raise)?, options })
+    }
+
     /// The plant around a stage.
     pub(crate) fn of(stage: &stage::Stage, dt: f64, converters: &Converters<'_, '_>) -> PyResult<Self> {
         let Converters { seed, dac_bits, adc_bits, adc_range } = converters;
@@ -78,7 +89,8 @@ impl Plant {
             adc: adc(*adc_bits, *adc_range)?,
             ..default
         };
-        plant::Plant::new(stage, &options).map(Self).map_err(raise)
+        let plant = plant::Plant::new(stage, &options).map_err(raise)?;
+        Ok(Self { plant, options })
     }
 }
 
@@ -122,7 +134,7 @@ impl Plant {
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
     fn step(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.step(drive))
+        Ok(exclusive(slf)?.plant.step(drive))
     }
 
     /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
@@ -138,7 +150,7 @@ impl Plant {
             let outputs = measured.as_slice_mut()?.chunks_mut(BLOCK).zip(position.as_slice_mut()?.chunks_mut(BLOCK));
             for (drives, (measured, position)) in samples.chunks(BLOCK).zip(outputs) {
                 py.check_signals()?;
-                plant.0.run(drives, measured, position).map_err(raise)?;
+                plant.plant.run(drives, measured, position).map_err(raise)?;
             }
         }
         Ok((measured, position))
@@ -146,73 +158,98 @@ impl Plant {
 
     /// Back to the start, at rest: the same drives give the same measurements again, noise included.
     fn reset(&mut self) {
-        self.0.reset();
+        self.plant.reset();
     }
 
     /// The stage between the converters.
     #[getter]
     fn stage(&self) -> Stage {
-        Stage(self.0.stage().clone())
+        Stage(self.plant.stage().clone())
     }
 
     /// A plant in the same state that goes on by itself.
     fn copy(&self) -> Self {
-        Self(self.0.clone())
+        Self { plant: self.plant.clone(), options: self.options }
     }
 
     /// The measurement of now, um.
     #[getter]
     fn measured(&self) -> f64 {
-        self.0.measured()
+        self.plant.measured()
     }
 
     /// The true position of now, um.
     #[getter]
     fn position(&self) -> f64 {
-        self.0.position()
+        self.plant.position()
     }
 
     /// The drive that the D/A converter put out last, V.
     #[getter]
     fn drive(&self) -> f64 {
-        self.0.drive()
+        self.plant.drive()
     }
 
     /// The limits of the drive (low, high), or None.
     #[getter]
     fn limits(&self) -> Option<(f64, f64)> {
-        self.0.limits()
+        self.plant.limits()
     }
 
     /// Sampling interval in seconds.
     #[getter]
     fn dt(&self) -> f64 {
-        self.0.dt()
+        self.plant.dt()
     }
 
     /// Sub-steps per sample: 1, or 8 to 64 if an amplifier comes before hysteresis and dynamics:
     /// ceil(16 2 pi (f_amplifier + f_dynamics) dt).
     #[getter]
     fn sub_steps(&self) -> u32 {
-        self.0.sub_steps()
+        self.plant.sub_steps()
     }
 
     /// How many drives were not finite, or beyond 1e100: the one before was held.
     #[getter]
     fn rejected(&self) -> u64 {
-        self.0.events().rejected
+        self.plant.events().rejected
     }
 
     /// How many drives were clamped to the limits.
     #[getter]
     fn clamped(&self) -> u64 {
-        self.0.events().clamped
+        self.plant.events().clamped
     }
 
     /// How many measurements were clamped to the range of the A/D converter.
     #[getter]
     fn overrange(&self) -> u64 {
-        self.0.events().overrange
+        self.plant.events().overrange
+    }
+
+    /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.plant.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.plant.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let PlantOptions { dt, seed, dac_bits, adc } = this.options;
+        let (adc_bits, adc_range) = adc.unzip();
+        let keywords =
+            keywords!(py, dt = dt, seed = seed, dac_bits = dac_bits, adc_bits = adc_bits, adc_range = adc_range,);
+        reduce(py.get_type::<Self>().into_any(), (this.stage(),), keywords, Some(this.state(py)?))
     }
 
     fn __repr__(&self) -> String {

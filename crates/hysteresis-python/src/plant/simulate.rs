@@ -135,7 +135,7 @@ impl Around<'_> {
         plant: &Bound<'_, Plant>,
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<Run> {
-        let (expected, got) = (shared(plant)?.0.dt(), controller.options().dt);
+        let (expected, got) = (shared(plant)?.plant.dt(), controller.options().dt);
         // Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
         if (got / expected - 1.0).abs() > 1e-9 {
             let expected = format!("the sampling interval of the plant, {expected:?} s");
@@ -165,7 +165,7 @@ impl Around<'_> {
             }
             Ok(())
         };
-        tracking.run_with(task, &mut exclusive(plant)?.0, adapt, watch).map(Run)
+        tracking.run_with(task, &mut exclusive(plant)?.plant, adapt, watch).map(Run)
     }
 }
 
@@ -191,7 +191,7 @@ fn run_object(
         let place = Place::part("controller", "controller.step");
         drive.extract::<f64>().map_err(|_| unexpected(place, format_args!("a number at sample {k}"), &drive))
     };
-    task.run(&mut exclusive(plant)?.0, drive, watch).map(Run)
+    task.run(&mut exclusive(plant)?.plant, drive, watch).map(Run)
 }
 
 /// As many finite numbers as there are samples.

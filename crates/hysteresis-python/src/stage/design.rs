@@ -274,7 +274,7 @@ impl Stage {
         let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
         let mut plant = Plant::of(&self.0, dt, &none)?;
         let tracking = Tracking::of(&mut controller.controller);
-        tracking.run(&task, &mut plant.0, watch(py, reference.len(), progress)).map(Run)
+        tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
     }
 
     /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.

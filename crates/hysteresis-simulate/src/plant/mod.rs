@@ -20,9 +20,11 @@ mod noise;
 mod options;
 mod quantiser;
 mod simulation;
+mod state;
 
 pub use error::Error;
 pub use options::PlantOptions;
 pub use quantiser::Quantiser;
 pub(crate) use quantiser::check_range;
 pub use simulation::{Events, Plant};
+pub use state::PlantState;

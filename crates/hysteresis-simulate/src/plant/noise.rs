@@ -31,6 +31,16 @@ impl Noise {
         self.rms * normal
     }
 
+    /// What makes the numbers to come.
+    pub(super) fn generator(&self) -> &Xoshiro256PlusPlus {
+        &self.generator
+    }
+
+    /// Goes on with these numbers.
+    pub(super) fn resume(&mut self, generator: Xoshiro256PlusPlus) {
+        self.generator = generator;
+    }
+
     /// Back to the first number.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.rms, self.seed);

@@ -1,5 +1,6 @@
 use hysteresis_control::stage::{Stage, StageForward};
 use hysteresis_core::{Bound, Error as CoreError, MAX_MAGNITUDE, Process, is_admissible};
+use serde::{Deserialize, Serialize};
 
 use super::error::Error;
 use super::noise::Noise;
@@ -7,7 +8,8 @@ use super::options::PlantOptions;
 use super::quantiser::Quantiser;
 
 /// What a plant had to put right since its start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Events {
     /// Drives that were not finite (or beyond 1e100): the one before was held.
     pub rejected: u64,
@@ -47,17 +49,17 @@ pub struct Events {
 #[derive(Clone, Debug)]
 pub struct Plant {
     stage: Stage,
-    forward: StageForward,
+    pub(super) forward: StageForward,
     limits: (f64, f64),
     dac: Option<Quantiser>,
     adc: Option<Quantiser>,
-    noise: Noise,
-    drive: f64,
-    position: f64,
-    measured: f64,
+    pub(super) noise: Noise,
+    pub(super) drive: f64,
+    pub(super) position: f64,
+    pub(super) measured: f64,
     /// What the sensor adds to the position of now.
-    reading_noise: f64,
-    events: Events,
+    pub(super) reading_noise: f64,
+    pub(super) events: Events,
     dt: f64,
 }
 

@@ -1,0 +1,113 @@
+//! How serde takes apart what has no way of its own: matrices, models and parts of other crates, checked when they come back.
+
+use faer::Mat;
+use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::finding::{Finding, FindingCode};
+
+/// A matrix as its shape and its rows.
+pub(crate) mod matrix {
+    use super::{Deserialize, Deserializer, Error, Mat, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(matrix: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        let (rows, columns) = (matrix.nrows(), matrix.ncols());
+        let values: Vec<f64> = (0..rows).flat_map(|i| (0..columns).map(move |j| matrix[(i, j)])).collect();
+        (rows, columns, values).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
+        let (rows, columns, values): (usize, usize, Vec<f64>) = Deserialize::deserialize(deserializer)?;
+        if rows.checked_mul(columns) != Some(values.len()) {
+            return Err(D::Error::custom("a matrix of another shape"));
+        }
+        Ok(Mat::from_fn(rows, columns, |i, j| values[i * columns + j]))
+    }
+}
+
+/// A model as the text of its file.
+pub(crate) mod model {
+    use super::{Deserialize, Deserializer, Error, Model, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(model: &Model, serializer: S) -> Result<S::Ok, S::Error> {
+        model.to_json().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Model, D::Error> {
+        let text: String = Deserialize::deserialize(deserializer)?;
+        Model::from_json(&text).map_err(D::Error::custom)
+    }
+}
+
+/// Dynamics as their parameters: none, a frequency, or a frequency and a damping ratio.
+pub(crate) mod dynamics {
+    use super::{Deserialize, Deserializer, Dynamics, Error, FirstOrder, SecondOrder, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(dynamics: &Option<Dynamics>, serializer: S) -> Result<S::Ok, S::Error> {
+        let parameters = match dynamics {
+            None => Vec::new(),
+            Some(Dynamics::FirstOrder(lag)) => vec![lag.frequency()],
+            Some(Dynamics::SecondOrder(resonance)) => vec![resonance.frequency(), resonance.damping()],
+        };
+        parameters.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Dynamics>, D::Error> {
+        let parameters: Vec<f64> = Deserialize::deserialize(deserializer)?;
+        match parameters[..] {
+            [] => Ok(None),
+            [frequency] => FirstOrder::new(frequency).map(|lag| Some(lag.into())).map_err(D::Error::custom),
+            [frequency, damping] => {
+                SecondOrder::new(frequency, damping).map(|found| Some(found.into())).map_err(D::Error::custom)
+            }
+            _ => Err(D::Error::custom("dynamics of more than two parameters")),
+        }
+    }
+}
+
+/// Creep as its amplitudes and time constants.
+pub(crate) mod creep {
+    use super::{Creep, Deserialize, Deserializer, Error, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(creep: &Option<Creep>, serializer: S) -> Result<S::Ok, S::Error> {
+        creep.as_ref().map(|creep| (creep.amplitudes(), creep.time_constants())).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Creep>, D::Error> {
+        let parts: Option<(Vec<f64>, Vec<f64>)> = Deserialize::deserialize(deserializer)?;
+        parts.map(|(amplitudes, times)| Creep::new(&amplitudes, &times)).transpose().map_err(D::Error::custom)
+    }
+}
+
+/// A finding without its hint, which belongs to its code.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SavedFinding {
+    code: FindingCode,
+    message: String,
+    value: f64,
+    limit: f64,
+    record: Option<usize>,
+}
+
+impl Serialize for Finding {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { code, message, value, limit, hint: _, record } = self.clone();
+        SavedFinding { code, message, value, limit, record }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Finding {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let SavedFinding { code, message, value, limit, record } = Deserialize::deserialize(deserializer)?;
+        Ok(Self { code, message, value, limit, hint: code.hint(), record })
+    }
+}
+
+/// In place of a model that is kept apart.
+pub(crate) fn no_model() -> CompiledModel {
+    let identity = ModifiedPrandtlIshlinskii::new(&[1.0], &[0.0], &[0.0], &[0.0], &[0.0], Offsets::default());
+    CompiledModel::new(&identity.expect("the identity"))
+}
