@@ -1,7 +1,7 @@
 """Copy the docstrings of the compiled core into its stub, where an editor finds them.
 
-    python docs/make_stub.py            writes python/mpi_hyst/_core.pyi anew
-    python docs/make_stub.py --check    exits with 1 and says so if that would change it
+python docs/make_stub.py            writes python/mpi_hyst/_core.pyi anew
+python docs/make_stub.py --check    exits with 1 and says so if that would change it
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ def edits(tree: ast.Module) -> list[tuple[ast.stmt, str]]:
 def quoted(text: str, indent: str) -> str:
     """Return the docstring as source."""
     lines = [f"{indent}{line}".rstrip() for line in text.splitlines()]
-    lines[0] = f'{indent}{"r" if chr(92) in text else ""}"""{lines[0].strip()}'
+    first = lines[0].strip()
+    # A quote would be a fourth one.
+    first = f" {first}" if first.startswith('"') else first
+    lines[0] = f'{indent}{"r" if chr(92) in text else ""}"""{first}'
     if len(lines) > 1 or text.endswith('"'):
         lines.append(f'{indent}"""')
     else:
@@ -70,18 +73,12 @@ def with_docstrings(stub: str) -> str:
         begin = first.lineno
         if isinstance(first, ast.ClassDef | ast.FunctionDef) and first.decorator_list:
             begin = first.decorator_list[0].lineno
-        head = stub[: starts[begin - 1] + first.col_offset].rstrip()
-        head = head.removesuffix("@").rstrip()
-        rest = stub[starts[begin - 1] + first.col_offset :]
+        start = starts[begin - 1] + first.col_offset
+        head, rest = stub[:start].rstrip(), stub[start:]
         if is_placeholder(first):
             assert first.end_lineno is not None and first.end_col_offset is not None
-            rest = stub[starts[first.end_lineno - 1] + first.end_col_offset :].lstrip("\n ")
-            rest = rest if rest else "\n"
-            gap = "\n" if isinstance(node, ast.FunctionDef) or not node.body[1:] else "\n\n"
-            after = stub[starts[first.end_lineno - 1] + first.end_col_offset :]
-            blank = len(after) - len(after.lstrip("\n"))
-            following = after.lstrip("\n")
-            stub = f"{head}\n{quoted(text, indent)}{gap if blank < 2 else chr(10) * blank}{following}"
+            rest = stub[starts[first.end_lineno - 1] + first.end_col_offset :]
+            stub = f"{head}\n{quoted(text, indent)}{rest}"
         else:
             stub = f"{head}\n{quoted(text, indent)}\n\n{indent}{rest}"
     return stub

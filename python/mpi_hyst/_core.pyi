@@ -84,90 +84,251 @@ __all__ = [
     "write_file",
 ]
 
-class NotInvertibleError(ValueError): ...
+class NotInvertibleError(ValueError):
+    """The model's slope may vanish or turn negative, so an output does not tell its input."""
 
 @final
 class Play:
+    """The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
+
+    Parameters
+    ----------
+    r : float
+        Threshold, at least 0, in the unit of the input.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> play = mh.Play(10.0)
+    >>> play.step(25.0), play.step(20.0), play.step(0.0)
+    (15.0, 15.0, 10.0)
+    """
+
     def __new__(cls, r: float) -> Play: ...
     @property
-    def r(self) -> float: ...
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def reset(self) -> None: ...
+    def r(self) -> float:
+        """The threshold."""
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
     @property
-    def state(self) -> float: ...
+    def state(self) -> float:
+        """The last output z: the whole memory. Set it to continue from there."""
     @state.setter
     def state(self, state: float) -> None: ...
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class CoupledPlay:
+    """The coupled-play (CP) operator, equation (5): z(k) = max(lo, min(hi, z(k-1))).
+
+    lo(x) = max(x - r, min(0, x - rc)) and hi(x) = min(x + ra, max(0, x + rb)). Rising, z follows x - rc below zero,
+    sticks at zero from x = rc to x = r, then follows x - r. Falling, it follows x + rb above zero, sticks at zero from
+    x = -rb to x = -ra, then follows x + ra.
+
+    Parameters
+    ----------
+    r, ra, rb, rc : float
+        Thresholds in the unit of the input, r >= rc >= 0 (rising) and ra >= rb >= 0 (falling).
+
+    Examples
+    --------
+    The walk of Fig. 5 of the paper:
+
+    >>> import mpi_hyst as mh
+    >>> mh.CoupledPlay(10, 8, 3, 4).run([0, 20, -20, 15, 6, 25, -15, -5])
+    array([  0.,  10., -12.,   5.,   5.,  15.,  -7.,  -7.])
+    """
+
     def __new__(cls, r: float, ra: float, rb: float, rc: float) -> CoupledPlay: ...
     @property
-    def r(self) -> float: ...
+    def r(self) -> float:
+        """Rising above zero: z = x - r."""
     @property
-    def ra(self) -> float: ...
+    def ra(self) -> float:
+        """Falling below zero: z = x + ra."""
     @property
-    def rb(self) -> float: ...
+    def rb(self) -> float:
+        """Falling above zero: z = x + rb."""
     @property
-    def rc(self) -> float: ...
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def reset(self) -> None: ...
+    def rc(self) -> float:
+        """Rising below zero: z = x - rc."""
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
     @property
-    def state(self) -> float: ...
+    def state(self) -> float:
+        """The last output z: the whole memory. Set it to continue from there."""
     @state.setter
     def state(self, state: float) -> None: ...
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class Forward:
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def follow(self, inputs: ArrayLike) -> None: ...
-    def reset(self) -> None: ...
-    def set_model(self, model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii) -> None: ...
+    """The output of a model, sample by sample: made by `model.forward()`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> forward = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]).forward()
+    >>> forward.step(4.0), forward.step(3.0)
+    (5.0, 4.0)
+    >>> forward.memory  # the reversal at 4 still matters
+    array([4.])
+    >>> saved = forward.state
+    >>> forward.step(-9.0)
+    -12.5
+    >>> forward.state = saved
+    >>> forward.step(-9.0)
+    -12.5
+    """
+
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def follow(self, inputs: ArrayLike) -> None:
+        """Takes over what was put in before, oldest input first."""
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
+    def set_model(self, model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii) -> None:
+        """Goes on with the weights and the output offset of another model of the same thresholds and input offset: input and
+        memory stay, the output is that of the new model.
+
+        Raises ValueError that names what differs; the stream is as before then.
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
+        bit.
+        """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     @property
-    def memory(self) -> _Vector: ...
+    def memory(self) -> _Vector:
+        """The reversals of the model's input that still determine its output, oldest first; empty for a bank."""
     @property
-    def method(self) -> Literal["turning_points", "bank"]: ...
+    def method(self) -> Literal["turning_points", "bank"]:
+        """ "turning_points" (nested thresholds, from rest) or "bank" (anything else)."""
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class Inverse:
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def follow(self, drives: ArrayLike) -> None: ...
-    def reset(self) -> None: ...
-    def set_model(self, model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii) -> None: ...
+    """The exact inverse of a model, sample by sample: made by `model.inverse(limits)`.
+
+    A target out of reach puts the drive at the limit and sets `saturated`; the drive leaves the limit without a jump
+    when the target comes back.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> actuator = mh.paper.table_1_recovered()
+    >>> inverse = actuator.inverse(limits=(-500.0, 500.0))
+    >>> drive = inverse.run([0.0, 1.0, 2.0, 1.5])
+    >>> bool(abs(actuator.forward().run(drive) - [0.0, 1.0, 2.0, 1.5]).max() < 1e-14)
+    True
+    >>> inverse.step(99.0), inverse.saturated
+    (500.0, True)
+    """
+
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first."""
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
+    def set_model(self, model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii) -> None:
+        """Goes on with the weights and the output offset of another model of the same thresholds and input offset, without a
+        jump of the drive: the drive and the memory stay, the next target is met by the new model.
+
+        The output of the new model at the present drive, as a target, gives the present drive.
+
+        Raises ValueError that names what differs, NotInvertibleError if the new model may not be invertible; the stream
+        is as before then.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> inverse = mh.PrandtlIshlinskii([1.0, 1.0], [0.0, 2.0]).inverse()
+        >>> inverse.step(6.0)
+        4.0
+        >>> inverse.set_model(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]))
+        >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
+        (4.0, 3.0)
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
+        bit.
+        """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     @property
-    def memory(self) -> _Vector: ...
+    def memory(self) -> _Vector:
+        """The reversals of the model's input that still determine its output, oldest first; empty for a bank."""
     @property
-    def saturated(self) -> bool: ...
+    def saturated(self) -> bool:
+        """Whether the last target was out of reach and the drive is at a limit."""
     @property
-    def limits(self) -> tuple[float, float] | None: ...
+    def limits(self) -> tuple[float, float] | None:
+        """The limits of the drive (low, high), or None."""
     @property
-    def method(self) -> Literal["turning_points", "bank"]: ...
+    def method(self) -> Literal["turning_points", "bank"]:
+        """ "turning_points" (nested thresholds, from rest) or "bank" (anything else)."""
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class PrandtlIshlinskii:
+    """The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = output_offset + sum_i w_i z_i.
+
+    z_i is the play of threshold r_i at the input x - input_offset.
+
+    Parameters
+    ----------
+    weights : array of n floats
+        w_i, in output unit per input unit.
+    thresholds : array of n floats
+        r_i >= 0, in the unit of the input.
+    input_offset, output_offset : float
+        Where the model's own zero lies.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> model = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])
+    >>> model.forward().run([4.0, 3.0, -4.0])
+    array([ 5.,  4., -5.])
+    """
+
     def __new__(
         cls,
         weights: ArrayLike,
@@ -177,34 +338,98 @@ class PrandtlIshlinskii:
         output_offset: float = 0.0,
     ) -> PrandtlIshlinskii: ...
     @property
-    def weights(self) -> _Vector: ...
+    def weights(self) -> _Vector:
+        """The weights w_i, read-only."""
     @property
-    def thresholds(self) -> _Vector: ...
+    def thresholds(self) -> _Vector:
+        """The thresholds r_i, read-only."""
     @property
-    def operators(self) -> int: ...
+    def operators(self) -> int:
+        """The number of operators n."""
     @property
-    def input_offset(self) -> float: ...
+    def input_offset(self) -> float:
+        """Subtracted from the input."""
     @property
-    def output_offset(self) -> float: ...
+    def output_offset(self) -> float:
+        """Added to the output."""
     @property
-    def slope_range(self) -> tuple[float, float]: ...
+    def slope_range(self) -> tuple[float, float]:
+        """The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
+
+        Of a split operator the smaller weight counts for the least, the greater for the greatest.
+        """
     @property
-    def invertible(self) -> bool: ...
+    def invertible(self) -> bool:
+        """Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together."""
     @property
-    def not_invertible_because(self) -> str | None: ...
-    def forward(self, initial: ArrayLike | None = None) -> Forward: ...
+    def not_invertible_because(self) -> str | None:
+        """Why the model is not invertible, or None."""
+    def forward(self, initial: ArrayLike | None = None) -> Forward:
+        """The forward model as a stream, at rest or from the operator outputs `initial`."""
     def inverse(
         self, limits: Sequence[float] | None = None, initial: ArrayLike | None = None
-    ) -> Inverse: ...
-    def closed_form_inverse(self) -> PrandtlIshlinskii: ...
-    def bracket(self, limits: Sequence[float]) -> Bracket: ...
-    def save(self, path: str | PathLike[str]) -> None: ...
+    ) -> Inverse:
+        """The exact inverse as a stream, the drive within `limits` (low, high).
+
+        Raises NotInvertibleError if the model may not be invertible.
+        """
+    def closed_form_inverse(self) -> PrandtlIshlinskii:
+        """The inverse as another conventional model, in closed form.
+
+        w'_0 = 1 / w_0, w'_i = -w_i / (S_i S_(i-1)), r'_i = sum_(j<=i) w_j (r_i - r_j), S_i = sum_(j<=i) w_j.
+
+        Raises ValueError unless r_0 = 0, thresholds never decrease and every S_i > 0.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> model = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])
+        >>> model.closed_form_inverse().thresholds
+        array([0., 2.])
+        """
+    def bracket(self, limits: Sequence[float]) -> Bracket:
+        """How uncertain the output is when the history between the limits (low, high) is unknown.
+
+        Raises ValueError for a model with a negative weight.
+        """
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the model to a JSON file; the file appears only when it is complete."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class ModifiedPrandtlIshlinskii:
+    """The modified Prandtl-Ishlinskii model (MPI), equation (6): y = output_offset + sum_i w_i z_i.
+
+    z_i is the coupled play of thresholds r_i, ra_i, rb_i, rc_i at the input x - input_offset.
+
+    Parameters
+    ----------
+    weights : array of n floats
+        w_i, in output unit per input unit (um/V).
+    r, ra, rb, rc : arrays of n floats
+        Thresholds in the unit of the input (V), r_i >= rc_i >= 0 and ra_i >= rb_i >= 0.
+    input_offset, output_offset : float
+        Where the model's own zero lies.
+    weights_negative : array of n floats, optional
+        v_i: makes a split model, where z_i counts with w_i above zero and with v_i below. By default, or equal to
+        w_i, there is no split.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> model = mh.ModifiedPrandtlIshlinskii.from_ratios(
+    ...     [4.0e-3, 3.0e-4], [0.0, 25.0], ra=0.95, rb=0.30, rc=0.35)
+    >>> round(model.forward().step(100.0), 6)
+    0.4225
+    """
+
     def __new__(
         cls,
         weights: ArrayLike,
@@ -228,42 +453,94 @@ class ModifiedPrandtlIshlinskii:
         input_offset: float = 0.0,
         output_offset: float = 0.0,
         weights_negative: ArrayLike | None = None,
-    ) -> ModifiedPrandtlIshlinskii: ...
+    ) -> ModifiedPrandtlIshlinskii:
+        """A model whose operators share the proportions of their thresholds: ra_i = ra r_i, rb_i = rb r_i, rc_i = rc r_i.
+
+        The paper's actuator has ra = 0.95, rb = 0.30, rc = 0.35 (Table I).
+
+        Parameters
+        ----------
+        weights, r : arrays of n floats
+        ra, rb, rc : float
+            Ratios, ra >= rb >= 0 and 1 >= rc >= 0.
+        input_offset, output_offset : float
+        weights_negative : array of n floats, optional
+        """
     @property
-    def weights(self) -> _Vector: ...
+    def weights(self) -> _Vector:
+        """The weights w_i, read-only; in a split model those above zero."""
     @property
-    def weights_negative(self) -> _Vector: ...
+    def weights_negative(self) -> _Vector:
+        """The weights v_i below zero, read-only: equal to `weights` unless the model is split."""
     @property
-    def split(self) -> bool: ...
+    def split(self) -> bool:
+        """Whether operators have other weights below zero than above."""
     @property
-    def r(self) -> _Vector: ...
+    def r(self) -> _Vector:
+        """The thresholds r_i (rising above zero: z = x - r), read-only."""
     @property
-    def ra(self) -> _Vector: ...
+    def ra(self) -> _Vector:
+        """The thresholds ra_i (falling below zero: z = x + ra), read-only."""
     @property
-    def rb(self) -> _Vector: ...
+    def rb(self) -> _Vector:
+        """The thresholds rb_i (falling above zero: z = x + rb), read-only."""
     @property
-    def rc(self) -> _Vector: ...
+    def rc(self) -> _Vector:
+        """The thresholds rc_i (rising below zero: z = x - rc), read-only."""
     @property
-    def operators(self) -> int: ...
+    def operators(self) -> int:
+        """The number of operators n."""
     @property
-    def input_offset(self) -> float: ...
+    def input_offset(self) -> float:
+        """Subtracted from the input."""
     @property
-    def output_offset(self) -> float: ...
+    def output_offset(self) -> float:
+        """Added to the output."""
     @property
-    def slope_range(self) -> tuple[float, float]: ...
+    def slope_range(self) -> tuple[float, float]:
+        """The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
+
+        Of a split operator the smaller weight counts for the least, the greater for the greatest.
+        """
     @property
-    def invertible(self) -> bool: ...
+    def invertible(self) -> bool:
+        """Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together."""
     @property
-    def not_invertible_because(self) -> str | None: ...
-    def forward(self, initial: ArrayLike | None = None) -> Forward: ...
+    def not_invertible_because(self) -> str | None:
+        """Why the model is not invertible, or None."""
+    def forward(self, initial: ArrayLike | None = None) -> Forward:
+        """The forward model as a stream, at rest or from the operator outputs `initial`."""
     def inverse(
         self, limits: Sequence[float] | None = None, initial: ArrayLike | None = None
-    ) -> Inverse: ...
+    ) -> Inverse:
+        """The exact inverse as a stream, the drive within `limits` (low, high).
+
+        Raises NotInvertibleError if the model may not be invertible.
+        """
     def parametric_inverse(
         self, ra: float = 0.9, rb: float = 0.35, rc: float = 0.35
-    ) -> ModifiedPrandtlIshlinskii: ...
-    def bracket(self, limits: Sequence[float]) -> Bracket: ...
-    def save(self, path: str | PathLike[str]) -> None: ...
+    ) -> ModifiedPrandtlIshlinskii:
+        """The parametric inverse of the paper, equation (7) and Table II: another modified model, input um, output V.
+
+        Weights and r' as in the closed form of the conventional model, then ra' = ra r', rb' = rb r', rc' = rc r'.
+        Only approximately an inverse: it leaves 0.73 % of peak-to-peak on the paper's actuator. `inverse()` is exact.
+
+        Raises ValueError unless r_0 = 0, r never decreases and every partial sum of the weights is positive.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> table_2 = mh.paper.table_1_recovered().parametric_inverse()
+        >>> bool(abs(table_2.weights - mh.paper.table_2().weights).max() < 5.1e-5)
+        True
+        """
+    def bracket(self, limits: Sequence[float]) -> Bracket:
+        """How uncertain the output is when the history between the limits (low, high) is unknown.
+
+        Raises ValueError for a model with a negative weight.
+        """
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the model to a JSON file; the file appears only when it is complete."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -272,14 +549,56 @@ _Model = PrandtlIshlinskii | ModifiedPrandtlIshlinskii
 
 @final
 class ActuatorArray:
+    """Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
+
+    Equal models are kept once, so `[model] * 4096` costs little more than one.
+
+    Parameters
+    ----------
+    models : sequence of M models
+        PrandtlIshlinskii or ModifiedPrandtlIshlinskii, mixed as you like.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Without a model, or that name the one that is none.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> mirror = mh.ActuatorArray([mh.paper.table_1_recovered()] * 4096)
+    >>> mirror
+    <ActuatorArray of 4096 actuators, 1 model>
+    >>> inverse, plant = mirror.inverse(limits=(-500.0, 500.0)), mirror.forward()
+    >>> target = np.linspace(-3.0, 3.0, len(mirror))  # um
+    >>> drive = np.empty(len(mirror))  # V
+    >>> _ = inverse.step(target, out=drive)  # writes into drive, allocates nothing
+    >>> bool(abs(plant.step(drive) - target).max() < 1e-13)
+    True
+    """
+
     def __new__(cls, models: Iterable[_Model]) -> ActuatorArray: ...
     @property
-    def models(self) -> tuple[_Model, ...]: ...
-    def forward(self) -> ForwardArray: ...
-    def inverse(self, limits: ArrayLike | None = None) -> InverseArray: ...
-    def save(self, path: str | PathLike[str]) -> None: ...
+    def models(self) -> tuple[_Model, ...]:
+        """The model of every actuator."""
+    def forward(self) -> ForwardArray:
+        """The forward models as one stream of arrays, at rest."""
+    def inverse(self, limits: ArrayLike | None = None) -> InverseArray:
+        """The exact inverses as one stream of arrays, at rest.
+
+        `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
+
+        Raises NotInvertibleError that names the first actuator whose model may not be invertible.
+        """
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the models to a JSON file, each model once; the file appears only when it is complete."""
     @staticmethod
-    def load(path: str | PathLike[str]) -> ActuatorArray: ...
+    def load(path: str | PathLike[str]) -> ActuatorArray:
+        """Reads what `save` wrote.
+
+        Raises OSError if the file cannot be read, ValueError if it is no such file.
+        """
     def __getitem__(self, actuator: int, /) -> _Model: ...
     def __len__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -288,164 +607,368 @@ class ActuatorArray:
 
 @final
 class ForwardArray:
-    def step(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def peek(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def run(self, input: ArrayLike, out: _Matrix | None = None, threads: int = 1) -> _Matrix: ...
-    def set_model(self, actuator: int, model: _Model) -> None: ...
-    def reset(self) -> None: ...
+    """The outputs of many models, sample by sample: made by `array.forward()`.
+
+    Bit for bit what M streams of the single models give. A sample that is not finite holds its own actuator only.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> soft, stiff = (mh.PrandtlIshlinskii([w, 0.5], [0.0, 2.0]) for w in (2.0, 1.0))
+    >>> forward = mh.ActuatorArray([soft, stiff]).forward()
+    >>> forward.step([4.0, 4.0])
+    array([9., 5.])
+    >>> forward.run([[3.0, 3.0], [-4.0, float("nan")]], threads=2)
+    array([[ 7.,  4.],
+           [-9.,  4.]])
+    >>> forward.rejected
+    array([0, 1], dtype=uint64)
+    """
+
+    def step(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
+
+        A C-contiguous float64 array is read in place; with `out` no array is allocated then.
+        """
+    def peek(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """What `step` would give, without taking the samples."""
+    def run(self, input: ArrayLike, out: _Matrix | None = None, threads: int = 1) -> _Matrix:
+        """Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
+        new array.
+
+        With `threads` > 1 that many threads share out the actuators: the same bits, sooner, where many samples
+        are known beforehand.
+        """
+    def set_model(self, actuator: int, model: _Model) -> None:
+        """One actuator goes on with the weights and the output offset of another model of the same thresholds and
+        input offset, as a stream of it would.
+
+        Raises ValueError that names what differs; the stream is as before then.
+        """
+    def reset(self) -> None:
+        """Every actuator back to rest."""
     @property
-    def state(self) -> list[dict[str, Any]]: ...
+    def state(self) -> list[dict[str, Any]]:
+        """Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
+        bit for bit.
+        """
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
     @property
-    def rejected(self) -> NDArray[np.uint64]: ...
+    def rejected(self) -> NDArray[np.uint64]:
+        """How many samples of each actuator were not finite, or beyond 1e100."""
     def __len__(self) -> int: ...
 
 @final
 class InverseArray:
-    def step(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def peek(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def run(self, input: ArrayLike, out: _Matrix | None = None, threads: int = 1) -> _Matrix: ...
-    def set_model(self, actuator: int, model: _Model) -> None: ...
-    def reset(self) -> None: ...
+    """The exact inverses of many models, sample by sample: made by `array.inverse(limits)`.
+
+    Bit for bit what M streams of the single models give. A target out of reach puts the drive of its actuator at the
+    limit and sets its `saturated`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+    >>> inverse = mirror.inverse(limits=[(-10.0, 10.0), (-10.0, 10.0), (0.0, 4.0)])
+    >>> inverse.step([5.0, -5.0, 99.0])
+    array([ 4., -4.,  4.])
+    >>> inverse.saturated
+    array([False, False,  True])
+    >>> saved = inverse.state
+    >>> inverse.step([3.0, -3.0, 3.0])
+    array([ 2., -2.,  2.])
+    >>> inverse.state = saved
+    >>> inverse.step([3.0, -3.0, 3.0])
+    array([ 2., -2.,  2.])
+    """
+
+    def step(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
+
+        A C-contiguous float64 array is read in place; with `out` no array is allocated then.
+        """
+    def peek(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """What `step` would give, without taking the samples."""
+    def run(self, input: ArrayLike, out: _Matrix | None = None, threads: int = 1) -> _Matrix:
+        """Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
+        new array.
+
+        With `threads` > 1 that many threads share out the actuators: the same bits, sooner, where many samples
+        are known beforehand.
+        """
+    def set_model(self, actuator: int, model: _Model) -> None:
+        """One actuator goes on with the weights and the output offset of another model of the same thresholds and
+        input offset, as a stream of it would.
+
+        Raises ValueError that names what differs; the stream is as before then.
+        """
+    def reset(self) -> None:
+        """Every actuator back to rest."""
     @property
-    def state(self) -> list[dict[str, Any]]: ...
+    def state(self) -> list[dict[str, Any]]:
+        """Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
+        bit for bit.
+        """
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
     @property
-    def rejected(self) -> NDArray[np.uint64]: ...
+    def rejected(self) -> NDArray[np.uint64]:
+        """How many samples of each actuator were not finite, or beyond 1e100."""
     @property
-    def saturated(self) -> NDArray[np.bool_]: ...
+    def saturated(self) -> NDArray[np.bool_]:
+        """Whether the last target of each actuator was out of reach and its drive is at a limit."""
     @property
-    def limits(self) -> _Matrix | None: ...
+    def limits(self) -> _Matrix | None:
+        """The limits of the drives as an array of shape (M, 2), or None."""
     def __len__(self) -> int: ...
 
 @final
 class Quality:
+    """The errors of a fit, each with its unit or base.
+
+    `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
+    of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
+    """
+
     @property
-    def max_error(self) -> float: ...
+    def max_error(self) -> float:
+        """Largest absolute error, in the unit of the output."""
     @property
-    def rmse(self) -> float: ...
+    def rmse(self) -> float:
+        """Root mean square error, in the unit of the output."""
     @property
-    def mse(self) -> float: ...
+    def mse(self) -> float:
+        """Mean square error, in the unit of the output squared."""
     @property
-    def range(self) -> float: ...
+    def range(self) -> float:
+        """Peak-to-peak of the measured output over the fitted samples: the base of the percentages."""
     @property
-    def max_error_percent(self) -> float: ...
+    def max_error_percent(self) -> float:
+        """Largest absolute error in % of range."""
     @property
-    def rmse_percent(self) -> float: ...
+    def rmse_percent(self) -> float:
+        """Root mean square error in % of range."""
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float:
+        """Half of range."""
     @property
-    def max_error_percent_of_amplitude(self) -> float: ...
+    def max_error_percent_of_amplitude(self) -> float:
+        """Largest absolute error in % of amplitude."""
     @property
-    def rmse_percent_of_amplitude(self) -> float: ...
+    def rmse_percent_of_amplitude(self) -> float:
+        """Root mean square error in % of amplitude."""
     @property
-    def nrmse(self) -> float: ...
+    def nrmse(self) -> float:
+        """Normalised root mean square error (NRMSE), rmse / range: sqrt(mean(e**2)) / (max(y) - min(y)).
+
+        Some tools divide by the standard deviation of y instead; this does not.
+        """
     @property
-    def loop_width(self) -> float | None: ...
+    def loop_width(self) -> float | None:
+        """Width of the measured loops, by `loop_width`, in the unit of the output; None without full strokes."""
     @property
-    def loop_width_error(self) -> float | None: ...
+    def loop_width_error(self) -> float | None:
+        """How much wider the modelled loops are; of several records, for the one where it is most."""
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """How many samples were fitted."""
 
 @final
 class LeftOutLoop:
+    """One loop of a record, predicted with weights that all loops asked for, and with those of all other loops."""
+
     @property
-    def record(self) -> int: ...
+    def record(self) -> int:
+        """The number of its record."""
     @property
-    def start(self) -> int: ...
+    def start(self) -> int:
+        """Its first sample in that record."""
     @property
-    def stop(self) -> int: ...
+    def stop(self) -> int:
+        """The sample after its last."""
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float:
+        """Half the peak-to-peak of the input in it, in the unit of the input."""
     @property
-    def fitted(self) -> Quality: ...
+    def fitted(self) -> Quality:
+        """The errors with the weights of all loops; range is that of the whole record."""
     @property
-    def left_out(self) -> Quality: ...
+    def left_out(self) -> Quality:
+        """The errors with the weights of all other loops; range is that of the whole record."""
 
 @final
 class Identification:
+    """What `identify` found: the model, what follows it, and how well all of it fits."""
+
     @property
-    def model(self) -> _Model: ...
+    def model(self) -> _Model:
+        """The hysteresis, with the output offset of the first record."""
     @property
-    def ratios(self) -> tuple[float, float, float]: ...
+    def ratios(self) -> tuple[float, float, float]:
+        """The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model."""
     @property
-    def stage(self) -> Stage: ...
+    def stage(self) -> Stage:
+        """All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
+
+        Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+        """
     @property
-    def dynamics(self) -> _Lag | None: ...
+    def dynamics(self) -> _Lag | None:
+        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for."""
     @property
-    def creep(self) -> Creep | None: ...
+    def creep(self) -> Creep | None:
+        """The creep; None unless asked for."""
     @property
-    def dead_time(self) -> float | None: ...
+    def dead_time(self) -> float | None:
+        """What the output lags the input besides, in seconds; None for records without dt."""
     @property
-    def dead_time_samples(self) -> float | None: ...
+    def dead_time_samples(self) -> float | None:
+        """The same in samples; None for records of several sampling intervals."""
     @property
-    def lag(self) -> float: ...
+    def lag(self) -> float:
+        """How much later slow motion is seen: dead time and lag of the dynamics together, in seconds; in samples without dt."""
     @property
-    def dt(self) -> list[float]: ...
+    def dt(self) -> list[float]:
+        """The sampling interval of every record in seconds; empty if there is none."""
     @property
-    def drive_range(self) -> tuple[float, float]: ...
+    def drive_range(self) -> tuple[float, float]:
+        """The lowest and the highest input of all records."""
     @property
-    def position_range(self) -> tuple[float, float]: ...
+    def position_range(self) -> tuple[float, float]:
+        """The lowest and the highest output of all fitted samples."""
     @property
-    def noise(self) -> float: ...
+    def noise(self) -> float:
+        """Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output."""
     @property
-    def output_offsets(self) -> _Vector: ...
+    def output_offsets(self) -> _Vector:
+        """The output offset of every record, in the unit of the output."""
     @property
-    def fit(self) -> Quality: ...
+    def fit(self) -> Quality:
+        """The errors over the fitted samples of all records."""
     @property
-    def records(self) -> list[Quality]: ...
+    def records(self) -> list[Quality]:
+        """The errors over the fitted samples of each record."""
     @property
-    def validation(self) -> Quality | None: ...
+    def validation(self) -> Quality | None:
+        """The errors over all held-out samples, or None if none were held out."""
     @property
-    def validation_records(self) -> list[Quality]: ...
+    def validation_records(self) -> list[Quality]:
+        """The errors over the held-out samples of each record."""
     @property
-    def weights_std(self) -> _Vector: ...
+    def weights_std(self) -> _Vector:
+        """Standard errors of the weights w_i, read-only; NaN where the weight is zero.
+
+        From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+        With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
+        """
     @property
-    def weights_negative_std(self) -> _Vector: ...
+    def weights_negative_std(self) -> _Vector:
+        """Standard errors of the weights below zero, read-only: those of `weights_std` unless the weights are split."""
     @property
-    def ratios_std(self) -> tuple[float, float, float]: ...
+    def ratios_std(self) -> tuple[float, float, float]:
+        """Standard errors of the ratios: 0 where given, NaN where at a bound."""
     @property
-    def input_offset_std(self) -> float: ...
+    def input_offset_std(self) -> float:
+        """Standard error of the input offset: 0 if it was given."""
     @property
-    def dead_time_std(self) -> float: ...
+    def dead_time_std(self) -> float:
+        """Standard error of the dead time, in the unit of `lag`: 0 if it was given, NaN at a bound."""
     @property
-    def lag_std(self) -> float: ...
+    def lag_std(self) -> float:
+        """Standard error of the lag, in its unit."""
     @property
-    def frequency_std(self) -> float: ...
+    def frequency_std(self) -> float:
+        """Standard error of the frequency of the dynamics in Hz; 0 without any."""
     @property
-    def damping_std(self) -> float: ...
+    def damping_std(self) -> float:
+        """Standard error of the damping ratio; 0 for a lag and without dynamics."""
     @property
-    def creep_std(self) -> _Vector: ...
+    def creep_std(self) -> _Vector:
+        """Standard errors of the searched amplitudes of creep."""
     @property
-    def parameters(self) -> list[str]: ...
+    def parameters(self) -> list[str]:
+        """The names of what was estimated, in the order of `covariance`."""
     @property
-    def covariance(self) -> _Matrix: ...
+    def covariance(self) -> _Matrix:
+        """The covariance of `parameters`: what was given or lies at a bound is left out."""
     @property
-    def cross_validation(self) -> list[tuple[int, float]]: ...
+    def cross_validation(self) -> list[tuple[int, float]]:
+        """What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto"."""
     @property
-    def weights_law(self) -> Literal["free", "quadratic", "split"]: ...
+    def weights_law(self) -> Literal["free", "quadratic", "split"]:
+        """What the weights might be: as given, or as cross-validation chose."""
     @property
     def weights_validation(
         self,
-    ) -> list[tuple[Literal["free", "quadratic", "split"], float]]: ...
+    ) -> list[tuple[Literal["free", "quadratic", "split"], float]]:
+        """What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto"."""
     @property
-    def smoothness(self) -> float: ...
+    def smoothness(self) -> float:
+        """How smooth the weights were asked to be: as given, or as cross-validation chose."""
     @property
-    def smoothness_validation(self) -> list[tuple[float, float]]: ...
+    def smoothness_validation(self) -> list[tuple[float, float]]:
+        """What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto"."""
     @property
-    def kkt_residual(self) -> float: ...
+    def kkt_residual(self) -> float:
+        """By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less."""
     @property
-    def evaluations(self) -> int: ...
+    def evaluations(self) -> int:
+        """How many passes over the records the search took."""
     @property
-    def warnings(self) -> list[Finding]: ...
+    def warnings(self) -> list[Finding]:
+        """What these records cannot tell and what the model left in them: the list that `diagnose` gives for them."""
     @property
-    def partial(self) -> bool: ...
+    def partial(self) -> bool:
+        """Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds."""
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[False] = False) -> _Vector: ...
+    def predict(self, u: ArrayLike, *, return_std: Literal[False] = False) -> _Vector:
+        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
+        through creep, dynamics and dead time.
+
+        With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
+        the covariance of all that was fitted, linearised at the fit, with the errors
+        of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+        that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
+        weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
+        the inputs that they reach, the truth may be further away.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> import numpy as np
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> noise = np.random.default_rng(1).normal(0.0, 0.015, u.size)  # um
+        >>> y = mh.paper.table_1_recovered().forward().run(u) + noise
+        >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+        >>> predicted, std = found.predict(u, return_std=True)
+        >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
+        (True, True)
+        """
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[True]) -> tuple[_Vector, _Vector]: ...
+    def predict(self, u: ArrayLike, *, return_std: Literal[True]) -> tuple[_Vector, _Vector]:
+        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
+        through creep, dynamics and dead time.
+
+        With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
+        the covariance of all that was fitted, linearised at the fit, with the errors
+        of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+        that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
+        weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
+        the inputs that they reach, the truth may be further away.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> import numpy as np
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> noise = np.random.default_rng(1).normal(0.0, 0.015, u.size)  # um
+        >>> y = mh.paper.table_1_recovered().forward().run(u) + noise
+        >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+        >>> predicted, std = found.predict(u, return_std=True)
+        >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
+        (True, True)
+        """
     def leave_one_loop_out(
         self,
         u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]],
@@ -453,10 +976,94 @@ class Identification:
         *,
         skip: _Samples | Sequence[_Samples] = 0,
         dt: float | Sequence[float] | None = None,
-    ) -> list[LeftOutLoop]: ...
+    ) -> list[LeftOutLoop]:
+        """Fits the weights anew without each loop of the records, and predicts the loop that was left out.
+
+        A model that only remembers its records does worse there. All else stays as found. A
+        loop leads from one maximum of the input to the next; maxima are those from which the input comes down by a
+        twentieth of its range at least. What comes before the first maximum of a record belongs to its first loop, what
+        comes after the last to its last. Of more than 200 loops, neighbours are left out together.
+
+        Parameters
+        ----------
+        u, y : arrays of n floats
+            The samples that were fitted. Or, for several records, a list of (u, y) pairs alone.
+        skip : int or list of int
+            Leading samples of each record that were not fitted, or a time.
+        dt : float or list of float, optional
+            Sampling interval in seconds; by default that of the fitted records.
+
+        Returns
+        -------
+        list of LeftOutLoop
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came; also for fewer than two loops.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> y = mh.paper.table_1_recovered().forward().run(u)
+        >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+        >>> rows = found.leave_one_loop_out(u, y)
+        >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
+        (10, 0, True)
+        """
 
 @final
 class IterativeLearning:
+    """Iterative learning control of a periodic reference: after every period, a better target for the next one.
+
+    v <- Q (v + gamma L e), e = reference - measurement over a period, v the correction of the target of the feed-forward;
+    Q = 1 / (1 + (f / bandwidth)^4) has no phase; L = conj(M) / (|M|^2 + 0.05^2) inverts the response M of the feedback
+    loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `min_gain`. An error of twice
+    the best one is not learned from: the target goes back to the best.
+
+    Parameters
+    ----------
+    target : array of n floats
+        One period of the target: the reference, or what dynamic feed-forward makes of it.
+    kp, ki : float
+        Gains of the feedback, V/um and V/um/s.
+    slope : float
+        Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series
+        The linear dynamics behind the hysteresis.
+    bandwidth : float
+        Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
+    dead_time : float
+        What the sensor shows later than the dynamics explain, in seconds.
+    dt : float
+        Sampling interval in seconds.
+    min_gain : float
+        gamma never falls below.
+    target_limits : (float, float), optional
+        The target never leaves (low, high).
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import mpi_hyst as mh
+    >>> stage = mh.plant.SecondOrder(400.0, 0.95)
+    >>> reference = np.sin(2 * np.pi * np.arange(100) / 100)
+    >>> learning = mh.control.IterativeLearning(
+    ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
+    ... )
+    >>> for _ in range(4):
+    ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[199:299]
+    ...     accepted = learning.update(reference - position)
+    >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
+    (True, True, True)
+    """
+
     def __new__(
         cls,
         target: ArrayLike,
@@ -472,26 +1079,75 @@ class IterativeLearning:
         target_limits: Sequence[float] | None = None,
     ) -> IterativeLearning: ...
     @property
-    def target(self) -> _Vector: ...
-    def update(self, error: ArrayLike) -> bool: ...
+    def target(self) -> _Vector:
+        """One period of the target for the feed-forward, read-only."""
+    def update(self, error: ArrayLike) -> bool:
+        """Learns from the measured error of a period that was run with the present target; whether it was learned from."""
     @property
-    def max_error(self) -> _Vector: ...
+    def max_error(self) -> _Vector:
+        """The largest measured error of every period so far."""
     @property
-    def rmse(self) -> _Vector: ...
+    def rmse(self) -> _Vector:
+        """The root mean square of the measured error of every period so far."""
     def convergence_rate(
         self,
         *,
         dynamics: _Dynamics | None = None,
         slope: float | None = None,
         dead_time: float | None = None,
-    ) -> float: ...
+    ) -> float:
+        """By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
+
+        M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
 
 @final
 class RepetitiveControl:
+    """Repetitive control: the correction of the target, learned in the running loop, one period later.
+
+    v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: Q and L of `IterativeLearning` as
+    finite impulse responses around the present place of the last period of N samples. The static error is left to a
+    feedback that integrates.
+
+    Parameters
+    ----------
+    period : int
+        Samples in a period of the reference, 8 to 2^22.
+    kp, ki, slope, dynamics, bandwidth, dead_time, dt
+        As for `IterativeLearning`.
+    gain : float
+        gamma, above 0 and at most 1: less averages noise over more periods.
+    settle : int
+        Periods that pass before the first one that is learned from.
+    limit : float, optional
+        The correction never exceeds this magnitude, in the unit of the displacement.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import math
+    >>> import mpi_hyst as mh
+    >>> repetitive = mh.control.RepetitiveControl(
+    ...     100, kp=0.0, ki=0.0, slope=1.0, dynamics=mh.plant.FirstOrder(50.0), bandwidth=100.0, dt=1e-3
+    ... )
+    >>> y, decay, errors = 0.0, math.exp(-2 * math.pi * 50.0 * 1e-3), []
+    >>> for k in range(3000):
+    ...     errors.append(math.sin(2 * math.pi * k / 100) - y)
+    ...     target = y + errors[-1] + repetitive.step(errors[-1])
+    ...     y = target + decay * (y - target)
+    >>> max(errors[:100]) > 0.1, max(errors[-100:]) < 2e-3
+    (True, True)
+    """
+
     def __new__(
         cls,
         period: int,
@@ -507,26 +1163,71 @@ class RepetitiveControl:
         settle: int = 1,
         limit: float | None = None,
     ) -> RepetitiveControl: ...
-    def step(self, error: float) -> float: ...
-    def reset(self) -> None: ...
+    def step(self, error: float) -> float:
+        """Takes the measured error of this sample and returns the correction of this sample's target."""
+    def reset(self) -> None:
+        """Forgets everything learned."""
     @property
-    def period(self) -> int: ...
+    def period(self) -> int:
+        """Samples in a period."""
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many errors were not finite: they teach nothing."""
     def convergence_rate(
         self,
         *,
         dynamics: _Dynamics | None = None,
         slope: float | None = None,
         dead_time: float | None = None,
-    ) -> float: ...
+    ) -> float:
+        """By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
+
+        M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
 
 @final
 class Observer:
+    """A state observer: what the model of a stage and a noisy measurement say together of the position.
+
+    The applied drive moves the model of the stage, which has no lag for what it knows. What it does not know (drift, its own
+    error) is a disturbance at the input of the modes that wanders by `drift`; a Kalman filter estimates it from the difference
+    between measurement and model. Feed the estimate to the controller instead of the measurement. Where measurements are
+    missing the gain is that of what is known then, and comes back to the stationary one.
+
+    Parameters
+    ----------
+    stage : Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        A model with the keywords `dynamics` and `dead_time` makes a stage.
+    drift : float
+        By how much what the model does not know changes in one second, root mean square, in the unit of the position.
+    dt : float
+        Sampling interval in seconds.
+    noise : float, optional
+        Root mean square of the measurement noise, in the unit of the position; by default that of the stage.
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
+    dead_time : float
+        What the sensor shows later than hysteresis and dynamics explain, in seconds.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016)
+    >>> observer = mh.control.Observer(stage, drift=0.5, dt=1e-4)
+    >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
+    >>> 0.0 < estimate < 0.02
+    True
+    """
+
     def __new__(
         cls,
         stage: _Model | Stage,
@@ -537,26 +1238,84 @@ class Observer:
         dynamics: _Dynamics | None = None,
         dead_time: float = 0.0,
     ) -> Observer: ...
-    def step(self, drive: float, measurement: float) -> float: ...
+    def step(self, drive: float, measurement: float) -> float:
+        """Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.
+
+        Without a finite measurement the model goes on alone; that is counted.
+        """
     @property
-    def disturbance(self) -> float: ...
+    def disturbance(self) -> float:
+        """What the model does not know, at the input of the modes, in the unit of the position."""
     @property
-    def position_gain(self) -> float: ...
+    def position_gain(self) -> float:
+        """What the position takes of the difference between measurement and prediction, from 0 to 1."""
     @property
-    def disturbance_gain(self) -> float: ...
+    def disturbance_gain(self) -> float:
+        """What the disturbance takes of the difference between measurement and prediction."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
     @property
-    def rejected(self) -> int: ...
-    def reset(self) -> None: ...
-    def follow(self, drives: ArrayLike) -> None: ...
+    def rejected(self) -> int:
+        """How many drives or measurements were not finite."""
+    def reset(self) -> None:
+        """Back to rest."""
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first, one per sampling interval, without measurements."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
 
 @final
 class RecursiveIdentifier:
+    """The weights of a model that follow a running actuator: recursive least squares with forgetting.
+
+    y(k) = output_offset + sum_i w_i z_i(k), z_i the operators of `model` at u - input_offset: thresholds stay, weights and
+    output offset are estimated, sample by sample, from the virgin state. With forgetting = 1 the estimate is that of least
+    squares over all samples (to 1e-13 um/V on the paper's actuator). The weights of `.model` are the nearest to the
+    estimate that are not negative, the identity weight at least 1e-6 of the given one, so its inverse exists at every
+    sample; `Inverse.set_model` takes it into a running inverse without a jump of the drive.
+
+    Parameters
+    ----------
+    model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        Where to start; invertible.
+    forgetting : float
+        What a sample counts after the next one, from 0.5 to 1: the memory is 1 / (1 - forgetting) samples long.
+    output_offset : "fit" or float
+        Fit the offset of the sensor as one more unknown, starting from that of the model, or hold it at a value.
+    covariance : float
+        Variance of every unknown at the start, in units of the variance of the measurement noise; the unknowns are w_i X
+        and the output offset, X the largest threshold rounded up to a power of two. By default the samples alone decide;
+        with 1 the model counts as one sample of full range.
+    covariance_limit : float
+        The variance that forgetting may bring back where nothing is excited, in the same units.
+    dynamics : SecondOrder or FirstOrder, optional
+        What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
+        Without any, y follows u at once.
+    dt : float, optional
+        Sampling interval in seconds, which dynamics need.
+
+    Raises
+    ------
+    NotInvertibleError, ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> plant = mh.paper.table_1_recovered().forward()
+    >>> identifier = mh.RecursiveIdentifier(mh.paper.table_1(), forgetting=0.999)
+    >>> for u in mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000):
+    ...     error = identifier.update(u, plant.step(u))
+    >>> bool(abs(identifier.model.weights - mh.paper.table_1_recovered().weights).max() < 1e-7)
+    True
+    >>> abs(error) < 1e-9, identifier.frozen  # the drive has died out
+    (True, 'poor_excitation')
+    """
+
     def __new__(
         cls,
         model: _Model,
@@ -568,61 +1327,205 @@ class RecursiveIdentifier:
         dynamics: SecondOrder | FirstOrder | None = None,
         dt: float | None = None,
     ) -> RecursiveIdentifier: ...
-    def update(self, u: float, y: float) -> float: ...
+    def update(self, u: float, y: float) -> float:
+        """Takes the input u and the output y measured at it; the prediction error: y minus what `model` predicted before.
+
+        A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
+        same.
+        """
     @property
-    def model(self) -> _Model: ...
+    def model(self) -> _Model:
+        """The model as of the last sample: the given one with other weights and output offset."""
     @property
-    def frozen(self) -> Literal["poor_excitation", "not_finite"] | None: ...
+    def frozen(self) -> Literal["poor_excitation", "not_finite"] | None:
+        """Why the last sample changed no weight: None if it did, else one word.
+
+        "poor_excitation": it says less than forgetting would lose, as at standstill (its leverage z'Pz is below
+        1.25 (1 - forgetting)); nothing is forgotten meanwhile. "not_finite": input or output is NaN, infinite or beyond
+        1e100.
+        """
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
     @property
-    def forgetting(self) -> float: ...
+    def forgetting(self) -> float:
+        """What a sample counts after the next one."""
     @property
-    def covariance(self) -> _Matrix: ...
-    def reset(self) -> None: ...
+    def covariance(self) -> _Matrix:
+        """The covariance of the estimate: a matrix over the weights, then the output offset if it is fitted.
+
+        Of a split model the w_i come first, then the v_i, but for an identity that weighs the same on both sides.
+
+        In units of the variance of the measurement noise: times that, the diagonal is the variance of each.
+        """
+    def reset(self) -> None:
+        """Back to the given model, the operators at rest."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
 
 @final
 class Preview:
+    """Makes the target of a `HybridController` of references known beforehand, by a fixed window.
+
+    target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
+    feedback uses r(k), from the same window, which at the start is full of the first reference.
+
+    While the window fills anew, at the start, after a hold and after a rejected reference, the target rests at the first
+    reference.
+
+    Parameters
+    ----------
+    coefficients : array of shape (taps,)
+        c_j, that of the newest reference first.
+    ahead : int
+        How many samples the references are early: less than there are taps.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> half_a_sample = mh.control.Preview([0.5, 0.5], 1)
+    >>> controller = mh.control.HybridController(
+    ...     None, kp=5.0, ki=6e3, dt=1e-4, limits=(-500, 500), preview=half_a_sample)
+    >>> for reference in (1.0, 2.0, 3.0):
+    ...     drive = controller.step(reference, 0.0)
+    >>> controller.terms.reference, controller.terms.target
+    (2.0, 2.5)
+    """
+
     def __new__(cls, coefficients: ArrayLike, ahead: int) -> Preview: ...
     @property
-    def coefficients(self) -> _Vector: ...
+    def coefficients(self) -> _Vector:
+        """The coefficients c_j, read-only."""
     @property
-    def ahead(self) -> int: ...
-    def error(self, frequency: float) -> float: ...
+    def ahead(self) -> int:
+        """How many samples the references are early."""
+    def error(self, frequency: float) -> float:
+        """The error of the position for a sine of this frequency in Hz, relative to the sine.
+
+        Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
+        was pickled.
+        """
 
 @final
 class ControllerTerms:
+    """What a sample of a `HybridController` was made of: positions in um, terms in volts."""
+
     @property
-    def reference(self) -> float: ...
+    def reference(self) -> float:
+        """The reference of the feedback."""
     @property
-    def target(self) -> float: ...
+    def target(self) -> float:
+        """What the feed-forward was to reach."""
     @property
-    def error(self) -> float: ...
+    def error(self) -> float:
+        """Reference minus measurement; without a usable measurement the last one there was."""
     @property
-    def feedforward(self) -> float: ...
+    def feedforward(self) -> float:
+        """The output of the feed-forward, or the number given instead."""
     @property
-    def proportional(self) -> float: ...
+    def proportional(self) -> float:
+        """kp times the error."""
     @property
-    def integral(self) -> float: ...
+    def integral(self) -> float:
+        """The sum of ki dt times the errors, this sample included."""
     @property
-    def bumpless(self) -> float: ...
+    def bumpless(self) -> float:
+        """What keeps starts and switches from being jumps; it goes to zero."""
     @property
-    def unlimited_drive(self) -> float: ...
+    def unlimited_drive(self) -> float:
+        """What the law asks for: the sum of the four terms."""
     @property
-    def drive(self) -> float: ...
+    def drive(self) -> float:
+        """What the limiter lets through."""
     @property
-    def saturated(self) -> bool: ...
+    def saturated(self) -> bool:
+        """Whether the unlimited drive lay beyond the limits."""
     @property
-    def slewing(self) -> bool: ...
+    def slewing(self) -> bool:
+        """Whether the unlimited drive was farther from the last drive than the slew allows."""
 
 _FeedForward: TypeAlias = Forward | Inverse | StageInverse | Literal["given"] | None
 
 @final
 class HybridController:
+    """Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
+
+    u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = reference - measurement. The drive is
+    always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
+    no change while it runs is a jump: `bumpless` takes the difference and goes to zero in a straight line.
+
+    A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
+    measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
+    after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns.
+
+    Parameters
+    ----------
+    feedforward : Inverse, StageInverse, Forward, "given" or None
+        model.inverse(limits) or stage.inverse(dt), the exact inverse, with the limits of the controller; or model.forward() of
+        a model that is itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy,
+        memory included. "given": volts that come with every sample. None: feedback alone.
+    kp, ki : float
+        Gains in V/um and V/um/s, not negative.
+    dt : float
+        The sampling interval in seconds.
+    limits : (low, high)
+        Of the drive, in volts.
+    slew : float, optional
+        How fast the drive may move, in V/s.
+    law : "positional" or "incremental"
+        Equation (8) as it must be meant; or from the last drive on, u += change of H^-1 + kp (change of e) + ki dt e, which
+        loses what a limit cuts off.
+    anti_windup : "conditional" or "back_calculation"
+        Of the positional law, for limits and slew: the integral takes no error that pushes a limited drive further; or it also
+        takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki).
+    tracking_time : float, optional
+        For back-calculation alone, in seconds.
+    bumpless_time : float
+        How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
+        that time.
+    max_missing : int
+        How many measurements in a row may be missing or implausible before feed-forward goes on alone.
+    measurement_range : (low, high), optional
+        What the sensor can show.
+    max_measurement_step : float, optional
+        The largest plausible change from one measurement to the next.
+    preview : Preview, optional
+        Makes the target of references that then come `preview.ahead` samples early.
+    start_drive : float, optional
+        The drive that the amplifier has at the start: by default zero or the limit nearest to it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> model, limits = mh.paper.table_1_recovered(), (-500.0, 500.0)
+    >>> controller = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=6e3, dt=1e-4, limits=limits)
+    >>> actuator, position = model.forward(), 0.0  # an ideal one: no dynamics, no noise
+    >>> for reference in mh.signals.sine(2.0, 10.0, seconds=0.2, rate=10_000):  # um
+    ...     position = actuator.step(controller.step(reference, position))
+    >>> abs(controller.terms.error) < 0.03  # one sample of motion: the measurement is the last one
+    True
+    >>> controller.hold = True
+    >>> controller.step(3.0, position) == controller.drive == controller.terms.drive
+    True
+    >>> controller.hold = False
+    >>> drive = controller.plan(3.0, position)  # changes nothing until it is committed
+    >>> controller.commit(), controller.drive == drive
+    (True, True)
+    """
+
     def __new__(
         cls,
         feedforward: _FeedForward,
@@ -643,7 +1546,8 @@ class HybridController:
         start_drive: float | None = None,
     ) -> HybridController: ...
     @property
-    def preview(self) -> Preview | None: ...
+    def preview(self) -> Preview | None:
+        """The preview, or None."""
     def step(
         self,
         reference: float,
@@ -651,7 +1555,13 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
-    ) -> float: ...
+    ) -> float:
+        """Takes a sample and returns the drive in volts.
+
+        `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
+        volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
+        is to reach, if not the reference or what the preview makes of it.
+        """
     def peek(
         self,
         reference: float,
@@ -659,7 +1569,8 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
-    ) -> float: ...
+    ) -> float:
+        """The drive that `step` would return, without taking the sample."""
     def plan(
         self,
         reference: float,
@@ -667,49 +1578,102 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
-    ) -> float: ...
-    def commit(self) -> bool: ...
+    ) -> float:
+        """The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
+        leave it; memory and terms are still those of the drive that is there.
+
+        A plan replaces the one before; any change of the controller drops it.
+        """
+    def commit(self) -> bool:
+        """Takes the sample that was planned; False if there is none."""
     @property
-    def drive(self) -> float: ...
+    def drive(self) -> float:
+        """The present drive in volts: what the amplifier has."""
     @property
-    def terms(self) -> ControllerTerms: ...
+    def terms(self) -> ControllerTerms:
+        """What the last sample that was acted upon was made of."""
     @property
-    def mode(self) -> Literal["run", "feedforward", "hold", "stop"]: ...
+    def mode(self) -> Literal["run", "feedforward", "hold", "stop"]:
+        """ "run"; "feedforward": the proportional term is off, the integral is frozen and stays part of the drive; "hold": the
+        drive stays and nothing advances; "stop", which `stop` begins. Set one of the first three at any time: no change of
+        mode is a jump.
+        """
     @mode.setter
     def mode(self, mode: Literal["run", "feedforward", "hold"]) -> None: ...
     @property
-    def hold(self) -> bool: ...
+    def hold(self) -> bool:
+        """Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
+        stop.
+        """
     @hold.setter
     def hold(self, hold: bool) -> None: ...
-    def stop(self, rate: float, rest_drive: float = 0.0) -> None: ...
-    def follow(self, drives: ArrayLike) -> None: ...
+    def stop(self, rate: float, rest_drive: float = 0.0) -> None:
+        """Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
+
+        From the next sample on every `step` puts out the next drive of the ramp, whatever comes. `hold = False` starts a motion
+        from the drive that is reached then.
+        """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last."""
     @property
-    def lead_in(self) -> float: ...
+    def lead_in(self) -> float:
+        """For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of the
+        preview is full and the bumpless term is gone.
+        """
     @property
-    def kp(self) -> float: ...
+    def kp(self) -> float:
+        """The proportional gain in V/um."""
     @property
-    def ki(self) -> float: ...
+    def ki(self) -> float:
+        """The integral gain in V/um/s."""
     @property
-    def limits(self) -> tuple[float, float]: ...
+    def limits(self) -> tuple[float, float]:
+        """The limits of the drive (low, high) in volts."""
     @property
-    def dt(self) -> float: ...
-    def set_gains(self, kp: float, ki: float) -> None: ...
-    def set_model(self, model: _Model) -> None: ...
-    def set_feedforward(self, feedforward: _FeedForward) -> None: ...
-    def reset(self, drive: float | None = None) -> None: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
+    def set_gains(self, kp: float, ki: float) -> None:
+        """Changes the gains without a jump. The integral is kept in volts."""
+    def set_model(self, model: _Model) -> None:
+        """Goes on with the weights and the output offset of another model of the same operators, without a jump: as
+        `Inverse.set_model` or `Forward.set_model` of the feed-forward.
+
+        Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
+        controller is as before then.
+        """
+    def set_feedforward(self, feedforward: _FeedForward) -> None:
+        """Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
+        first moves to the last target; a change to "given" repeats the drive for one sample.
+        """
+    def reset(self, drive: float | None = None) -> None:
+        """Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
+        stays as it is, or is `drive` if the amplifier has another one now.
+        """
     @property
-    def rejected_count(self) -> int: ...
+    def rejected_count(self) -> int:
+        """How many references, targets or given feed-forwards were not finite, or beyond 1e100, or missing."""
     @property
-    def missing_count(self) -> int: ...
+    def missing_count(self) -> int:
+        """How many measurements were not finite, or beyond 1e100."""
     @property
-    def implausible_count(self) -> int: ...
+    def implausible_count(self) -> int:
+        """How many measurements were finite but out of their range, or too far from the last one."""
     @property
-    def saturated_count(self) -> int: ...
+    def saturated_count(self) -> int:
+        """How many samples asked for a drive beyond the limits."""
     @property
-    def slewing_count(self) -> int: ...
-    def start_at(self, drive: float) -> None: ...
+    def slewing_count(self) -> int:
+        """How many samples asked for a faster move than the slew allows."""
+    def start_at(self, drive: float) -> None:
+        """Goes on from another drive that the amplifier has, with everything that is remembered.
+
+        For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
+        amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
+        """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
 
@@ -737,22 +1701,102 @@ def identify(
     validate: _HeldOut | Sequence[_HeldOut] | float | str | Sequence[_Samples] | None = None,
     progress: Callable[[float, float], object] | None = None,
     keep_partial: bool = False,
-) -> Identification: ...
+) -> Identification:
+    """Fits a model to measured records.
+
+    y = output_offset + G[creep[sum_i w_i z_i]], z_i the operators at u - input_offset, G the linear dynamics and a dead time;
+    y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a search
+    over everything else. Every record starts from the virgin state, at rest at its first input, and has its own output offset.
+
+    Parameters
+    ----------
+    u, y : arrays of n floats
+        Input (V) and measured output (um). Or, for several records in one fit, a list of (u, y) pairs as the only
+        argument.
+    dt : float or list of float, optional
+        Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
+        hysteresis can be fitted.
+    model : "modified" or "conventional"
+        Coupled plays, or plays for comparison.
+    weights : "auto", "free", "quadratic" or "split"
+        Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
+        modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
+        records as well as the best, within the standard error of the ratio of their mean squares.
+    operators : int or "auto"
+        How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
+        "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
+        from weights, offsets, ratios and dead time fitted to the others (the searched ones linearised about those of all).
+    ratios : "fit" or (ra, rb, rc)
+        Thresholds as fractions of r.
+    input_offset : "fit" or float
+        In the unit of u. The conventional model fixes it at the middle of the input range.
+    dead_time : "fit" or float
+        What y lags u besides, in seconds; in samples where there is no dt.
+    dynamics : None, "auto", 2 or 1
+        Linear dynamics to fit behind the hysteresis: of second order ("auto" too), or a first-order lag. They need dt and
+        records that reach their frequency; a warning says if these do not tell them.
+    creep : None, "auto", int or array
+        Creep to fit: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds.
+    thresholds : "uniform", "quantiles" or array, optional
+        The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+    smoothness : float or "auto"
+        Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
+        differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
+        thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
+        "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
+    skip : int or list of int
+        Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
+    validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
+        Records that are held out, each judged with the output offset that suits it. Or a part at the end of every record
+        that is held out, judged with the record's own offset: a share, or the sample or time ("2s") from which on, one for
+        all records or a list of one for each.
+    progress : callable, optional
+        Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+    keep_partial : bool
+        Whether Ctrl-C, or a KeyboardInterrupt that progress raises, ends the search with the best so far as the result,
+        its `partial` True, instead of a KeyboardInterrupt.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> actuator = mh.paper.table_1_recovered()
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=1000)
+    >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, dead_time=0.0)
+    >>> [round(ratio, 4) for ratio in found.ratios]
+    [0.95, 0.3, 0.35]
+    """
 
 @final
 class Finding:
+    """What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do."""
+
     @property
-    def code(self) -> str: ...
+    def code(self) -> str:
+        """Which finding: one of the names that `diagnose` and `DynamicsIdentification` list."""
     @property
-    def message(self) -> str: ...
+    def message(self) -> str:
+        """One sentence with the numbers in it."""
     @property
-    def value(self) -> float: ...
+    def value(self) -> float:
+        """The number that was compared."""
     @property
-    def limit(self) -> float: ...
+    def limit(self) -> float:
+        """What it was compared with."""
     @property
-    def hint(self) -> str: ...
+    def hint(self) -> str:
+        """What to do about it."""
     @property
-    def record(self) -> int | None: ...
+    def record(self) -> int | None:
+        """The record that shows it most, or None where there is one record only or all count together."""
 
 def diagnose(
     u: _Records,
@@ -762,110 +1806,376 @@ def diagnose(
     skip: _Samples | Sequence[_Samples] = 0,
     dt: float | Sequence[float] | None = None,
     dead_time: float = 0.0,
-) -> list[Finding]: ...
-def loop_width(u: ArrayLike, y: ArrayLike) -> float | None: ...
+) -> list[Finding]:
+    r"""Looks for what records cannot tell and what a model left in them.
+
+    =================== ===================================================================== ======
+    code                value                                                                 limit
+    =================== ===================================================================== ======
+    too_few_samples     fitted samples for each unknown; fires below                          10
+    unreached_threshold operators whose output never changes in the fitted samples            0
+    no_minor_loops      reversals inside the input range; fires below                         2
+    collinear_operators standard error of the least determined combination of operators, over 1
+                        the mean contribution of one
+    rate_effects        correlation of the residual with the speed of the input               0.3 *
+    drift               correlation of the residual with time or its logarithm                0.3 *
+    outliers            largest distance from the median of five neighbours, in robust        7
+                        standard deviations of the residual
+    clipped_output      travel of the input while the output stays at an end, over its range  0.02
+    clipped_input       travel of the output while the input stays at an end, over its range  0.05 +
+    =================== ===================================================================== ======
+
+    \* or 4 standard deviations of what chance gives, if that is more: 4 / sqrt(m), m the number of independent samples;
+    less than 1e-4 of the output range is not told. + and 8 standard deviations of the noise.
+
+    The residual is the measured minus the modelled output without its mean, over the fitted samples.
+
+    Parameters
+    ----------
+    u, y : arrays of n floats
+        Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs and None.
+    model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        Fitted to these records.
+    skip : int or list of int
+        Leading samples of each record that were not fitted.
+    dt : float or list of float, optional
+        Sampling interval in seconds, one for all records or one for each.
+    dead_time : float
+        What y lags u, in seconds; in samples where there is no dt.
+
+    Returns
+    -------
+    list of Finding
+        Empty if nothing was found.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> actuator = mh.paper.table_1_recovered()
+    >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)  # full strokes alone
+    >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
+    ...     print(found.code, found.value, found.limit)
+    no_minor_loops 0.0 2.0
+    >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
+    >>> y = actuator.forward().run(made.drive)
+    >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
+    []
+    """
+
+def loop_width(u: ArrayLike, y: ArrayLike) -> float | None:
+    """The widest distance between falling and rising outputs of full strokes at the same input.
+
+    A full stroke leads from the lowest to the highest twentieth of the input range, or back. The outputs of all rising
+    strokes are averaged in fifty parts of the range, those of the falling ones likewise, so noise averages out. Compare
+    what was measured with what a model makes of the same input; a lag widens the loops of both.
+
+    Parameters
+    ----------
+    u, y : arrays of n floats
+        Input (V) and output (um).
+
+    Returns
+    -------
+    float or None
+        In the unit of y; None without a full stroke in both directions.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
+    >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
+    0.49
+    """
 
 @final
 class SecondOrder:
+    """Second-order dynamics of unit static gain: y'' + 2 zeta w y' + w^2 y = w^2 u, w = 2 pi f.
+
+    The mass-spring-damper that follows the hysteresis in Remark 1 of the paper.
+
+    Parameters
+    ----------
+    frequency : float
+        Undamped natural frequency f in Hz.
+    damping : float
+        Damping ratio zeta: below 1 the step response rings at f sqrt(1 - zeta^2).
+
+    Raises
+    ------
+    ValueError
+        Unless both are finite and above 0.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.plant.SecondOrder(2000.0, 0.03)
+    >>> stage.response([1.0] * 4, dt=1e-4).round(3)
+    array([0.   , 0.674, 1.733, 1.739])
+    """
+
     def __new__(cls, frequency: float, damping: float) -> SecondOrder: ...
     @property
-    def frequency(self) -> float: ...
+    def frequency(self) -> float:
+        """Undamped natural frequency in Hz."""
     @property
-    def damping(self) -> float: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
-    def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
+    def damping(self) -> float:
+        """Damping ratio."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+
+        y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+        u[k] from y[k + 1] on.
+        """
+    def frequency_response(self, frequencies: ArrayLike) -> _Complex:
+        """The complex gain at frequencies in Hz."""
     @property
-    def poles(self) -> _Complex: ...
+    def poles(self) -> _Complex:
+        """The poles in radians per second."""
     @property
-    def zeros(self) -> _Complex: ...
+    def zeros(self) -> _Complex:
+        """The finite zeros in radians per second."""
     @property
-    def static_gain(self) -> float: ...
+    def static_gain(self) -> float:
+        """The output that a constant input of 1 leads to."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class FirstOrder:
+    """A first-order lag of unit static gain: tau y' + y = u, tau = 1 / (2 pi f).
+
+    Parameters
+    ----------
+    frequency : float
+        Cut-off frequency f in Hz, where a sine passes by 1/sqrt(2).
+
+    Raises
+    ------
+    ValueError
+        Unless it is finite and above 0.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> amplifier = mh.plant.FirstOrder(279.0)
+    >>> amplifier.response([1.0, 1.0, 1.0], dt=1e-4).round(4)
+    array([0.    , 0.1608, 0.2957])
+    """
+
     def __new__(cls, frequency: float) -> FirstOrder: ...
     @staticmethod
-    def from_time_constant(time_constant: float) -> FirstOrder: ...
+    def from_time_constant(time_constant: float) -> FirstOrder:
+        """A lag with the time constant tau in seconds.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> round(mh.plant.FirstOrder.from_time_constant(1e-3).frequency, 3)
+        159.155
+        """
     @property
-    def frequency(self) -> float: ...
+    def frequency(self) -> float:
+        """Cut-off frequency in Hz."""
     @property
-    def time_constant(self) -> float: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
-    def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
+    def time_constant(self) -> float:
+        """tau in seconds."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+
+        y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+        u[k] from y[k + 1] on.
+        """
+    def frequency_response(self, frequencies: ArrayLike) -> _Complex:
+        """The complex gain at frequencies in Hz."""
     @property
-    def poles(self) -> _Complex: ...
+    def poles(self) -> _Complex:
+        """The poles in radians per second."""
     @property
-    def zeros(self) -> _Complex: ...
+    def zeros(self) -> _Complex:
+        """The finite zeros in radians per second."""
     @property
-    def static_gain(self) -> float: ...
+    def static_gain(self) -> float:
+        """The output that a constant input of 1 leads to."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class Antiresonance:
+    """An antiresonance and the resonance that belongs to it, of unit static gain.
+
+    G(s) = ((s/w_a)^2 + 2 zeta_a s/w_a + 1) / ((s/w)^2 + 2 zeta s/w + 1): at the antiresonance a part of the structure takes up
+    the force that would move the position.
+
+    Parameters
+    ----------
+    zero, pole : SecondOrder
+        Frequency and damping of the antiresonance, and of the resonance.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> pair = mh.plant.Antiresonance(mh.plant.SecondOrder(600.0, 0.01), mh.plant.SecondOrder(650.0, 0.01))
+    >>> bool(abs(pair.frequency_response([600.0])[0]) < 0.2)
+    True
+    """
+
     def __new__(cls, zero: SecondOrder, pole: SecondOrder) -> Antiresonance: ...
     @property
-    def zero(self) -> SecondOrder: ...
+    def zero(self) -> SecondOrder:
+        """The antiresonance."""
     @property
-    def pole(self) -> SecondOrder: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
-    def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
+    def pole(self) -> SecondOrder:
+        """The resonance."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+
+        y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+        u[k] from y[k + 1] on.
+        """
+    def frequency_response(self, frequencies: ArrayLike) -> _Complex:
+        """The complex gain at frequencies in Hz."""
     @property
-    def poles(self) -> _Complex: ...
+    def poles(self) -> _Complex:
+        """The poles in radians per second."""
     @property
-    def zeros(self) -> _Complex: ...
+    def zeros(self) -> _Complex:
+        """The finite zeros in radians per second."""
     @property
-    def static_gain(self) -> float: ...
+    def static_gain(self) -> float:
+        """The output that a constant input of 1 leads to."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class Modes:
+    """Second-order modes in parallel: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1).
+
+    The modal form of a mechanical structure. Where neighbours have gains of the same sign there is an antiresonance between
+    them. Dynamics that follow each other are given in a list instead.
+
+    Parameters
+    ----------
+    gains : array of n floats
+        The share of each mode in the static gain; their sum must not be 0.
+    modes : sequence of n SecondOrder
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> modes = mh.plant.Modes([0.8, 0.2], [mh.plant.SecondOrder(800.0, 0.02), mh.plant.SecondOrder(1500.0, 0.01)])
+    >>> modes.static_gain, modes.zeros.size
+    (1.0, 2)
+    """
+
     def __new__(cls, gains: ArrayLike, modes: Iterable[SecondOrder]) -> Modes: ...
     @property
-    def gains(self) -> _Vector: ...
+    def gains(self) -> _Vector:
+        """The share of each mode in the static gain, read-only."""
     @property
-    def modes(self) -> tuple[SecondOrder, ...]: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
-    def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
+    def modes(self) -> tuple[SecondOrder, ...]:
+        """The resonances."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+
+        y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+        u[k] from y[k + 1] on.
+        """
+    def frequency_response(self, frequencies: ArrayLike) -> _Complex:
+        """The complex gain at frequencies in Hz."""
     @property
-    def poles(self) -> _Complex: ...
+    def poles(self) -> _Complex:
+        """The poles in radians per second."""
     @property
-    def zeros(self) -> _Complex: ...
+    def zeros(self) -> _Complex:
+        """The finite zeros in radians per second."""
     @property
-    def static_gain(self) -> float: ...
+    def static_gain(self) -> float:
+        """The output that a constant input of 1 leads to."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class StateSpace:
+    """Stable linear dynamics of one input and one output in continuous time: x' = A x + b u, y = c x + d u.
+
+    Time is in seconds. The static gain d - c A^-1 b is not 0.
+
+    Parameters
+    ----------
+    a : array of shape (n, n)
+    b, c : arrays of n floats
+    d : float
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> lag = mh.plant.StateSpace([[-500.0]], [2.0], [250.0], 0.0)
+    >>> same = mh.plant.StateSpace.from_transfer_function([1.0], [0.002, 1.0])
+    >>> bool(abs(lag.frequency_response([80.0]) - same.frequency_response([80.0]))[0] < 1e-15)
+    True
+    """
+
     def __new__(cls, a: ArrayLike, b: ArrayLike, c: ArrayLike, d: float = 0.0) -> StateSpace: ...
     @staticmethod
-    def from_transfer_function(numerator: ArrayLike, denominator: ArrayLike) -> StateSpace: ...
+    def from_transfer_function(numerator: ArrayLike, denominator: ArrayLike) -> StateSpace:
+        """From the coefficients of numerator and denominator, the highest power of s (in radians per second) first."""
     @property
-    def a(self) -> _Matrix: ...
+    def a(self) -> _Matrix:
+        """A, in 1/s."""
     @property
-    def b(self) -> _Vector: ...
+    def b(self) -> _Vector:
+        """b."""
     @property
-    def c(self) -> _Vector: ...
+    def c(self) -> _Vector:
+        """c."""
     @property
-    def d(self) -> float: ...
-    def to_control(self) -> Any: ...
-    def to_scipy(self) -> Any: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
-    def frequency_response(self, frequencies: ArrayLike) -> _Complex: ...
+    def d(self) -> float:
+        """d: what passes at once."""
+    def to_control(self) -> Any:
+        """The same as a StateSpace of the package control, which must be installed."""
+    def to_scipy(self) -> Any:
+        """The same as a scipy.signal.StateSpace; scipy must be installed."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+
+        y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+        u[k] from y[k + 1] on.
+        """
+    def frequency_response(self, frequencies: ArrayLike) -> _Complex:
+        """The complex gain at frequencies in Hz."""
     @property
-    def poles(self) -> _Complex: ...
+    def poles(self) -> _Complex:
+        """The poles in radians per second."""
     @property
-    def zeros(self) -> _Complex: ...
+    def zeros(self) -> _Complex:
+        """The finite zeros in radians per second."""
     @property
-    def static_gain(self) -> float: ...
+    def static_gain(self) -> float:
+        """The output that a constant input of 1 leads to."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -876,14 +2186,61 @@ _Dynamics: TypeAlias = _Section | Sequence[_Section]
 
 @final
 class Creep:
+    """Log-type creep as a sum of first-order lags: y = x + sum_k c_k x_k, tau_k x_k' + x_k = x.
+
+    After a step of x the output is there at once and then creeps on to (1 + sum_k c_k) x.
+
+    Parameters
+    ----------
+    amplitudes : array of n floats
+        c_k, as shares of x.
+    time_constants : array of n floats
+        tau_k in seconds, strictly increasing.
+
+    Raises
+    ------
+    ValueError
+        That names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> creep = mh.plant.Creep.logarithmic(0.02, start=0.01, end=1000.0, terms=10)
+    >>> position = creep.response([1.0] * 1000, dt=0.01)
+    >>> round(float(position[999] - position[99]), 4)  # from 1 s to 10 s after the step: 2 % per decade
+    0.02
+    """
+
     def __new__(cls, amplitudes: ArrayLike, time_constants: ArrayLike) -> Creep: ...
     @staticmethod
-    def logarithmic(gamma: float, start: float, end: float, terms: int) -> Creep: ...
+    def logarithmic(gamma: float, start: float, end: float, terms: int) -> Creep:
+        """The usual law of creep after a step to x: y(t) = x (1 + gamma log10(t / start)), from `start` to `end`.
+
+        Parameters
+        ----------
+        gamma : float
+            The share by which the position grows per decade: 0.01 to 0.02 for stacks of PZT.
+        start, end : float
+            Seconds after the step: where the law begins (y = x there) and where creep ends.
+        terms : int
+            How many lags: two per decade keep the ripple below 1e-3 gamma.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> mh.plant.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
+        array([0.01, 0.01])
+        """
     @property
-    def amplitudes(self) -> _Vector: ...
+    def amplitudes(self) -> _Vector:
+        """c_k, read-only."""
     @property
-    def time_constants(self) -> _Vector: ...
-    def response(self, u: ArrayLike, dt: float) -> _Vector: ...
+    def time_constants(self) -> _Vector:
+        """tau_k in seconds, read-only."""
+    def response(self, u: ArrayLike, dt: float) -> _Vector:
+        """The response to `u` from rest at zero, each input held for `dt` seconds: y[k] is the output at the moment at which
+        u[k] is put out.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -893,6 +2250,53 @@ _Points: TypeAlias = tuple[list[float], list[float]]
 
 @final
 class Stage:
+    """A whole stage: limits, dead time, amplifier, hysteresis, creep, modes and sensor noise in one object.
+
+    limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
+
+    Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
+    parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
+
+    Parameters
+    ----------
+    hysteresis : ModifiedPrandtlIshlinskii or PrandtlIshlinskii
+    limits : (float, float), optional
+        The drive never leaves (low, high), in the unit of the drive.
+    slew : float, optional
+        How fast the drive may change, per second.
+    dead_time : float
+        What the sensor shows later than hysteresis and modes explain, in seconds, for a drive that is put out at t_k and held,
+        and a position that is read at t_k.
+    amplifier_bandwidth : float, optional
+        Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
+    dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
+        What follows the hysteresis.
+    creep : Creep, optional
+    input_map, output_map : (array, array), optional
+        The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
+    noise : float, optional
+        Rms noise of the sensor, in the unit of the position.
+    units : (str, str)
+        Names of the units of drive and position.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(
+    ...     mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dead_time=1e-4,
+    ...     dynamics=mh.plant.SecondOrder(800.0, 0.02), creep=mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8))
+    >>> target = mh.signals.sine(2.5, 10.0, seconds=0.3, rate=10e3)
+    >>> drive = stage.precompensate(target, dt=1e-4)
+    >>> error = stage.forward(dt=1e-4).run(drive) - target
+    >>> bool(abs(error[1000:]).max() < 1e-3)  # um
+    True
+    """
+
     def __new__(
         cls,
         hysteresis: _Model,
@@ -909,38 +2313,60 @@ class Stage:
         units: tuple[str, str] = ("V", "um"),
     ) -> Stage: ...
     @property
-    def hysteresis(self) -> ModifiedPrandtlIshlinskii: ...
+    def hysteresis(self) -> ModifiedPrandtlIshlinskii:
+        """The hysteresis."""
     @property
-    def limits(self) -> tuple[float, float] | None: ...
+    def limits(self) -> tuple[float, float] | None:
+        """The limits of the drive (low, high), or None."""
     @property
-    def slew(self) -> float | None: ...
+    def slew(self) -> float | None:
+        """How fast the drive may change, per second, or None."""
     @property
-    def dead_time(self) -> float: ...
+    def dead_time(self) -> float:
+        """What the sensor shows later than hysteresis and modes explain, in seconds."""
     @property
-    def amplifier_bandwidth(self) -> float | None: ...
+    def amplifier_bandwidth(self) -> float | None:
+        """Cut-off frequency of the amplifier in Hz, or None."""
     @property
-    def dynamics(self) -> _Section | tuple[_Section, ...] | None: ...
+    def dynamics(self) -> _Section | tuple[_Section, ...] | None:
+        """What follows the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None."""
     @property
-    def creep(self) -> Creep | None: ...
+    def creep(self) -> Creep | None:
+        """The creep, or None."""
     @property
-    def input_map(self) -> _Points | None: ...
+    def input_map(self) -> _Points | None:
+        """The points (x, y) of the map in front of the hysteresis, or None."""
     @property
-    def output_map(self) -> _Points | None: ...
+    def output_map(self) -> _Points | None:
+        """The points (x, y) of the map behind the hysteresis, or None."""
     @property
-    def noise(self) -> float | None: ...
+    def noise(self) -> float | None:
+        """Rms noise of the sensor, in the unit of the position, or None."""
     @property
-    def units(self) -> tuple[str, str]: ...
+    def units(self) -> tuple[str, str]:
+        """The units of drive and position."""
     @property
-    def identified(self) -> dict[str, Any] | None: ...
+    def identified(self) -> dict[str, Any] | None:
+        """What identification knows of the stage, as a dictionary: ranges, sampling intervals, errors, covariance, warnings,
+        names and SHA-256 of the records. None for a stage that was made from its parts.
+        """
     @property
-    def drive_range(self) -> tuple[float, float] | None: ...
+    def drive_range(self) -> tuple[float, float] | None:
+        """Between which drives what runs stays by default: the limits within the range that was identified."""
     @property
-    def position_range(self) -> tuple[float, float] | None: ...
+    def position_range(self) -> tuple[float, float] | None:
+        """The lowest and the highest position between these drives, or None."""
     @property
-    def slope_range(self) -> tuple[float, float]: ...
-    def forward(self, dt: float) -> StageForward: ...
-    def inverse(self, dt: float, limits: Sequence[float] | None = None) -> StageInverse: ...
-    def bracket(self, limits: Sequence[float] | None = None) -> Bracket: ...
+    def slope_range(self) -> tuple[float, float]:
+        """The lowest and the highest slope of the position over the drive."""
+    def forward(self, dt: float) -> StageForward:
+        """The whole chain, sample by sample, at rest."""
+    def inverse(self, dt: float, limits: Sequence[float] | None = None) -> StageInverse:
+        """The exact inverse of maps, hysteresis and creep, sample by sample, at rest; `limits` must lie within the stage's, by
+        default `drive_range`.
+        """
+    def bracket(self, limits: Sequence[float] | None = None) -> Bracket:
+        """How uncertain the output of the hysteresis is when its history between the limits is unknown."""
     def precompensate(
         self,
         reference: ArrayLike | _Trajectory,
@@ -949,8 +2375,41 @@ class Stage:
         limits: Sequence[float] | None = None,
         start: float | None = None,
         lead_in: float | None = None,
-    ) -> _Vector: ...
-    def tune(self, dt: float, peak_sensitivity: float = 1.7) -> Tuning: ...
+    ) -> _Vector:
+        """The drives that move the stage along a reference: the position that is read at t_k is reference[k].
+
+        The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
+        inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`.
+
+        Parameters
+        ----------
+        reference : array of n floats, or one of `trajectories`
+        dt : float
+            Sampling interval in seconds.
+        limits : (float, float), optional
+            Within those of the stage; by default `drive_range`.
+        start : float, optional
+            The drive at which the stage rests; by default 0, or the limit nearest to it.
+        lead_in : float, optional
+            Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
+            reference must begin where the stage is.
+
+        Returns
+        -------
+        array of n floats, or more by the samples of the lead-in
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+
+        Warns
+        -----
+        UserWarning
+            If limits or slew rate held drives back.
+        """
+    def tune(self, dt: float, peak_sensitivity: float = 1.7) -> Tuning:
+        """Gains of the feedback for every slope of the hysteresis: as `control.tune`."""
     def preview(
         self,
         dt: float,
@@ -958,7 +2417,8 @@ class Stage:
         *,
         window: int | None = None,
         degree: int | None = None,
-    ) -> Preview: ...
+    ) -> Preview:
+        """The window of references that leads through the inverse of amplifier, modes and dead time: as `control.preview`."""
     def controller(
         self,
         dt: float,
@@ -968,8 +2428,36 @@ class Stage:
         kp: float | None = None,
         ki: float | None = None,
         ahead: int | None = None,
-    ) -> HybridController: ...
-    def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer: ...
+    ) -> HybridController:
+        """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+
+        Parameters
+        ----------
+        dt : float
+            Sampling interval in seconds.
+        limits : (low, high), optional
+            Within those of the stage; by default `drive_range`.
+        feedforward : "inverse", "preview" or "given"
+            The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples early,
+            through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
+        kp, ki : float, optional
+            Gains in V/um and V/um/s instead of tuned ones.
+        ahead : int, optional
+            How many samples early references come, for "preview"; by default 4 more than the dead time.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+        >>> controller, plant = stage.controller(dt=1e-4), stage.plant(dt=1e-4)
+        >>> for reference in mh.signals.sine(2.0, 10.0, seconds=0.2, rate=10e3):
+        ...     drive = controller.step(reference, plant.measured)
+        ...     _ = plant.step(drive)
+        >>> abs(controller.terms.error) < 0.05
+        True
+        """
+    def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
+        """An observer of this stage: as `control.Observer`."""
     def iterative_learning(
         self,
         target: ArrayLike,
@@ -980,7 +2468,8 @@ class Stage:
         ki: float | None = None,
         min_gain: float = 0.15,
         target_limits: Sequence[float] | None = None,
-    ) -> IterativeLearning: ...
+    ) -> IterativeLearning:
+        """Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given."""
     def repetitive_control(
         self,
         period: int,
@@ -992,7 +2481,8 @@ class Stage:
         gain: float = 0.3,
         settle: int = 1,
         limit: float | None = None,
-    ) -> RepetitiveControl: ...
+    ) -> RepetitiveControl:
+        """Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given."""
     def plant(
         self,
         dt: float,
@@ -1001,7 +2491,8 @@ class Stage:
         dac_bits: int | None = None,
         adc_bits: int | None = None,
         adc_range: Sequence[float] | None = None,
-    ) -> Plant: ...
+    ) -> Plant:
+        """This stage between converters, with the noise of its sensor: as `plant.Plant`."""
     def simulate(
         self,
         reference: ArrayLike | _Trajectory,
@@ -1014,118 +2505,245 @@ class Stage:
         seed: int = 0,
         period: float | None = None,
         progress: Callable[[float], object] | None = None,
-    ) -> Run: ...
-    def to_control(self) -> Any: ...
-    def to_scipy(self) -> Any: ...
-    def save(self, path: str | PathLike[str]) -> None: ...
-    def replace(self, **changes: Any) -> Stage: ...
+    ) -> Run:
+        """Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
+
+        `period` of the reference in samples makes `settled` of the run leave out the first.
+        """
+    def to_control(self) -> Any:
+        """The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it."""
+    def to_scipy(self) -> Any:
+        """The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it."""
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the stage to a JSON file; the file appears only when it is complete."""
+    def replace(self, **changes: Any) -> Stage:
+        """A copy with other keywords: those of the constructor but for the hysteresis."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class StageForward:
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def advance(self, drive: float) -> float: ...
-    def follow(self, drives: ArrayLike) -> None: ...
-    def settle(self, drive: float) -> float: ...
-    def reset(self) -> None: ...
+    """The position of a stage, sample by sample: made by `stage.forward(dt)`.
+
+    `step(u)` returns the row y(k) of a record: the position at the moment at which the drive u(k) is put out. `advance(u)`
+    returns the position one interval later, just before the next drive: what a controller reads next.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), dead_time=1e-4)
+    >>> forward = stage.forward(dt=1e-4)
+    >>> forward.run([100.0, 100.0, 100.0, 100.0]).round(3)  # one sample of dead time, one that the mode needs
+    array([0.   , 0.   , 0.012, 0.043])
+    """
+
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def advance(self, drive: float) -> float:
+        """Holds a drive for one sampling interval and returns the position at its end, just before the next drive."""
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first, one per sampling interval."""
+    def settle(self, drive: float) -> float:
+        """At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
+        Returns the position.
+        """
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
     @property
-    def position(self) -> float: ...
+    def position(self) -> float:
+        """The last position."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class StageInverse:
-    def step(self, sample: float, /) -> float: ...
-    def peek(self, sample: float, /) -> float: ...
-    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector: ...
-    def set_model(self, model: _Model) -> None: ...
-    def follow(self, drives: ArrayLike) -> None: ...
-    def settle(self, drive: float) -> float: ...
-    def reset(self) -> None: ...
+    """The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
+
+    It inverts input map, hysteresis, output map and creep. The drive never leaves the limits; a target out of reach puts it
+    at a limit and sets `saturated`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> creep = mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8)
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), creep=creep, limits=(-500.0, 500.0))
+    >>> forward, inverse = stage.forward(dt=1e-4), stage.inverse(dt=1e-4)
+    >>> target = mh.signals.sine(2.5, 10.0, seconds=0.2, rate=10e3)
+    >>> bool(abs(forward.run(inverse.run(target)) - target).max() < 1e-13)
+    True
+    """
+
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def set_model(self, model: _Model) -> None:
+        """Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the drive.
+
+        Raises ValueError that names what differs; the stream is as before then.
+        """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first, one per sampling interval."""
+    def settle(self, drive: float) -> float:
+        """At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
+        Returns the position.
+        """
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
     @property
-    def drive(self) -> float: ...
+    def drive(self) -> float:
+        """The last drive."""
     @property
-    def limits(self) -> tuple[float, float] | None: ...
+    def limits(self) -> tuple[float, float] | None:
+        """The limits of the drive (low, high), or None."""
     @property
-    def memory(self) -> _Vector: ...
+    def memory(self) -> _Vector:
+        """The reversals of the input of the hysteresis that still determine its output, oldest first."""
     @property
-    def saturated(self) -> bool: ...
+    def saturated(self) -> bool:
+        """Whether the last target was out of reach and the drive is at a limit."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
 
 @final
 class Bracket:
-    def step(self, drive: float) -> tuple[float, float]: ...
-    def follow(self, drives: ArrayLike) -> None: ...
+    """How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
+    `stage.bracket()`.
+
+    Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
+    shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> bracket = mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]).bracket(limits=(-10.0, 10.0))
+    >>> bracket.step(3.0), bracket.width
+    ((3.5, 5.5), 2.0)
+    >>> bracket.step(10.0), bracket.width  # a full stroke
+    ((14.0, 14.0), 0.0)
+    """
+
+    def step(self, drive: float) -> tuple[float, float]:
+        """Takes a drive; the lowest and the highest output that there can be."""
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first."""
     @property
-    def outputs(self) -> tuple[float, float]: ...
+    def outputs(self) -> tuple[float, float]:
+        """The lowest and the highest output that there can be now."""
     @property
-    def width(self) -> float: ...
+    def width(self) -> float:
+        """The highest minus the lowest output."""
     @property
-    def limits(self) -> tuple[float, float]: ...
+    def limits(self) -> tuple[float, float]:
+        """The limits (low, high) between which the unknown history lies."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Nothing is known of the history."""
 
 @final
 class DynamicsIdentification:
+    """What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
+
+    Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
+
+    - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
+      domain, or a plain dead time fits as well: the record does not tell the dynamics. Drive with a chirp or step that
+      reaches the resonance.
+    - "damping_undetermined": the same, of the damping, at 25 %.
+    - "dead_time_undetermined": the same, of the dead time, at a quarter of a sample.
+    - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
+    - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
+      are too small.
+    """
+
     @property
-    def model(self) -> _Model: ...
+    def model(self) -> _Model:
+        """The hysteresis model that was given."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
     @property
-    def dynamics(self) -> _Lag | None: ...
+    def dynamics(self) -> _Lag | None:
+        """The SecondOrder or FirstOrder that was fitted, of unit static gain."""
     @property
-    def dead_time(self) -> float: ...
+    def dead_time(self) -> float:
+        """What the output lags the input besides, in seconds."""
     @property
-    def lag(self) -> float: ...
+    def lag(self) -> float:
+        """How much later slow motion is seen: dead time and lag of the dynamics together, in seconds."""
     @property
-    def creep(self) -> Creep | None: ...
+    def creep(self) -> Creep | None:
+        """The Creep, or None if none was asked for."""
     @property
-    def gain(self) -> float: ...
+    def gain(self) -> float:
+        """What multiplies the model's output: 1 if the model is right."""
     @property
-    def output_offset(self) -> float: ...
+    def output_offset(self) -> float:
+        """What is added to gain times the model's output, in the unit of the output."""
     @property
-    def frequency_std(self) -> float: ...
+    def frequency_std(self) -> float:
+        """Standard error of the frequency in Hz."""
     @property
-    def damping_std(self) -> float: ...
+    def damping_std(self) -> float:
+        """Standard error of the damping ratio; 0 for a first-order lag."""
     @property
-    def dead_time_std(self) -> float: ...
+    def dead_time_std(self) -> float:
+        """Standard error of the dead time in seconds; 0 if it was given."""
     @property
-    def lag_std(self) -> float: ...
+    def lag_std(self) -> float:
+        """Standard error of the lag in seconds."""
     @property
-    def creep_std(self) -> _Vector: ...
+    def creep_std(self) -> _Vector:
+        """Standard errors of the searched amplitudes of creep."""
     @property
-    def parameters(self) -> list[str]: ...
+    def parameters(self) -> list[str]:
+        """The names of what was estimated, in the order of `covariance`; `weights[0]` is the gain."""
     @property
-    def covariance(self) -> _Matrix: ...
+    def covariance(self) -> _Matrix:
+        """The covariance of `parameters`: what was given or lies at a bound is left out."""
     @property
-    def noise(self) -> float: ...
+    def noise(self) -> float:
+        """Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output."""
     @property
-    def warnings(self) -> list[Finding]: ...
+    def warnings(self) -> list[Finding]:
+        """What makes the numbers doubtful; empty if nothing does."""
     @property
-    def fit(self) -> Quality: ...
+    def fit(self) -> Quality:
+        """The errors over the fitted samples."""
     @property
-    def evaluations(self) -> int: ...
-    def predict(self, u: ArrayLike) -> _Vector: ...
+    def evaluations(self) -> int:
+        """How many passes over the record the search took."""
+    def predict(self, u: ArrayLike) -> _Vector:
+        """The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value."""
 
 def identify_dynamics(
     u: ArrayLike,
@@ -1137,10 +2755,95 @@ def identify_dynamics(
     dead_time: Literal["fit"] | float = "fit",
     creep: Literal["auto"] | int | ArrayLike | None = None,
     skip: int = 0,
-) -> DynamicsIdentification: ...
+) -> DynamicsIdentification:
+    """Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.
+
+    y = output_offset + gain G[creep[v]], v = model.forward().run(u), G of second order or a first-order lag, with a dead time,
+    discretised exactly. y[k] is read at the moment at which u[k] is put out. v is at rest at its first value before the record,
+    so start a step record a sample or more before the step.
+
+    Parameters
+    ----------
+    u, y : arrays of n floats
+        Input (V) and measured output (um): a chirp or a step that reaches the resonance.
+    model : PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        From a slow record, by `identify`.
+    dt : float
+        Sampling interval in seconds.
+    order : 2 or 1
+        Second-order dynamics or a first-order lag. Searched up to half the sampling rate.
+    dead_time : "fit" or float
+        What y lags u besides, in seconds: searched up to a tenth of the record.
+    creep : None, "auto", int or array
+        Log-type creep with one amplitude, so many terms a decade apart, or these time constants in seconds.
+    skip : int
+        Leading samples that set the memory but are not fitted.
+
+    Returns
+    -------
+    DynamicsIdentification
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> model = mh.paper.table_1_recovered()
+    >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
+    >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um, a record: yours is measured
+    >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
+    >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
+    (800.0, 0.05, [])
+    """
 
 @final
 class Plant:
+    """A stage between its two converters, as a controller sees it: drive in, measurement out.
+
+    `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement, read
+    just before the next drive is put out. `run(drives)` returns the rows of a record instead. A plant starts at rest: the drive
+    has been 0, or the limit nearest to it, since forever. A drive beyond the limits is clamped, one that is not finite leaves
+    the one before; either is counted.
+
+    Parameters
+    ----------
+    stage : Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        A model with the keywords `dynamics`, `amplifier_bandwidth`, `creep`, `dead_time`, `noise` and `limits`, which mean what
+        they mean for a Stage, makes a stage.
+    dt : float
+        Sampling interval in seconds.
+    seed : int
+        Seed of the noise: the same seed gives the same numbers. White Gaussian noise by xoshiro256++ and the ziggurat method.
+    dac_bits : int, optional
+        D/A converter: the nearest of 2^bits levels from one limit to the other, both included. Needs `limits`.
+    adc_bits, adc_range : int and (low, high), optional
+        A/D converter: the nearest of 2^bits levels from low to high, in the unit of the position.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
+    ...                        limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), dt=1e-4, seed=1)
+    >>> measured, position = plant.run([300.0] * 100)
+    >>> bool(position[0] == 0.0), bool(abs(position[-1] - plant.position) < 1e-3)
+    (True, True)
+    >>> plant.reset()
+    >>> bool(plant.step(300.0) == measured[1])
+    True
+    >>> _ = plant.step(float("nan")), plant.step(900.0)
+    >>> plant.drive, plant.rejected, plant.clamped
+    (560.0, 1, 1)
+    """
+
     def __new__(
         cls,
         stage: _Model | Stage,
@@ -1157,60 +2860,127 @@ class Plant:
         noise: float | None = None,
         limits: Sequence[float] | None = None,
     ) -> Plant: ...
-    def step(self, drive: float) -> float: ...
-    def run(self, drives: ArrayLike) -> tuple[_Vector, _Vector]: ...
-    def reset(self) -> None: ...
+    def step(self, drive: float) -> float:
+        """Holds the drive for one sampling interval and returns the measurement at its end."""
+    def run(self, drives: ArrayLike) -> tuple[_Vector, _Vector]:
+        """Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
+        is put out.
+        """
+    def reset(self) -> None:
+        """Back to the start, at rest: the same drives give the same measurements again, noise included."""
     @property
-    def stage(self) -> Stage: ...
-    def copy(self) -> Plant: ...
+    def stage(self) -> Stage:
+        """The stage between the converters."""
+    def copy(self) -> Plant:
+        """A plant in the same state that goes on by itself."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included."""
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     @property
-    def measured(self) -> float: ...
+    def measured(self) -> float:
+        """The measurement of now, um."""
     @property
-    def position(self) -> float: ...
+    def position(self) -> float:
+        """The true position of now, um."""
     @property
-    def drive(self) -> float: ...
+    def drive(self) -> float:
+        """The drive that the D/A converter put out last, V."""
     @property
-    def limits(self) -> tuple[float, float] | None: ...
+    def limits(self) -> tuple[float, float] | None:
+        """The limits of the drive (low, high), or None."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """Sampling interval in seconds."""
     @property
-    def sub_steps(self) -> int: ...
+    def sub_steps(self) -> int:
+        """Sub-steps per sample: 1, or 8 to 64 if an amplifier comes before hysteresis and dynamics:
+        ceil(16 2 pi (f_amplifier + f_dynamics) dt).
+        """
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """How many drives were not finite, or beyond 1e100: the one before was held."""
     @property
-    def clamped(self) -> int: ...
+    def clamped(self) -> int:
+        """How many drives were clamped to the limits."""
     @property
-    def overrange(self) -> int: ...
+    def overrange(self) -> int:
+        """How many measurements were clamped to the range of the A/D converter."""
 
 @final
 class Metrics:
+    """The errors of a run, or of a part of it.
+
+    The measured error is reference - measured, what the paper plots; the position error is reference - position, what
+    matters, and free of measurement noise.
+    """
+
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """How many samples they are of."""
     @property
-    def max_error(self) -> float: ...
+    def max_error(self) -> float:
+        """Largest magnitude of the measured error, um."""
     @property
-    def rmse(self) -> float: ...
+    def rmse(self) -> float:
+        """Root mean square of the measured error, um."""
     @property
-    def max_position_error(self) -> float: ...
+    def max_position_error(self) -> float:
+        """Largest magnitude of the position error, um."""
     @property
-    def position_rmse(self) -> float: ...
+    def position_rmse(self) -> float:
+        """Root mean square of the position error, um."""
     @property
-    def range(self) -> float: ...
+    def range(self) -> float:
+        """Peak-to-peak of the reference, um: the base of `hysteresis_percent`."""
     @property
-    def hysteresis_percent(self) -> float | None: ...
+    def hysteresis_percent(self) -> float | None:
+        """Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
+        calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
+        """
     @property
-    def drive_low(self) -> float: ...
+    def drive_low(self) -> float:
+        """Lowest drive, V."""
     @property
-    def drive_high(self) -> float: ...
+    def drive_high(self) -> float:
+        """Highest drive, V."""
     @property
-    def saturated_count(self) -> int: ...
+    def saturated_count(self) -> int:
+        """At how many samples the drive was at a limit of the plant."""
 
 @final
 class Run:
+    """The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
+
+    At the moment of sample k the position is position[k]; the controller reads measured[k], knows reference[k], and puts
+    out drive[k], which is held until the next sample.
+
+    Parameters
+    ----------
+    reference, measured, position, drive : arrays of n floats
+        um, um, um and V.
+    limits : (low, high), optional
+        Of the drive: what counts as saturated.
+    period : float, optional
+        Of the reference, in samples: `settled` leaves out the first.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument and the sample: four arrays of the same length, at least one sample, all finite.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> run = mh.plant.Run([0.0, 2.0, 0.0, -2.0], [0.0, 1.5, 0.25, -2.0], [0.0, 1.75, 0.0, -2.0], [9.0, 0.0, -9.0, 0.0],
+    ...              limits=(-9.0, 9.0), period=2)
+    >>> run.metrics.max_error, run.metrics.max_position_error, run.metrics.saturated_count
+    (0.5, 0.25, 2)
+    >>> run.metrics.hysteresis_percent, run.settled.max_error
+    (12.5, 0.25)
+    """
+
     def __new__(
         cls,
         reference: ArrayLike,
@@ -1222,21 +2992,29 @@ class Run:
         period: float | None = None,
     ) -> Run: ...
     @property
-    def reference(self) -> _Vector: ...
+    def reference(self) -> _Vector:
+        """Where the position should be, um."""
     @property
-    def measured(self) -> _Vector: ...
+    def measured(self) -> _Vector:
+        """What the controller read, um."""
     @property
-    def position(self) -> _Vector: ...
+    def position(self) -> _Vector:
+        """Where the position was, um."""
     @property
-    def drive(self) -> _Vector: ...
+    def drive(self) -> _Vector:
+        """What was put out, V: quantised, within the limits, held where the controller gave no number."""
     @property
-    def limits(self) -> tuple[float, float] | None: ...
+    def limits(self) -> tuple[float, float] | None:
+        """The limits of the drive (low, high), or None."""
     @property
-    def period(self) -> float | None: ...
+    def period(self) -> float | None:
+        """The period of the reference in samples, or None."""
     @property
-    def metrics(self) -> Metrics: ...
+    def metrics(self) -> Metrics:
+        """The errors of the whole run."""
     @property
-    def settled(self) -> Metrics | None: ...
+    def settled(self) -> Metrics | None:
+        """The errors after the first period, or None if no period was given."""
     def __len__(self) -> int: ...
 
 @type_check_only
@@ -1255,14 +3033,182 @@ def simulate(
     model_update_interval: int = 1000,
     period: float | None = None,
     progress: Callable[[float], object] | None = None,
-) -> Run: ...
-def load(path: str | PathLike[str]) -> _Model | Stage: ...
-def write_file(path: str | PathLike[str], text: str) -> None: ...
-def table_1() -> ModifiedPrandtlIshlinskii: ...
-def table_1_recovered() -> ModifiedPrandtlIshlinskii: ...
-def table_2() -> ModifiedPrandtlIshlinskii: ...
-def plant(name: Literal["A1", "P3"], seed: int = 0) -> Plant: ...
-def gains(name: Literal["A1", "P3"]) -> tuple[float, float]: ...
+) -> Run:
+    """Lets a plant follow a reference under a controller, from the state in which both are.
+
+    At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
+    for one sampling interval. With a `HybridController` the loop runs in compiled code, and may have more around it. With
+    any other object its `step(reference, measurement)` is called. A reference that is not finite is refused before
+    anything moves. An exception ends the run and leaves controller and plant where they are. A controller in Python cannot
+    use the plant itself meanwhile.
+
+    Parameters
+    ----------
+    controller : HybridController or object
+        With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
+        stands at reference[0] for as many samples.
+    plant : Plant
+        What is driven.
+    reference : array of n floats
+        Where the position should be, um, at the plant's sampling interval.
+    target : array of n floats, optional
+        Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
+    observer : Observer, optional
+        The feedback sees its estimate instead of the measurement.
+    repetitive : RepetitiveControl, optional
+        Corrects the target in the loop. With a preview, give `target` too.
+    identifier : RecursiveIdentifier, optional
+        Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
+        For an exact inverse as feed-forward.
+    model_update_interval : int
+        Samples between two swaps.
+    period : float, optional
+        Of the reference, in samples: `settled` of the run leaves out the first.
+    progress : callable, optional
+        Called with the fraction done, now and then.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> kp, ki = mh.paper.gains("A1")
+    >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+    >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+    >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
+    True
+    >>> controller = mh.control.HybridController(
+    ...     inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560),
+    ...     preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+    ... )
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error < 0.01
+    True
+    """
+
+def load(path: str | PathLike[str]) -> _Model | Stage:
+    """Reads a stage or a model that `save` wrote.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A JSON file of schema "mpi_hyst/stage/1", "mpi_hyst/model/1" or "mpi_hyst/model/2".
+
+    Returns
+    -------
+    Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is cut off, of another schema, or holds what no stage or model may have.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh, tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "stage.json"
+    >>> mh.paper.table_1().save(path)
+    >>> mh.load(path) == mh.paper.table_1()
+    True
+    """
+
+def write_file(path: str | PathLike[str], text: str) -> None:
+    """Writes text to a file that appears only when it is complete: to a temporary neighbour first, then renamed."""
+
+def table_1() -> ModifiedPrandtlIshlinskii:
+    """Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
+
+    The printed weights keep one or two digits and are up to 31 % off; `table_1_recovered` is the actuator.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.paper.table_1().operators
+    20
+    """
+
+def table_1_recovered() -> ModifiedPrandtlIshlinskii:
+    """The forward model with the weights that Table II implies: w_i = 1/S'_i - 1/S'_(i-1).
+
+    S'_i is the sum of the first i + 1 weights of Table II. All 20 weights round to those of Table I.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> print(f"{mh.paper.table_1_recovered().forward().step(500.0):+.4f} um")
+    +3.0624 um
+    """
+
+def table_2() -> ModifiedPrandtlIshlinskii:
+    """Table II as printed: the parametric inverse, input um, output V.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> float(mh.paper.table_2().weights[0])
+    234.9005
+    """
+
+def plant(name: Literal["A1", "P3"], seed: int = 0) -> Plant:
+    """A plant that reproduces the published errors: the recovered weights, +-560 V, 10 kHz, noise, and linear dynamics.
+
+    With the positional law u = H^-1[r] + kp e + ki dt sum e, e = r - measured, the gains of `gains(name)`, the bank of
+    `table_2()` as H^-1 and a reference of 3.3 um over three periods, the maxima of |e| come out as published: 0.07 um
+    for the triangle of 1 Hz, and 0.098, 0.159, 0.224, 0.293 um for sines of 5, 10, 15, 20 Hz within 10 %. With the
+    closed-form inverse of the conventional model of the same weights and thresholds as H^-1 the triangle gives 0.10 um,
+    as published. Both plants do, so they are a benchmark, not proof of what the paper's stage was.
+
+    Parameters
+    ----------
+    name : "A1" or "P3"
+        "A1": second order, 400 Hz, damping 0.95; noise 16.0 nm rms. "P3": second order, 2 kHz, damping 0.03, after an
+        amplifier pole of 279 Hz; noise 16.4 nm rms.
+    seed : int
+        Of the noise: the same seed gives the same numbers.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> class PaperLaw:
+    ...     def __init__(self, kp, ki):
+    ...         self.kp, self.ki, self.sum = kp, ki, 0.0
+    ...         self.feed_forward = mh.paper.table_2().forward()
+    ...     def step(self, reference, measurement):
+    ...         error = reference - measurement
+    ...         self.sum += error * 1e-4  # s
+    ...         return self.feed_forward.step(reference) + self.kp * error + self.ki * self.sum
+    >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.15)  # um
+    >>> run = mh.plant.simulate(PaperLaw(*mh.paper.gains("A1")), mh.paper.plant("A1"), reference)
+    >>> bool(abs(run.metrics.max_error / 0.293 - 1.0) < 0.1)
+    True
+    """
+
+def gains(name: Literal["A1", "P3"]) -> tuple[float, float]:
+    """The gains (kp, ki) in V/um and V/um/s, with which the plant of that name gives the published errors.
+
+    Parameters
+    ----------
+    name : "A1" or "P3"
+        The plant.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.paper.gains("A1")
+    (60.0, 6000.0)
+    """
+
 def sine(
     amplitude: float,
     frequency: float,
@@ -1270,7 +3216,25 @@ def sine(
     seconds: float,
     rate: float = 10000.0,
     offset: float = 0.0,
-) -> _Vector: ...
+) -> _Vector:
+    """offset + amplitude sin(2 pi f t).
+
+    Parameters
+    ----------
+    amplitude, offset : float
+        In the unit of the signal.
+    frequency, rate : float
+        Cycles and samples per second, in Hz.
+    seconds : float
+        Duration.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.signals.sine(500.0, 1.0, seconds=2.0, rate=10_000).shape
+    (20000,)
+    """
+
 def triangle(
     amplitude: float,
     frequency: float,
@@ -1278,19 +3242,59 @@ def triangle(
     seconds: float,
     rate: float = 10000.0,
     offset: float = 0.0,
-) -> _Vector: ...
+) -> _Vector:
+    """A triangle that first rises.
+
+    Parameters
+    ----------
+    amplitude, offset : float
+        In the unit of the signal.
+    frequency, rate : float
+        Cycles and samples per second, in Hz.
+    seconds : float
+        Duration.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.signals.triangle(2.0, 1.0, seconds=1.0, rate=4)
+    array([ 0.,  2.,  0., -2.])
+    """
+
 def decaying_triangle(
     amplitude: float, frequency: float, *, cycles: float, rate: float = 10000.0, offset: float = 0.0
-) -> _Vector: ...
+) -> _Vector:
+    """A triangle of one cycle at full swing, which then shrinks to nothing: a record to identify from, or to demagnetise.
+
+    Parameters
+    ----------
+    amplitude, offset : float
+        Swing at the start, and the value around which the signal swings.
+    frequency, rate : float
+        Cycles and samples per second, in Hz.
+    cycles : float
+        Duration, the first cycle at full swing included.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=3, rate=4)[1::2]  # the reversals
+    array([ 1.   , -1.   ,  0.875, -0.625,  0.375, -0.125])
+    """
 
 @final
 class Excitation:
+    """An input to identify from: made by `excitation`."""
+
     @property
-    def drive(self) -> _Vector: ...
+    def drive(self) -> _Vector:
+        """The samples, from start to start."""
     @property
-    def initialization_samples(self) -> int: ...
+    def initialization_samples(self) -> int:
+        """How many samples come before the memory is known: the `skip` of `identify`."""
     @property
-    def reversals(self) -> _Vector: ...
+    def reversals(self) -> _Vector:
+        """Where the drive turns, in order: one stroke to either limit, one cycle at full swing, the decay."""
 
 def excitation(
     low: float,
@@ -1302,7 +3306,48 @@ def excitation(
     shape: Literal["triangle", "sine"] = "triangle",
     center: float | None = None,
     start: float | None = None,
-) -> Excitation: ...
+) -> Excitation:
+    """A drive to identify from: both limits, one cycle at full swing, then decaying reversals, within a slew limit.
+
+    Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `initialization_samples`
+    counts the samples before, to be skipped by `identify`. With as many cycles as the model has operators, a reversal
+    on the way up and one on the way down fall between any two neighbouring uniform thresholds. Every reversal is met by
+    a sample; small loops take less time than large ones.
+
+    Parameters
+    ----------
+    low, high : float
+        Limits of the drive (V): never left, both reached.
+    slew : float
+        Largest speed of the drive (V/s): never exceeded from sample to sample.
+    rate : float
+        Samples per second, in Hz: at least one sample must fit between the nearest reversals on one side.
+    cycles : int
+        Decaying cycles after the one at full swing.
+    shape : "triangle" or "sine"
+        Straight moves from reversal to reversal, or half cosines of the same largest speed.
+    center : float, optional
+        What the reversals decay to: the middle of the limits unless given.
+    start : float, optional
+        Where the drive starts and ends: zero, or the limit nearest to it, unless given.
+
+    Returns
+    -------
+    Excitation
+        With `drive`, `initialization_samples` and `reversals`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000.0)
+    >>> made
+    <Excitation: 11771 samples, 750 of them to initialize, 43 reversals>
+    >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
+    >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
+    >>> [round(ratio, 4) for ratio in found.ratios]
+    [0.95, 0.3, 0.35]
+    """
+
 def demagnetize(
     low: float,
     high: float,
@@ -1313,50 +3358,185 @@ def demagnetize(
     shape: Literal["triangle", "sine"] = "triangle",
     center: float | None = None,
     start: float | None = None,
-) -> _Vector: ...
+) -> _Vector:
+    """A decaying alternation that brings an actuator from any history to its virgin state, within a slew limit.
+
+    Let A be the first amplitude, the smaller distance from `center` to a limit. From any history within `center` +- A
+    it leaves every play within A / (4 cycles) of rest, and every coupled play with r >= rb and ra >= rc too, if
+    `center` is the input offset of the model. So the output that is left is at most A / (4 cycles) times the sum of
+    the weights but the first: of what a stroke of A moves, less than 1 / (4 cycles).
+
+    Parameters
+    ----------
+    low, high : float
+        Limits of the drive (V): never left.
+    slew : float
+        Largest speed of the drive (V/s): never exceeded from sample to sample.
+    rate : float
+        Samples per second, in Hz: at least one sample must fit between the nearest reversals on one side.
+    cycles : int
+        Cycles that the alternation takes to decay.
+    shape : "triangle" or "sine"
+        Straight moves from reversal to reversal, or half cosines of the same largest speed.
+    center : float, optional
+        What the alternation decays to: the middle of the limits unless given.
+    start : float, optional
+        Where the drive starts and ends: zero, or the limit nearest to it, unless given.
+
+    Returns
+    -------
+    array of float
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> actuator = mh.paper.table_1_recovered()
+    >>> stream = actuator.forward()
+    >>> left = stream.run([500.0, 0.0])[-1]                  # um
+    >>> drive = mh.signals.demagnetize(-500.0, 500.0, slew=2000.0, rate=1000.0)
+    >>> bool(abs(stream.run(drive)[-1]) < 500.0 / (4 * 20) * actuator.weights[1:].sum())
+    True
+    >>> bool(abs(stream.step(0.0)) < 0.001 * left)
+    True
+    """
 
 @final
 class Sine:
+    """r(t) = offset + amplitude sin(2 pi f t), with its derivatives.
+
+    Parameters
+    ----------
+    amplitude, offset : float
+        In the unit of the position.
+    frequency : float
+        Cycles per second, in Hz.
+
+    Raises
+    ------
+    ValueError
+        That names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> position, velocity, acceleration = mh.trajectories.Sine(3.0, 1.0).sample(dt=0.25)
+    >>> position.round(12), velocity.round(2)
+    (array([ 0.,  3.,  0., -3.]), array([ 18.85,   0.  , -18.85,  -0.  ]))
+    """
+
     def __new__(cls, amplitude: float, frequency: float, *, offset: float = 0.0) -> Sine: ...
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float:
+        """Half of the peak-to-peak swing."""
     @property
-    def frequency(self) -> float: ...
+    def frequency(self) -> float:
+        """Cycles per second, in Hz."""
     @property
-    def offset(self) -> float: ...
+    def offset(self) -> float:
+        """The value around which it swings."""
     @property
-    def period(self) -> float: ...
-    def sample(
-        self, dt: float, seconds: float | None = None
-    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def period(self) -> float:
+        """Seconds until it starts again."""
+    def sample(self, dt: float, seconds: float | None = None) -> tuple[_Vector, _Vector, _Vector]:
+        """Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+        per second, and per second squared.
+
+        For `seconds`; by default for one period, or until the end has come.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class RoundedTriangle:
+    """A triangle with rounded corners, with its derivatives: straight sides, and a smooth change of velocity at the turns.
+
+    It first rises from its offset and reaches offset +- amplitude exactly. Velocity, acceleration and its derivative
+    are continuous.
+
+    Parameters
+    ----------
+    amplitude, offset : float
+        In the unit of the position.
+    frequency : float
+        Cycles per second, in Hz.
+    corner : float
+        How many seconds a turn takes, at most half a period.
+
+    Raises
+    ------
+    ValueError
+        That names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> scan = mh.trajectories.RoundedTriangle(3.0, 1.0, corner=0.1)
+    >>> position, velocity, acceleration = scan.sample(dt=0.25)
+    >>> position, abs(velocity).round(3)
+    (array([ 0.,  3.,  0., -3.]), array([12.8,  0. , 12.8,  0. ]))
+    """
+
     def __new__(
         cls, amplitude: float, frequency: float, *, corner: float, offset: float = 0.0
     ) -> RoundedTriangle: ...
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float:
+        """Half of the peak-to-peak swing."""
     @property
-    def frequency(self) -> float: ...
+    def frequency(self) -> float:
+        """Cycles per second, in Hz."""
     @property
-    def corner(self) -> float: ...
+    def corner(self) -> float:
+        """How many seconds a turn takes."""
     @property
-    def offset(self) -> float: ...
+    def offset(self) -> float:
+        """The value around which it swings."""
     @property
-    def period(self) -> float: ...
-    def sample(
-        self, dt: float, seconds: float | None = None
-    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def period(self) -> float:
+        """Seconds until it starts again."""
+    def sample(self, dt: float, seconds: float | None = None) -> tuple[_Vector, _Vector, _Vector]:
+        """Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+        per second, and per second squared.
+
+        For `seconds`; by default for one period, or until the end has come.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
 @final
 class PointToPoint:
+    """Moves from point to point with rests between, with their derivatives: S-curves, the fastest within the limits.
+
+    Each move starts and ends at rest, on its point exactly, has constant jerk on up to seven pieces and never
+    overshoots. Velocity and acceleration are continuous.
+
+    Parameters
+    ----------
+    points : array of n floats
+        Where it starts, and where each move ends.
+    velocity, acceleration, jerk : float
+        The most of each, in the unit of the position per second, per second squared, and cubed.
+    dwell : float
+        Seconds of rest at each point between the first and the last.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> moves = mh.trajectories.PointToPoint([0.0, 3.0], velocity=100.0, acceleration=1e4, jerk=1e6)
+    >>> round(moves.duration, 6)  # 3 um at 100 um/s, and twice 10 ms of jerk
+    0.05
+    >>> position, velocity, acceleration = moves.sample(dt=0.01)
+    >>> position.round(6)
+    array([0.      , 0.166667, 1.      , 2.      , 2.833333, 3.      ])
+    """
+
     def __new__(
         cls,
         points: ArrayLike,
@@ -1367,20 +3547,29 @@ class PointToPoint:
         dwell: float = 0.0,
     ) -> PointToPoint: ...
     @property
-    def points(self) -> _Vector: ...
+    def points(self) -> _Vector:
+        """Where it starts, and where each move ends, read-only."""
     @property
-    def velocity(self) -> float: ...
+    def velocity(self) -> float:
+        """The most velocity."""
     @property
-    def acceleration(self) -> float: ...
+    def acceleration(self) -> float:
+        """The most acceleration."""
     @property
-    def jerk(self) -> float: ...
+    def jerk(self) -> float:
+        """The most jerk."""
     @property
-    def dwell(self) -> float: ...
+    def dwell(self) -> float:
+        """Seconds of rest at each point between the first and the last."""
     @property
-    def duration(self) -> float: ...
-    def sample(
-        self, dt: float, seconds: float | None = None
-    ) -> tuple[_Vector, _Vector, _Vector]: ...
+    def duration(self) -> float:
+        """Seconds until it rests at the last point."""
+    def sample(self, dt: float, seconds: float | None = None) -> tuple[_Vector, _Vector, _Vector]:
+        """Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+        per second, and per second squared.
+
+        For `seconds`; by default for one period, or until the end has come.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -1397,7 +3586,52 @@ def preview(
     band: float | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float | None = None,
-) -> Preview: ...
+) -> Preview:
+    """Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
+
+    target(k) = sum_j c_j r(k + ahead - j). Polynomials up to a degree are followed exactly; what freedom the window leaves
+    minimises the error over the frequencies up to `band` (least squares). `error(f)` of the result tells what is left of a
+    sine: with 4 ahead and the defaults 2e-11 at 20 Hz and 2e-7 at 100 Hz for 400 Hz, damping 0.95, at 10 kHz. The window must
+    be as long as the inverse remembers: a few samples for resonances, some time constants of antiresonances.
+
+    Parameters
+    ----------
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of them in series, or None
+    dt : float
+        Sampling interval in seconds.
+    ahead : int
+        How many samples ahead the newest reference is.
+    window : int, optional
+        How many references: by default as many before the moment that the target aims at as after it, and at least 4.
+    degree : int, optional
+        Of the polynomials that are followed exactly; by default 5, or what a window of less than 6 allows.
+    band : float, optional
+        Up to which frequency in Hz errors count; by default 0.4 / dt.
+    amplifier_bandwidth : float, optional
+        Cut-off frequency in Hz of an amplifier in series.
+    dead_time : float, optional
+        What the sensor shows later than the dynamics explain, in seconds.
+
+    Returns
+    -------
+    Preview
+        For a `HybridController`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> made = mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+    >>> made
+    <Preview of 8 taps, ahead 4>
+    >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
+    (True, True)
+    """
+
 def invert_dynamics(
     reference: ArrayLike | _Trajectory,
     dt: float,
@@ -1407,7 +3641,48 @@ def invert_dynamics(
     dead_time: float | None = None,
     start: float | None = None,
     seconds: float | None = None,
-) -> _Vector: ...
+) -> _Vector:
+    """What must enter linear dynamics so that the position follows a reference: stable inversion over the whole record.
+
+    Minimises sum (y - r)^2 and a small share of the second differences of the input, from rest to rest, exactly sampled. So
+    the input is bounded for any stable dynamics, also with zeros in the right half plane, and does not ring between samples.
+
+    Parameters
+    ----------
+    reference : array of n floats, or one of `trajectories`
+        The position that is read at t_k.
+    dt : float
+        Sampling interval in seconds.
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of them in series, or None
+    amplifier_bandwidth : float, optional
+        Cut-off frequency in Hz of an amplifier in series.
+    dead_time : float, optional
+        What the sensor shows later than the dynamics explain, in seconds.
+    start : float, optional
+        The position at which the dynamics rest before; by default the first reference.
+    seconds : float, optional
+        How much of a trajectory object; by default one period, or until its end.
+
+    Returns
+    -------
+    array of n floats
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mode = mh.plant.SecondOrder(400.0, 0.95)
+    >>> scan = mh.trajectories.Sine(3.3, 20.0)
+    >>> held = mh.control.invert_dynamics(scan, 1e-4, dynamics=mode)
+    >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
+    >>> bool(abs(error[100:]).max() < 1e-6)  # um, once the start is over
+    True
+    """
+
 def precompensate(
     stage: Stage,
     reference: ArrayLike | _Trajectory,
@@ -1416,35 +3691,61 @@ def precompensate(
     limits: Sequence[float] | None = None,
     start: float | None = None,
     lead_in: float | None = None,
-) -> _Vector: ...
+) -> _Vector:
+    """The drives that move a stage along a reference: `stage.precompensate(reference, dt, ...)`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+    >>> moves = mh.trajectories.PointToPoint([0.0, 2.0], velocity=200.0, acceleration=2e5, jerk=4e8)
+    >>> drive = mh.control.precompensate(stage, moves, 1e-4)
+    >>> bool(abs(stage.forward(1e-4).run(drive) - moves.sample(1e-4)[0]).max() < 2e-3)  # um
+    True
+    """
 
 @final
 class Margins:
+    """How robust a loop is at one slope of the hysteresis."""
+
     @property
-    def slope(self) -> float: ...
+    def slope(self) -> float:
+        """The slope (um/V)."""
     @property
-    def gain_margin(self) -> float: ...
+    def gain_margin(self) -> float:
+        """The factor by which the gain may grow until the loop oscillates; infinite if it never does."""
     @property
-    def phase_margin(self) -> float: ...
+    def phase_margin(self) -> float:
+        """How many degrees the phase may lag more, the least over all frequencies with abs(L) = 1."""
     @property
-    def crossover(self) -> float: ...
+    def crossover(self) -> float:
+        """The highest frequency in Hz with abs(L) = 1."""
     @property
-    def peak_sensitivity(self) -> float: ...
+    def peak_sensitivity(self) -> float:
+        """The peak of the sensitivity abs(1 / (1 + L))."""
     @property
-    def peak_frequency(self) -> float: ...
+    def peak_frequency(self) -> float:
+        """Where that peak is, in Hz."""
 
 @final
 class Tuning:
+    """Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`."""
+
     @property
-    def kp(self) -> float: ...
+    def kp(self) -> float:
+        """Proportional gain (V/um)."""
     @property
-    def ki(self) -> float: ...
+    def ki(self) -> float:
+        """Integral gain (V/um/s)."""
     @property
-    def at_min_slope(self) -> Margins: ...
+    def at_min_slope(self) -> Margins:
+        """The margins where the hysteresis has its smallest slope."""
     @property
-    def at_max_slope(self) -> Margins: ...
+    def at_max_slope(self) -> Margins:
+        """The margins where it has its greatest slope."""
     @property
-    def peak_sensitivity(self) -> float: ...
+    def peak_sensitivity(self) -> float:
+        """The peak of the sensitivity over all slopes between."""
 
 def tune(
     stage: _Model | Stage | Plant,
@@ -1454,4 +3755,50 @@ def tune(
     dynamics: _Dynamics | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float = 0.0,
-) -> Tuning: ...
+) -> Tuning:
+    """Gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
+
+    The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope P(z): the positional law kp e + ki sum(e), the slope of the hysteresis,
+    which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
+    dead time for an input that is held from one measurement to the next. Of all gains with
+
+    abs(1 / (1 + L)) <= peak_sensitivity at all frequencies and slopes, and the loop stable,
+
+    those with the greatest ki are taken: a constant disturbance is removed with the integrated error 1 / ki (Åström,
+    Panagopoulos and Hägglund, Automatica 34(5), 1998). Parts slower than 1e5 samples a radian and damping ratios below
+    1e-7 are refused: their response does not show at the frequencies that are looked at.
+
+    Parameters
+    ----------
+    stage : Stage, Plant, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        A model with the keywords `dynamics`, `amplifier_bandwidth` and `dead_time` makes a stage; a plant has one.
+    dt : float
+        Sampling interval in seconds; a plant has its own.
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
+    amplifier_bandwidth : float, optional
+        Cut-off frequency in Hz of an amplifier in series.
+    dead_time : float, optional
+        What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
+    peak_sensitivity : float
+        1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
+
+    Returns
+    -------
+    Tuning
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
+    >>> round(tuning.kp), round(tuning.ki, -3), round(tuning.peak_sensitivity, 3)
+    (185, 363000.0, 1.7)
+    >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
+    True
+    >>> tuning.at_max_slope
+    <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
+    """

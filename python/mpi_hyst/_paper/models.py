@@ -91,7 +91,9 @@ def compute() -> Models:
 
 def _fits(drive: Samples, measured: Samples, position: Samples) -> list[Fit]:
     modified = mh.identify(drive, measured, input_offset=0.0, dead_time=0.0)
-    conventional = mh.identify(drive, measured, model="conventional", input_offset=0.0, dead_time=0.0)
+    conventional = mh.identify(
+        drive, measured, model="conventional", input_offset=0.0, dead_time=0.0
+    )
     unfitted = same_weights()
     found = (
         ("modified, identified", "Fig. 8", modified.predict(drive), modified.model),

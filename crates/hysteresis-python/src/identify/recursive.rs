@@ -3,7 +3,6 @@
 use hysteresis_identify::{self as identification, RecursiveOptions, Setting};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use pythonize::{depythonize, pythonize};
 
 use super::options::setting;
@@ -11,6 +10,7 @@ use crate::control::linear::part::{self, given_dynamics};
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::exclusive;
+use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::{model_of, object};
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
@@ -159,24 +159,19 @@ impl RecursiveIdentifier {
         exclusive(slf)?.0.set_state(&state).map_err(raise)
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Py<PyAny>,), Bound<'py, PyDict>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = *self.0.options();
-        let keywords = PyDict::new(py);
-        keywords.set_item("forgetting", forgetting)?;
+        let keywords =
+            keywords!(py, forgetting = forgetting, covariance = covariance, covariance_limit = covariance_limit);
         if let Setting::Fixed(offset) = output_offset {
             keywords.set_item("output_offset", offset)?;
         }
-        keywords.set_item("covariance", covariance)?;
-        keywords.set_item("covariance_limit", covariance_limit)?;
         if let Some((dynamics, dt)) = dynamics {
             keywords.set_item("dynamics", part::dynamics(py, dynamics)?)?;
             keywords.set_item("dt", dt)?;
         }
-        Ok(((object(py, self.0.given().clone())?,), keywords))
-    }
-
-    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.state(py)
+        let model = object(py, self.0.given().clone())?;
+        reduce(py.get_type::<Self>().into_any(), (model,), keywords, Some(self.state(py)?))
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
