@@ -65,7 +65,10 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False)
 
 
+DT = 1e-4
 GAINS = st.just(0.0) | numbers(1e-3, 100.0)
+INTEGRAL_GAINS = st.just(0.0) | numbers(10.0, 1e6)
+"""Of the same size in one sample as the others."""
 TRACKING = st.tuples(st.just("back_calculation"), st.none() | numbers(1e-5, 1.0))
 ANTI_WINDUPS = st.tuples(st.just("conditional"), st.none()) | TRACKING
 
@@ -81,8 +84,8 @@ def setups(draw: st.DrawFn, laws: tuple[str, ...] = ("positional", "incremental"
     anti_windup, tracking_time = draw(ANTI_WINDUPS)
     keywords = {
         "kp": draw(GAINS),
-        "ki": 1e4 * draw(GAINS),
-        "dt": 1e-4,
+        "ki": draw(INTEGRAL_GAINS),
+        "dt": DT,
         "limits": draw(st.sampled_from([(-500.0, 500.0), (-20.0, 150.0), (30.0, 100.0)])),
         "slew": draw(st.none() | numbers(1e3, 1e6)),
         "law": law,
@@ -109,7 +112,7 @@ def calls(number: st.SearchStrategy[float] = WILD) -> st.SearchStrategy[Call]:
 
 
 MODES = st.sampled_from(["run", "feedforward", "hold"])
-GAIN_PAIRS = st.tuples(GAINS, GAINS.map(lambda ki: 1e4 * ki))
+GAIN_PAIRS = st.tuples(GAINS, INTEGRAL_GAINS)
 
 
 def events(upheavals: bool = False) -> st.SearchStrategy[tuple[str, Any]]:

@@ -29,7 +29,8 @@ Bank = mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii
 
 
 def track(name: Name, ref: Array, bank: Bank, seed: int = 0) -> mh.plant.Run:
-    law = PositionalLaw(bank.forward().step, *mh.paper.gains(name))
+    kp, ki = mh.paper.gains(name)
+    law = PositionalLaw(bank.forward().step, kp, ki * 1e-4)
     return mh.plant.simulate(law, mh.paper.plant(name, seed=seed), ref, period=len(ref) / 3)
 
 

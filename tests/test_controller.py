@@ -38,7 +38,7 @@ def moving(samples: int = 300, **keywords: Any) -> mh.control.HybridController:
             {"feedforward": "given?"},
             "feedforward: expected model.inverse(limits), stage.inverse(dt),",
         ),
-        ({"feedforward": 3.0}, 'feedforward: expected model.inverse(limits), stage.inverse(dt), m'),
+        ({"feedforward": 3.0}, "feedforward: expected model.inverse(limits), stage.inverse(dt), m"),
         ({"limits": 5.0}, "limits: expected two numbers (low, high), got 5.0"),
     ],
 )
@@ -61,7 +61,7 @@ def test_arguments_of_another_type_are_named(arguments: dict[str, Any], message:
         ({"start_drive": 501.0}, "start_drive: expected a number from -500.0 to 500.0, got 501.0"),
         ({"max_missing": -1}, "max_missing: expected a whole number of at least zero, got -1"),
         ({"max_missing": 1.5}, "max_missing: expected a whole number of at least zero, got 1.5"),
-        ({"law": "PI"}, 'law: expected "positional" or "incremental", got "PI"'),
+        ({"law": "printed"}, 'law: expected "positional" or "incremental", got "printed"'),
         ({"anti_windup": "off"}, 'anti_windup: expected "conditional" or "back_calculation", got'),
         ({"tracking_time": 0.1}, 'tracking_time: expected None unless anti_windup="back_calcula'),
         (
@@ -142,7 +142,9 @@ def test_what_is_not_finite_holds_the_drive_and_is_counted(bad: float) -> None:
 def test_terms_add_up() -> None:
     terms = moving().terms
     parts = (terms.feedforward, terms.proportional, terms.integral, terms.bumpless)
-    assert terms.unlimited_drive == pytest.approx(sum(parts), rel=0, abs=1e-12)  # four roundings of 100 V
+    assert terms.unlimited_drive == pytest.approx(
+        sum(parts), rel=0, abs=1e-12
+    )  # four roundings of 100 V
     assert (terms.reference, terms.target) == (2e-3 * 299, 2e-3 * 299)
     assert terms.error == pytest.approx(0.02, abs=1e-12)
     assert terms.proportional == pytest.approx(0.1, abs=1e-12)
@@ -167,7 +169,7 @@ def test_switches_are_no_jumps() -> None:
         expected = controller.peek(0.6, 0.58)
         switch(controller)
         assert controller.drive == drive
-        # the motion goes on: of what the bumpless term takes, at most the drive, a fiftieth is lost;
+        # the motion goes on: of what the bumpless term takes, the drive at most, a fiftieth is lost;
         # without feed-forward so is its motion of 0.4 V per sample
         assert abs(controller.peek(0.6, 0.58) - expected) < 0.02 * abs(drive) + 0.5
     assert (controller.kp, controller.ki) == (5.0, 6e3)

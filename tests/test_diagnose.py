@@ -200,8 +200,18 @@ def test_the_loop_of_a_line_has_no_width_and_half_a_loop_none() -> None:
         ((DRIVE, None, ACTUATOR), {}, TypeError, "u: expected an array with y beside it"),
         ((DRIVE, DRIVE, None), {}, TypeError, "model: expected a PrandtlIshlinskii or Mod"),
         ((DRIVE, DRIVE, ACTUATOR.weights), {}, TypeError, "model: expected .* got .*ndarray"),
-        ((DRIVE, DRIVE, ACTUATOR), {"dead_time": -1.0}, ValueError, "dead_time: expected .* got -1.0"),
-        ((DRIVE, DRIVE, ACTUATOR), {"dead_time": math.nan}, ValueError, "dead_time: expected .* got NaN"),
+        (
+            (DRIVE, DRIVE, ACTUATOR),
+            {"dead_time": -1.0},
+            ValueError,
+            "dead_time: expected .* got -1.0",
+        ),
+        (
+            (DRIVE, DRIVE, ACTUATOR),
+            {"dead_time": math.nan},
+            ValueError,
+            "dead_time: expected .* got NaN",
+        ),
         ((DRIVE, DRIVE, ACTUATOR), {"skip": -1}, ValueError, "skip: expected .* got -1"),
         ((DRIVE, DRIVE, ACTUATOR), {"skip": 10**6}, ValueError, "skip: expected"),
         (

@@ -186,7 +186,7 @@ def test_without_noise_second_order_comes_back(
     # where a search ends: squared errors near 1e-26 of the range
     assert second(found).frequency == pytest.approx(frequency, rel=1e-9)
     assert second(found).damping == pytest.approx(damping, rel=1e-8)
-    assert found.delay == pytest.approx(delay, abs=1e-8)
+    assert found.dead_time / DT == pytest.approx(delay, abs=1e-8)
     assert found.gain == pytest.approx(1.0, rel=1e-9) and abs(found.output_offset) < 1e-9
     assert codes(found) == [] and found.creep is None
     assert found.fit.rmse < 1e-11 * np.ptp(y)
@@ -201,7 +201,7 @@ def test_without_noise_a_lag_comes_back(record: str, frequency: float) -> None:
     )
     assert isinstance(found.dynamics, mh.plant.FirstOrder)
     assert found.dynamics.frequency == pytest.approx(frequency, rel=1e-9)
-    assert found.delay == pytest.approx(0.7, abs=1e-8)
+    assert found.dead_time / DT == pytest.approx(0.7, abs=1e-8)
     assert found.damping_std == 0.0 and codes(found) == []
 
 
@@ -215,7 +215,7 @@ def test_with_16_nm_of_noise_a_chirp_of_a_second_tells_enough(
     # the accuracy that feed-forward of the dynamics asks for
     assert second(found).frequency == pytest.approx(frequency, rel=0.005)
     assert second(found).damping == pytest.approx(damping, rel=0.03)
-    assert found.delay == pytest.approx(delay, abs=0.05)
+    assert found.dead_time / DT == pytest.approx(delay, abs=0.05)
     # rms of 10000 samples is known to 0.7 %
     assert found.noise == pytest.approx(NOISE, rel=0.03)
     assert codes(found) == []
@@ -232,7 +232,7 @@ def test_with_16_nm_of_noise_steps_tell_enough_of_a_resonance(
     found = mh.identify_dynamics(u, y, MODEL, dt=DT)
     assert second(found).frequency == pytest.approx(frequency, rel=0.005)
     assert second(found).damping == pytest.approx(damping, rel=0.03)
-    assert found.delay == pytest.approx(delay, abs=0.05)
+    assert found.dead_time / DT == pytest.approx(delay, abs=0.05)
 
 
 def test_standard_deviations_are_those_of_many_records() -> None:
@@ -244,8 +244,8 @@ def test_standard_deviations_are_those_of_many_records() -> None:
     for _ in range(runs):
         y = clean + rng.normal(0.0, NOISE, u.size)
         found = mh.identify_dynamics(u, y, MODEL, dt=DT)
-        estimates.append((second(found).frequency, second(found).damping, found.delay))
-        stds.append((found.frequency_std, found.damping_std, found.delay_std))
+        estimates.append((second(found).frequency, second(found).damping, found.dead_time / DT))
+        stds.append((found.frequency_std, found.damping_std, found.dead_time_std))
     errors, spread = np.array(estimates) - true, np.array(stds)
     # the standard deviation of 120 draws is known to 6.5 %: three of those
     np.testing.assert_allclose(errors.std(axis=0), spread.mean(axis=0), rtol=0.2)
@@ -260,15 +260,19 @@ def test_covariance_names_its_rows() -> None:
     u = chirp(2000)
     y = plant(u, mh.plant.SecondOrder(800.0, 0.15), 1.4, seed=2)
     found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.05])
-    names = ("frequency", "damping", "delay", "gain", "output_offset", "creep[0]")
+    names = ("frequency", "damping", "dead_time", "gain", "output_offset", "creep[0]")
     assert found.parameters == names
     assert found.covariance.shape == (6, 6)
     np.testing.assert_allclose(found.covariance, found.covariance.T)
-    stds = [found.frequency_std, found.damping_std, found.delay_std, found.gain_std]
+    stds = [found.frequency_std, found.damping_std, found.dead_time_std, found.gain_std]
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance))[:4], stds)
     assert found.creep_std.shape == (1,)
-    fixed = mh.identify_dynamics(u, y, MODEL, dt=DT, delay=1.4)
-    assert fixed.delay == 1.4 and fixed.delay_std == 0.0 and "delay" not in fixed.parameters
+    fixed = mh.identify_dynamics(u, y, MODEL, dt=DT, dead_time=1.4 * DT)
+    assert (
+        fixed.dead_time == 1.4 * DT
+        and fixed.dead_time_std == 0.0
+        and "dead_time" not in fixed.parameters
+    )
 
 
 def test_creep_is_fitted_with_the_dynamics() -> None:
@@ -374,9 +378,13 @@ def test_wrong_input_is_named() -> None:
     assert refusal(ValueError, u, y, MODEL, skip=500).startswith("skip: expected fewer than the 5")
     assert refusal(ValueError, u, y, MODEL, skip=-1).startswith("skip: expected a number of sampl")
     for delay in (-1.0, 500.0, math.nan):
-        message = refusal(ValueError, u, y, MODEL, delay=delay)
-        assert message.startswith("delay: expected a number >= 0 below the length of the record")
-    assert refusal(TypeError, u, y, MODEL, delay="none").startswith('delay: expected "fit" or a n')
+        message = refusal(ValueError, u, y, MODEL, dead_time=delay * DT)
+        assert message.startswith(
+            "dead_time: expected a number >= 0 below the length of the record"
+        )
+    assert refusal(TypeError, u, y, MODEL, dead_time="none").startswith(
+        'dead_time: expected "fit" or a n'
+    )
     assert refusal(ValueError, u, y, MODEL, creep=3).startswith("creep: expected a number of terms")
     assert refusal(ValueError, u, y, MODEL, creep=0).startswith("creep: expected a number of terms")
     message = refusal(ValueError, u, y, MODEL, creep=[0.1, 0.1])

@@ -79,7 +79,9 @@ def test_predict_includes_the_delay(
     assert error(found, u, y) < 1e-8
     undelayed = found.model.forward().run(u)
     assert np.abs(undelayed - y).max() > 1e-2
-    np.testing.assert_allclose(found.predict(u), delayed(undelayed, found.dead_time_samples), atol=1e-12)
+    np.testing.assert_allclose(
+        found.predict(u), delayed(undelayed, found.dead_time_samples), atol=1e-12
+    )
     other = sweep(1000, 300.0, 7)
     expected = delayed(actuator(12.5, -3.0).forward().run(other), 2.35)
     assert error(found, other, expected) < 1e-6
@@ -188,14 +190,21 @@ def test_fit_is_the_default_of_what_may_be_fitted() -> None:
     u = sweep(600, cycles=6)
     y = delayed(actuator(5.0).forward().run(u), 1.2)
     one = mh.identify(u, y, operators=5)
-    other = mh.identify(u, y, operators=5, ratios="fit", input_offset="fit", dead_time="fit", skip=0)
+    other = mh.identify(
+        u, y, operators=5, ratios="fit", input_offset="fit", dead_time="fit", skip=0
+    )
     assert one.model == other.model and one.evaluations == other.evaluations
 
 
 def test_arguments_are_converted_as_everywhere() -> None:
     u = np.round(sweep(800))
     y = np.round(1000 * actuator().forward().run(u)).astype("i4")
-    fixed: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0, "dead_time": 0, "operators": 5}
+    fixed: dict[str, Any] = {
+        "ratios": PAPER_RATIOS,
+        "input_offset": 0,
+        "dead_time": 0,
+        "operators": 5,
+    }
     expected = mh.identify(u, y.astype(float), **fixed).model
     for a, b in ((u.astype(int), y), (list(u), y.tolist()), (np.repeat(u, 2)[::2], y)):
         assert mh.identify(a, b, **fixed).model == expected

@@ -29,22 +29,23 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, starting from rest" in result.stdout
+    assert "300, starting from rest at a drive of 0" in result.stdout
 
 
-def test_precompensate_marks_what_is_out_of_reach(there: Path) -> None:
+def test_precompensate_tells_what_the_limits_held_back(there: Path) -> None:
     result = run(
         *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv"),
         *("--column", "target_um", "--limits", "-150,200"),
     )
     assert result.exit_code == 0, result.output
     drive = column(there / "drive.csv", "drive")
-    saturated = column(there / "drive.csv", "saturated").astype(bool)
+    at_limit = (drive == -150.0) | (drive == 200.0)
     target = column(there / "trajectory.csv", "target_um")
     assert (drive.min(), drive.max()) == (-150.0, 200.0)
     missed = np.abs(actuator().forward().run(drive) - target)
-    assert missed[~saturated].max() < 1e-14 < missed[saturated].min()
-    assert f"{saturated.sum()} of 300 samples" in result.stdout
+    assert missed[~at_limit].max() < 1e-14 < missed[at_limit].min()
+    assert f"-150 to 200, reached by {at_limit.sum()} of 300 samples" in result.stdout
+    assert f"warning: trajectory.csv: {at_limit.sum()} of 300 drives were held" in result.stdout
 
 
 def test_precompensate_inverts_dynamics(there: Path) -> None:
@@ -54,17 +55,32 @@ def test_precompensate_inverts_dynamics(there: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     target = column(there / "trajectory.csv", "target_um")
-    expected = mh.control.precompensate(
-        *(actuator(), target, 1 / RATE),
+    stage = mh.Stage(
+        actuator(),
         dynamics=mh.plant.SecondOrder(40.0, 0.7),
-        delay=1.0,
+        dead_time=0.005,
         amplifier_bandwidth=60.0,
     )
+    expected = stage.precompensate(target, 1 / RATE)
     # the times in the file are rounded, and with them the sampling interval
     np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
-    assert (
-        "through the inverse dynamics at 200 Hz" in result.stdout and "warning" not in result.stdout
-    )
+    assert "natural frequency 40.00 Hz, damping ratio 0.7000" in result.stdout
+    assert "dead time 5.000 ms" in result.stdout and "warning" not in result.stdout
+
+
+def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
+    rows = [[2.0 + k / RATE, 1.0 + 0.5 * np.sin(k / 20.0)] for k in range(300)]
+    write_csv(there / "offset.csv", "time_s,target_um", rows)
+    given = ("precompensate", "stage.json", "offset.csv", "-o", "drive.csv")
+    before = names_in(there)
+    assert_refused(run(*given), there, before, "offset.csv, sample 0: expected the position")
+    result = run(*given, "--lead-in", "0.25")
+    assert result.exit_code == 0, result.output
+    drive, times = column(there / "drive.csv", "drive"), column(there / "drive.csv", "time_s")
+    assert drive.size == 350 and "after 50 samples of lead-in" in result.stdout
+    np.testing.assert_allclose(times, 2.0 + (np.arange(350) - 50) / RATE)
+    position = actuator().forward().run(drive)[50:]
+    np.testing.assert_allclose(position, [row[1] for row in rows], atol=1e-12)
 
 
 def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:

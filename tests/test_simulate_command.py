@@ -43,17 +43,9 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     reference = column(here / "reference.csv", "target_um")
-    stage = mh.plant.SecondOrder(400.0, 0.95)
-    controller = mh.control.HybridController(
-        actuator().inverse(LIMITS),
-        kp=60.0,
-        ki=6000.0,
-        dt=1e-4,
-        limits=LIMITS,
-        preview=mh.control.preview(stage, 1e-4, ahead=4),
-    )
-    plant = mh.plant.Plant(actuator(), dynamics=stage, noise=0.016, limits=LIMITS, dt=1e-4, seed=3)
-    expected = mh.plant.simulate(controller, plant, reference)
+    stage = mh.Stage(actuator(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016)
+    controller = stage.controller(1e-4, LIMITS, "preview", kp=60.0, ki=6000.0)
+    expected = mh.plant.simulate(controller, stage.plant(1e-4, seed=3), reference)
     # the time column gives the sampling interval but for rounding
     for name, array in (
         ("drive", expected.drive),
@@ -65,7 +57,12 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     times = column(here / "reference.csv", "time_s")
     np.testing.assert_array_equal(column(here / "run.csv", "time_s"), times)
     assert names_in(here) == FILES | {"run.csv"}
-    for said in ("kp 60.00, ki 6000, given", "seed 3", "4 samples of preview", "true position"):
+    for said in (
+        "kp 60.00, ki 6000, given",
+        "seed 3",
+        "inverse dynamics and exact inverse of stage.json",
+        "true position",
+    ):
         assert said in result.stdout
 
 
@@ -79,13 +76,13 @@ def errors(*arguments: str) -> float:
 
 def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert names_in(here) == FILES
-    full, plain = errors(*STAGE), errors(*STAGE, "--no-preview")
+    full, plain = errors(*STAGE), errors(*STAGE, "--feedforward", "inverse")
     feedback = errors(*STAGE, "--feedforward", "none")
     assert 5.0 * full < plain and 1.3 * plain < feedback
     # what the controller does not know of the stage
     assert errors(*STAGE, "--plant", "other.json") > 5.0 * full
     delayed = [*STAGE, "--dead-time", "2.5e-4", "--amplifier-bandwidth", "1000"]
-    assert errors(*delayed) < 0.2 * errors(*delayed, "--no-preview")
+    assert errors(*delayed) < 0.2 * errors(*delayed, "--feedforward", "inverse")
 
 
 def test_saturated_samples_and_the_rate_are_told(here: Path) -> None:
@@ -109,7 +106,7 @@ def test_the_report_shows_the_run(here: Path) -> None:
     page = words(root)
     for said in (
         "reference.csv on stage.json",
-        "natural frequency 400 Hz, damping ratio 0.95",
+        "natural frequency 400.0 Hz, damping ratio 0.9500",
         "true position",
         "tuned",
     ):

@@ -37,7 +37,7 @@ def controller(
 ) -> mh.control.HybridController:
     kp, ki = mh.paper.gains("A1")
     return mh.control.HybridController(
-        model.inverse(LIMITS), **{"kp": kp, "ki": ki, "limits": LIMITS, **options}
+        model.inverse(LIMITS), **{"kp": kp, "ki": ki, "dt": DT, "limits": LIMITS, **options}
     )
 
 
@@ -76,13 +76,15 @@ def test_the_loop_equals_its_plain_twin() -> None:
     kp, ki = mh.paper.gains("A1")
     reference = mh.signals.triangle(3.0, 1.0, seconds=2.0)
     assert len(reference) == 20_000
-    hybrid = mh.control.HybridController(mh.paper.table_2().forward(), kp=kp, ki=ki, limits=LIMITS)
+    hybrid = mh.control.HybridController(
+        mh.paper.table_2().forward(), kp=kp, ki=ki, dt=DT, limits=LIMITS
+    )
     run = mh.plant.simulate(
-        hybrid, mh.plant.Plant(ACTUATOR, dynamics=STAGE, limits=LIMITS), reference
+        hybrid, mh.plant.Plant(ACTUATOR, dynamics=STAGE, limits=LIMITS, dt=DT), reference
     )
     columns = ("w_prime", "r_prime", "ra_prime", "rb_prime", "rc_prime")
     table = (twins.TABLE_2[name] for name in columns)
-    law = PositionalLaw(twins.ModifiedPrandtlIshlinskii(*table).step, kp, ki)
+    law = PositionalLaw(twins.ModifiedPrandtlIshlinskii(*table).step, kp, ki * DT)
     actuator = PlainPlant(twins.paper_actuator(), 400.0, 0.95, DT)
     twin = closed_loop(actuator, law, reference.tolist())
     # um; the loop contracts, so roundings of 20 000 samples do not add up
@@ -199,7 +201,7 @@ def learned(scheme: Scheme, seed: int) -> tuple[float, float]:
     model, dynamics = mismatched(), STAGE if scheme == "adaptation" else WRONG_STAGE
     hybrid, plant = controller(model), mh.paper.plant("A1", seed=seed)
     kp, ki = hybrid.kp, hybrid.ki
-    known: dict[str, Any] = {"kp": kp, "ki": ki, "slope": 5e-3, "dynamics": dynamics}
+    known: dict[str, Any] = {"kp": kp, "ki": ki, "slope": 5e-3, "dynamics": dynamics, "dt": DT}
     period, scan = sine(20.0, 1)
     shaped = mh.control.invert_dynamics(scan, DT, dynamics=dynamics)
     if scheme == "iterative":
@@ -238,7 +240,7 @@ def test_after_saturation_the_reference_is_met_again(
     limits = (-500.0, 500.0)
     kp, ki = mh.paper.gains("A1")
     hybrid = mh.control.HybridController(
-        mh.paper.table_2().forward(), kp=kp, ki=ki, limits=limits, anti_windup=anti_windup
+        mh.paper.table_2().forward(), kp=kp, ki=ki, dt=DT, limits=limits, anti_windup=anti_windup
     )
     reference = mh.signals.triangle(3.3, 1.0, seconds=3.0)
     run = mh.plant.simulate(hybrid, mh.paper.plant("A1", seed=seed), reference)
@@ -300,7 +302,7 @@ def test_surroundings_need_a_hybrid_controller_of_the_plants_interval() -> None:
     with pytest.raises(ValueError, match="controller: expected the sampling interval of the plant"):
         mh.plant.simulate(controller(dt=1e-3), mh.paper.plant("A1"), reference)
     repetitive = mh.control.RepetitiveControl(
-        500, kp=1.0, ki=0.1, slope=5e-3, dynamics=STAGE, bandwidth=100.0
+        500, kp=1.0, ki=1e3, dt=DT, slope=5e-3, dynamics=STAGE, bandwidth=100.0
     )
     with pytest.raises(ValueError, match="target: expected one where repetitive"):
         mh.plant.simulate(

@@ -151,10 +151,10 @@ def test_an_input_without_its_output_is_refused() -> None:
         (TypeError, {"ratios": "paper"}, 'ratios: expected "fit" or three numbers'),
         (ValueError, {"input_offset": math.nan}, "input_offset: expected a finite number"),
         (TypeError, {"input_offset": "x"}, 'input_offset: expected "fit" or a number, got '),
-        (ValueError, {"delay": -1.0}, "delay: expected a number >= 0 below the length"),
-        (ValueError, {"delay": 200.0}, "delay: expected a number >= 0 below the length"),
-        (ValueError, {"delay": math.nan}, "delay: expected a number >= 0 below the length"),
-        (TypeError, {"delay": [1]}, 'delay: expected "fit" or a number, got [1]'),
+        (ValueError, {"dead_time": -1.0}, "dead_time: expected a number >= 0 below the length"),
+        (ValueError, {"dead_time": 200.0}, "dead_time: expected a number >= 0 below the length"),
+        (ValueError, {"dead_time": math.nan}, "dead_time: expected a number >= 0 below the length"),
+        (TypeError, {"dead_time": [1]}, 'dead_time: expected "fit" or a number, got [1]'),
     ],
 )
 def test_an_impossible_option_is_named(

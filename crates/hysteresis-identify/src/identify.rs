@@ -110,7 +110,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let JointFit { space, fit, linearised } = found;
     let root = Root::of(&fit, &linearised, &space, rows);
     let intervals = space.intervals();
-    let first_dt = records.iter().find_map(|record| record.dt());
+    let first_dt = records.iter().find_map(Record::dt);
     let chain = Chain {
         operators: space.operators(&fit.point),
         weights: fit.weights.clone(),

@@ -36,7 +36,8 @@ pub(crate) fn joint_findings(
             _ => format!("the standard error of the {what} is {:.0} % of its value, {value:.4}", 100.0 * relative),
         };
         // A relative error that is not a number is past any limit.
-        (space.axis(parameter).is_some() && !(relative <= limit)).then(|| Finding::new(code, relative, limit, message))
+        (space.axis(parameter).is_some() && (relative.is_nan() || relative > limit))
+            .then(|| Finding::new(code, relative, limit, message))
     };
     let (frequency, damping) =
         (fit.point.get(Parameter::LogFrequency).exp(), fit.point.get(Parameter::LogDamping).exp());
@@ -81,7 +82,7 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
         1e3 * errors.lag
     );
     let code = FindingCode::DeadTimeConfounded;
-    (!(error <= MAX_DEAD_TIME_ERROR)).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+    (error.is_nan() || error > MAX_DEAD_TIME_ERROR).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
 }
 
 /// The evidence for dynamics, and what noise alone may pretend.

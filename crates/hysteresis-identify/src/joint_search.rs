@@ -138,7 +138,7 @@ impl JointSearch<'_> {
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.
     fn best_so_far(&self, joint: Option<Point>) -> Result<JointFit, Error> {
         let space = Space::new(self.problem.records, self.problem.options)?;
-        let point = self.best.or(joint).unwrap_or_else(|| space.from_hysteresis(&self.plain.fit.point));
+        let point = self.best.or(joint).unwrap_or_else(|| space.start_at_hysteresis(&self.plain.fit.point));
         self.problem.at(&space, &point)
     }
 }

@@ -45,6 +45,7 @@ pub(crate) mod model {
 pub(crate) mod dynamics {
     use super::{Deserialize, Deserializer, Dynamics, Error, FirstOrder, SecondOrder, Serialize, Serializer};
 
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
     pub(crate) fn serialize<S: Serializer>(dynamics: &Option<Dynamics>, serializer: S) -> Result<S::Ok, S::Error> {
         let parameters = match dynamics {
             None => Vec::new(),
@@ -71,6 +72,7 @@ pub(crate) mod dynamics {
 pub(crate) mod creep {
     use super::{Creep, Deserialize, Deserializer, Error, Serialize, Serializer};
 
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
     pub(crate) fn serialize<S: Serializer>(creep: &Option<Creep>, serializer: S) -> Result<S::Ok, S::Error> {
         creep.as_ref().map(|creep| (creep.amplitudes(), creep.time_constants())).serialize(serializer)
     }

@@ -1,37 +1,33 @@
-"""Model files and sampled references, as commands take them."""
+"""The sampling interval of a file."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
-import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._types import Model
 from mpi_hyst.io import Columns
-
-
-def load_model(path: Path) -> Model:
-    """Read a model file; an error names it."""
-    try:
-        return mh.load(path)
-    except (ValueError, TypeError) as error:
-        message = str(error)
-        raise CommandError(message if str(path) in message else f"{path}: {message}") from error
 
 
 def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     """Return the sampling interval in seconds, from the time column or from --rate."""
-    if rate is not None:
-        return _interval_of(rate, columns)
-    seconds, dt = columns.seconds, columns.sample_time
-    if seconds is None or dt is None:
+    dt = known_interval(columns, rate)
+    if dt is None:
         raise CommandError(
             f"{columns.path}: expected a time column (time_s, time, or --time NAME) or --rate, "
             "to know the sampling interval"
         )
+    return dt
+
+
+def known_interval(columns: Columns, rate: float | None = None) -> float | None:
+    """Return the sampling interval in seconds, or None without time column and --rate."""
+    if rate is not None:
+        return _interval_of(rate, columns)
+    seconds, dt = columns.seconds, columns.sample_time
+    if seconds is None or dt is None:
+        return None
     # A time written with few digits is rounded by a part of a step; the roundings do not add up.
     uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
     if uneven > 0.1 * dt:

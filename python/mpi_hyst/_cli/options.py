@@ -45,13 +45,14 @@ def numbers(names: str) -> dict[str, Any]:
     return {"metavar": names, "callback": convert}
 
 
-def limits(*, required: bool = False) -> Callable[[Function], Function]:
-    """Return the option for the limits of the drive."""
+def limits(default: str = "") -> Callable[[Function], Function]:
+    """Return the option for the limits of the drive; it is required without a default."""
+    shown = f"  [default: {default}]" if default else ""
     return click.option(
         "--limits",
-        required=required,
+        required=not default,
         **numbers("LOW,HIGH"),
-        help="Lower and upper limit of the drive, for example -500,500.",
+        help=f"Lower and upper limit of the drive, for example -500,500.{shown}",
     )
 
 
@@ -84,7 +85,7 @@ def report(function: Function) -> Function:
 
 
 def stage(function: Function) -> Function:
-    """Add the options that describe what comes before and after the hysteresis."""
+    """Add the options that replace parts of the stage, or add them to a hysteresis model."""
     return options(
         click.option(
             "--dynamics",
@@ -101,7 +102,7 @@ def stage(function: Function) -> Function:
             "--dead-time",
             type=float,
             metavar="SECONDS",
-            help="Dead time of the stage, without the hold of the converter.  [default: 0]",
+            help="Dead time of the stage, without the hold of the converter.",
         ),
     )(function)
 

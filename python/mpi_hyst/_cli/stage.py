@@ -1,14 +1,15 @@
-"""The linear part of a stage as the options describe it, and options in place of arguments."""
+"""The stage of a command: a stage or model file, with the options that change it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._types import Model
 
 _OPTIONS = {
     "frequency": "--dynamics",
@@ -16,12 +17,14 @@ _OPTIONS = {
     "dynamics": "--dynamics",
     "amplifier_bandwidth": "--amplifier-bandwidth",
     "dead_time": "--dead-time",
+    "noise": "--noise",
+    "limits": "--limits",
 }
 
 
 @dataclass(frozen=True)
 class StageOptions:
-    """Dynamics, amplifier and dead time, each None where it was not given."""
+    """Dynamics, amplifier bandwidth and dead time, each None where it was not given."""
 
     dynamics: tuple[float, float] | None = None
     amplifier_bandwidth: float | None = None
@@ -34,32 +37,49 @@ class StageOptions:
         others = {name: value for name, value in given.items() if name not in names}
         return cls(**{name: given[name] for name in names}), others
 
-    @property
-    def given(self) -> bool:
-        """Whether there is anything beside the hysteresis."""
-        return (self.dynamics, self.amplifier_bandwidth, self.dead_time) != (None, None, None)
-
-    def dead_time_samples(self, dt: float) -> float:
-        """Return the dead time in samples."""
-        return dead_time_samples(self.dead_time or 0.0, dt)
-
-    def arguments(self) -> dict[str, Any]:
-        """Return the arguments by which the library takes this."""
-        return {
+    def changes(self) -> dict[str, Any]:
+        """Return what replaces parts of the stage."""
+        options: dict[str, Any] = {
             "dynamics": None if self.dynamics is None else mh.plant.SecondOrder(*self.dynamics),
             "amplifier_bandwidth": self.amplifier_bandwidth,
-            "dead_time": self.dead_time or 0.0,
+            "dead_time": self.dead_time,
         }
+        return {name: value for name, value in options.items() if value is not None}
 
 
-def dead_time_samples(seconds: float, dt: float) -> float:
-    """Convert a dead time, which must be a finite number of seconds, not below zero."""
-    if not (math.isfinite(seconds) and seconds >= 0.0):
-        raise CommandError(f"--dead-time: expected a finite number >= 0, got {seconds!r}")
-    return seconds / dt
+def load(path: Path) -> mh.Stage | Model:
+    """Read a stage or a hysteresis model; an error names the file."""
+    try:
+        return mh.load(path)
+    except (ValueError, TypeError) as error:
+        message = str(error)
+        raise CommandError(message if str(path) in message else f"{path}: {message}") from error
+
+
+def load_stage(path: Path, options: StageOptions) -> mh.Stage:
+    """Read a stage, or make one around a hysteresis model; options replace parts of it."""
+    loaded = load(path)
+    try:
+        changes = options.changes()
+        if isinstance(loaded, mh.Stage):
+            return loaded.replace(**changes) if changes else loaded
+        return mh.Stage(loaded, **changes)
+    except mh.NotInvertibleError as error:
+        raise CommandError(f"{path}: {error}") from error
+    except (ValueError, TypeError) as error:
+        raise CommandError(name_options(str(error), {})) from error
+
+
+def is_static(stage: mh.Stage) -> bool:
+    """Return whether the position depends on the drives alone, not on their times."""
+    parts = (stage.dynamics, stage.amplifier_bandwidth, stage.creep)
+    return parts == (None, None, None) and stage.dead_time == 0.0
 
 
 def name_options(message: str, others: Mapping[str, str]) -> str:
     """Name options and files in a message of the library, which names arguments."""
     name, colon, rest = message.partition(":")
-    return {**_OPTIONS, **others}.get(name, name) + colon + rest
+    argument, bracket, index = name.partition("[")
+    shown = {**_OPTIONS, **others}.get(argument, argument)
+    sample = f", sample {index.rstrip(']')}" if bracket and argument == "reference" else ""
+    return f"{shown}{sample}{colon}{rest}"

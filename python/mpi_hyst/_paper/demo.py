@@ -98,10 +98,10 @@ def compute(watch: Watch = _unwatched) -> Demo:
     learned = records[0]
     with watch("conventional model", "µm") as progress:
         conventional = mh.identify(
-            learned.drive, learned.measured, model="conventional", progress=progress
+            learned.drive, learned.measured, dt=1.0 / RATE, model="conventional", progress=progress
         )
     with watch("modified model", "µm") as progress:
-        modified = mh.identify(learned.drive, learned.measured, progress=progress)
+        modified = mh.identify(learned.drive, learned.measured, dt=1.0 / RATE, progress=progress)
     target = _target()
     drives = _drives(actuator, conventional.model, modified.model, learned, target)
     schemes = [Scheme(name, drive, actuator.forward().run(drive), target) for name, drive in drives]

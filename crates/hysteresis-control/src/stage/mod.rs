@@ -300,7 +300,7 @@ impl Stage {
             let (flat, steep) = map.slope_range();
             (low, high) = (low * flat, high * steep);
         }
-        let crept: f64 = self.parts.creep.iter().flat_map(|creep| creep.amplitudes()).sum();
+        let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
         let gain = self.parts.dynamics.static_gain().abs();
         (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
     }

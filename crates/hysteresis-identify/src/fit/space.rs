@@ -115,7 +115,7 @@ impl Space {
     }
 
     /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
-    pub(crate) fn from_hysteresis(&self, point: &Point) -> Point {
+    pub(crate) fn start_at_hysteresis(&self, point: &Point) -> Point {
         let operators = [Parameter::Ra, Parameter::RbShare, Parameter::Rc, Parameter::InputOffset];
         let start = operators.iter().fold(self.origin, |start, axis| start.with(*axis, point.get(*axis)));
         let lag = point.get(Parameter::DeadTime);

@@ -37,7 +37,7 @@ const CREEP: f64 = 0.01;
 /// damping is tried with the rest of it, and a few others.
 pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
     let point = |dead_time: f64| {
-        let start = space.from_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
+        let start = space.start_at_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
         (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), CREEP))
     };
     let lag = plain.point.get(Parameter::DeadTime);
@@ -65,11 +65,11 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
         }
         along.push(best);
     }
-    minima(along)
+    minima(&along)
 }
 
 /// Those that fit better than their neighbours, the best first.
-fn minima(along: Vec<(f64, Point)>) -> Vec<Point> {
+fn minima(along: &[(f64, Point)]) -> Vec<Point> {
     let squares = |place: Option<usize>| place.and_then(|i| along.get(i)).map_or(f64::INFINITY, |one| one.0);
     let is_minimum = |i: &usize| {
         let here = squares(Some(*i));

@@ -266,12 +266,13 @@ impl Stage {
     fn __repr__(&self) -> String {
         let parts = self.0.parts();
         let stage::Units { drive, position } = &parts.units;
-        let mut text = format!("<Stage: {} operators, {drive} to {position}", self.0.model().operators());
-        if let Some((low, high)) = self.0.drive_range() {
-            text += &format!(", drive {low} to {high} {drive}");
-        }
-        text += &format!(", order {} dynamics, dead time {} s", parts.dynamics.order(), parts.dead_time);
-        text + if parts.creep.is_some() { ", creep>" } else { ">" }
+        let range =
+            self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
+        let creep = if parts.creep.is_some() { ", creep" } else { "" };
+        let (operators, order, dead_time) = (self.0.model().operators(), parts.dynamics.order(), parts.dead_time);
+        format!(
+            "<Stage: {operators} operators, {drive} to {position}{range}, order {order} dynamics, dead time {dead_time} s{creep}>"
+        )
     }
 
     #[classmethod]

@@ -12,7 +12,7 @@ from mpi_hyst._cli.terminal import say
 
 @click.command(short_help="Design a drive for identification.")
 @options(
-    limits(required=True),
+    limits(),
     click.option("--rate", type=float, required=True, metavar="HZ", help="Sampling rate."),
     click.option(
         "--slew",

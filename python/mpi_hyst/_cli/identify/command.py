@@ -11,6 +11,7 @@ from mpi_hyst._cli.options import FILE, numbers, options, report, time_column
 from mpi_hyst._cli.terminal import say
 
 _MOST_OPERATORS = 100_000
+_MOST_TERMS = 100
 
 
 def _operators(
@@ -40,12 +41,34 @@ def _smoothness(
         raise click.BadParameter(message, context, option) from None
 
 
+def _dynamics(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> int | str | None:
+    """Read the order of the dynamics, or auto."""
+    del context, option
+    return int(value) if value in ("1", "2") else value
+
+
+def _creep(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> int | Literal["auto"] | None:
+    """Read a number of terms, or auto."""
+    if value is None or value == "auto":
+        return value
+    if not (
+        value.isascii() and value.isdigit() and len(value) < 4 and 0 < int(value) < _MOST_TERMS
+    ):
+        message = f"expected auto or a whole number from 1 to {_MOST_TERMS - 1}, got {value!r}"
+        raise click.BadParameter(message, context, option)
+    return int(value)
+
+
 @click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
     click.option("--input", "input_column", required=True, help="Column of the drive."),
     click.option("--output", "output_column", required=True, help="Column of the position."),
-    click.option("-o", "model_path", type=FILE, help="Model to write (JSON)."),
+    click.option("-o", "stage_path", type=FILE, help="Stage to write (JSON)."),
     report,
     click.option(
         "--skip",
@@ -61,6 +84,9 @@ def _smoothness(
         help="Number of rows to read. Once for all files, or once per file.  [default: all]",
     ),
     time_column,
+    click.option(
+        "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
+    ),
     click.option(
         "--validate",
         multiple=True,
@@ -132,7 +158,19 @@ def _smoothness(
         "--dead-time",
         type=float,
         metavar="SECONDS",
-        help="Time by which the position lags the drive.  [default: fitted]",
+        help="Time that the position is behind hysteresis and dynamics.  [default: fitted]",
+    ),
+    click.option(
+        "--dynamics",
+        type=click.Choice(["auto", "1", "2"]),
+        callback=_dynamics,
+        help="Fit linear dynamics of this order as well. auto: second order.  [default: none]",
+    ),
+    click.option(
+        "--creep",
+        metavar="TERMS|auto",
+        callback=_creep,
+        help="Fit creep as well: the number of terms, a decade apart.  [default: none]",
     ),
     click.option(
         "--keep-partial",
@@ -141,9 +179,10 @@ def _smoothness(
     ),
 )
 def identify(**given: Any) -> int:
-    """Fit a model to measured records in CSV files.
+    """Fit a stage to measured records in CSV files.
 
-    A record must start from rest, or its start must be skipped with --skip. Ctrl-C writes no
+    The stage is written with -o: hysteresis, dead time, and dynamics and creep if they are asked
+    for. A record must start from rest, or its start must be skipped with --skip. Ctrl-C writes no
     files unless --keep-partial is given; the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request

@@ -13,6 +13,7 @@ import numpy as np
 from mpi_hyst import io
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.identify.request import Request
+from mpi_hyst._cli.inputs import known_interval
 from mpi_hyst._report.identify.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -25,7 +26,7 @@ def read(request: Request) -> Records:
     """Read all records, each with the part to skip."""
     records = _read("--skip", request.data, request.skip, request.rows, request)
     held_out = _read("--validate-skip", request.validate, request.validate_skip, (), request)
-    _check_sample_times([*records, *held_out])
+    _check_intervals([*records, *held_out])
     if not request.validate_from:
         return Records(records, held_out, ends=False)
     ends = _ends(records, request)
@@ -43,14 +44,17 @@ def _read(
     records = []
     for path, amount, count in zip(paths, skips, counts, strict=True):
         columns = io.read(path, names, time=request.time, rows=count or None)
+        dt, seconds = known_interval(columns, request.rate), columns.seconds
+        if seconds is None and dt is not None:
+            seconds = dt * np.arange(columns.samples)
         records.append(
             Record(
                 name=path.name,
-                input=columns.values[request.input_column],
-                output=columns.values[request.output_column],
-                seconds=columns.seconds,
-                sample_time=columns.sample_time,
-                skip=_samples(option, amount, columns.path, columns.seconds, columns.samples),
+                input=columns[request.input_column],
+                output=columns[request.output_column],
+                seconds=seconds,
+                dt=dt,
+                skip=_samples(option, amount, path, seconds, columns.samples),
             )
         )
     return records
@@ -93,7 +97,7 @@ def _samples(option: str, amount: str, path: Path, seconds: Samples | None, samp
     if not match["seconds"]:
         count = int(match["count"])
     elif seconds is None:
-        raise CommandError(f"{path}: {option} {amount} needs a time column; name it with --time")
+        raise CommandError(f"{path}: {option} {amount} needs a time column (--time) or --rate")
     else:
         count = int(np.searchsorted(seconds - seconds[0], float(match["count"])))
     if count >= samples:
@@ -101,14 +105,17 @@ def _samples(option: str, amount: str, path: Path, seconds: Samples | None, samp
     return count
 
 
-def _check_sample_times(records: Sequence[Record]) -> None:
-    """Refuse records of different sampling rates: the fit has one dead time in samples."""
+def _check_intervals(records: Sequence[Record]) -> None:
+    """Refuse records of different sampling rates, and those with and without one together."""
     first = records[0]
     for record in records[1:]:
-        if first.sample_time is None or record.sample_time is None:
+        if (first.dt is None) != (record.dt is None):
+            known, unknown = (first, record) if record.dt is None else (record, first)
+            raise CommandError(f"{unknown.name}: expected a time column as in {known.name}")
+        if first.dt is None or record.dt is None:
             continue
-        if abs(record.sample_time - first.sample_time) > 1e-3 * first.sample_time:
+        if abs(record.dt - first.dt) > 1e-3 * first.dt:
             raise CommandError(
                 f"{record.name}: expected the sampling interval of {first.name}, "
-                f"{digits(first.sample_time)} s, got {digits(record.sample_time)} s"
+                f"{digits(first.dt)} s, got {digits(record.dt)} s"
             )

@@ -15,6 +15,8 @@ Kind = Literal["modified", "conventional"]
 Weights = Literal["auto", "free", "quadratic", "split"]
 Smoothness = float | Literal["auto"]
 Operators = int | Literal["auto"]
+Dynamics = Literal["auto", 1, 2]
+Creep = int | Literal["auto"]
 
 
 @dataclass(frozen=True)
@@ -24,11 +26,12 @@ class Request:
     data: tuple[Path, ...]
     input_column: str
     output_column: str
-    model_path: Path | None = None
+    stage_path: Path | None = None
     report_path: Path | None = None
     skip: tuple[str, ...] = ()
     rows: tuple[int, ...] = ()
     time: str | None = None
+    rate: float | None = None
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
     validate_from: tuple[str, ...] = ()
@@ -40,6 +43,8 @@ class Request:
     ratios: tuple[float, float, float] | None = None
     input_offset: float | None = None
     dead_time: float | None = None
+    dynamics: Dynamics | None = None
+    creep: Creep | None = None
     keep_partial: bool = False
 
     @property
@@ -64,7 +69,7 @@ class Request:
 
     def check(self) -> None:
         """Refuse options that contradict each other, and outputs that cannot be written."""
-        check_outputs([self.model_path, self.report_path], [*self.data, *self.validate])
+        check_outputs([self.stage_path, self.report_path], [*self.data, *self.validate])
         if self.input_column == self.output_column:
             raise CommandError(f"--input and --output: both are column {self.input_column!r}")
         if self.model == "conventional" and self.ratios is not None:

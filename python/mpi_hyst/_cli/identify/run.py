@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Literal
 
 import mpi_hyst as mh
@@ -12,7 +13,6 @@ from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request, Weights
 from mpi_hyst._cli.outputs import Output, write_file, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
-from mpi_hyst._cli.stage import dead_time_samples
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._report.identify.records import Records
 from mpi_hyst._report.identify.summary import summary
@@ -34,9 +34,9 @@ def run(request: Request) -> tuple[str, bool]:
         interrupted = compared is None
     task = request.task(records)
     outputs = []
-    # The model is written first: if the report fails, the result of the fit is kept.
-    if request.model_path is not None:
-        outputs.append(Output(request.model_path, found.model.save))
+    # The stage is written first: if the report fails, the result of the fit is kept.
+    if request.stage_path is not None:
+        outputs.append(Output(request.stage_path, _saver(found, request)))
     if request.report_path is not None:
         from mpi_hyst._report.identify.page import report
 
@@ -47,7 +47,7 @@ def run(request: Request) -> tuple[str, bool]:
             )
         )
     write_outputs(outputs)
-    return f"{summary(task, found, left_out)}\n\n{_saved(request)}", interrupted
+    return f"{summary(task, found, left_out)}\n\n{_saved(found, request)}", interrupted
 
 
 def fit(
@@ -60,10 +60,11 @@ def fit(
     weights: Weights = "free" if unsplit else request.weights
     ends = [record.skip for record in records.held_out] if records.ends else None
     whole = records.held_out if records.ends else records.fitted
-    delay = _dead_time(request.dead_time, records)
+    dead_time = _dead_time(request.dead_time, records)
     try:
         return mh.identify(
             [(record.input, record.output) for record in whole],
+            dt=records.dt,
             model=kind,
             operators=request.operators,
             weights=weights,
@@ -71,7 +72,9 @@ def fit(
             smoothness=request.smoothness,
             ratios=request.ratios if request.ratios and kind == "modified" else "fit",
             input_offset="fit" if request.input_offset is None else request.input_offset,
-            dead_time=delay,
+            dead_time=dead_time,
+            dynamics=request.dynamics,
+            creep=request.creep,
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,
@@ -83,15 +86,21 @@ def fit(
 
 
 def _dead_time(seconds: float | None, records: Records) -> float | Literal["fit"]:
-    """Return the dead time in samples, as the library takes it."""
-    first = records.fitted[0]
+    """Return the dead time as the library takes it."""
     if seconds is None:
         return "fit"
-    if seconds == 0.0:
-        return 0.0
-    if first.sample_time is None:
-        raise CommandError(f"{first.name}: --dead-time needs a time column; name it with --time")
-    return dead_time_samples(seconds, first.sample_time)
+    if seconds != 0.0 and records.dt is None:
+        name = records.fitted[0].name
+        raise CommandError(f"{name}: --dead-time needs a time column (--time) or --rate")
+    return seconds
+
+
+def _saver(found: mh.results.Identification, request: Request) -> Callable[[Path], object]:
+    """Return the function that writes the stage, or without sampling interval the hysteresis."""
+    if not found.dt:
+        return found.model.save
+    units = (request.input.suffix or "V", request.output.suffix or "um")
+    return found.stage.replace(units=units).save
 
 
 def loops_left_out(
@@ -121,12 +130,14 @@ def _compare(records: Records, request: Request) -> mh.results.Identification | 
         raise
 
 
-def _saved(request: Request) -> str:
+def _saved(found: mh.results.Identification, request: Request) -> str:
     lines = []
-    if request.model_path is None:
-        lines.append("not saved: add -o stage.json to save the model")
+    if request.stage_path is None:
+        lines.append("not saved: add -o stage.json to save the stage")
+    elif found.dt:
+        lines.append(f"stage   {request.stage_path}")
     else:
-        lines.append(f"model   {request.model_path}  (without the dead time)")
+        lines.append(f"model   {request.stage_path}  (hysteresis alone: no sampling interval)")
     if request.report_path is not None:
         lines.append(f"report  {request.report_path}")
     return "\n".join(lines)
@@ -140,10 +151,9 @@ def _name_options(message: str, request: Request) -> str:
     if match := re.match(r"record (\d+): ", message):
         paths, message = (paths[int(match[1])],), message[match.end() :]
     argument, _, rest = message.partition(": ")
-    if argument in ("operators", "skip", "ratios", "input_offset", "smoothness"):
+    named = ("operators", "skip", "ratios", "input_offset", "smoothness", "dead_time", "creep")
+    if argument in (*named, "dynamics"):
         return f"--{argument.replace('_', '-')}: {rest}"
-    if argument == "dead_time":
-        return f"--dead-time: {rest}"
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"
     columns = {"u": request.input_column, "y": request.output_column}

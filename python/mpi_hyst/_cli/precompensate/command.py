@@ -12,18 +12,31 @@ from mpi_hyst._cli.terminal import say
 
 @click.command()
 @options(
-    click.argument("model_path", metavar="MODEL.json", type=FILE),
+    click.argument("stage_path", metavar="STAGE.json", type=FILE),
     click.argument("trajectory", metavar="TRAJECTORY.csv", type=FILE),
     click.option("-o", "drive_path", required=True, type=FILE, help="Drive to write (CSV)."),
     reference("trajectory"),
-    limits(),
+    limits("those of the stage"),
+    click.option(
+        "--start",
+        type=float,
+        metavar="V",
+        help="Drive at which the stage rests before.  [default: 0 if within the limits]",
+    ),
+    click.option(
+        "--lead-in",
+        type=float,
+        metavar="SECONDS",
+        help="Time to move smoothly from rest to the beginning of the trajectory.",
+    ),
     stage,
 )
 def precompensate(**given: Any) -> None:
-    """Compute the drive for which the model follows a trajectory.
+    """Compute the drive for which a stage follows a trajectory.
 
-    The hysteresis is inverted exactly, sample by sample. Dynamics, amplifier bandwidth and dead
-    time are inverted as well if they are given.
+    STAGE.json is a stage or a model written by identify. Dynamics, creep and dead time of the
+    stage are inverted, then the hysteresis, exactly. Without --lead-in the trajectory must begin
+    where the stage rests.
     """
     from mpi_hyst._cli.precompensate.run import Request, run
 

@@ -1,8 +1,7 @@
-"""`mpi-hyst precompensate`: a model and a trajectory in, the drive out."""
+"""`mpi-hyst precompensate`: a stage and a trajectory in, the drive out."""
 
 from __future__ import annotations
 
-import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,24 +11,24 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._cli.inputs import load_model, sampling_interval
+from mpi_hyst._cli.inputs import known_interval, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import StageOptions, name_options
+from mpi_hyst._cli.stage import StageOptions, is_static, load_stage, name_options
 from mpi_hyst._csv import read_trajectory, write_table
 from mpi_hyst._quantity import Quantity
+from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import digits, in_unit, text_pairs
-from mpi_hyst._types import Flags, Model, Samples
+from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
 _DRIVE = "drive"
-_SATURATED = "saturated"
 
 
 @dataclass(frozen=True)
 class Request:
     """The options, by their names."""
 
-    model_path: Path
+    stage_path: Path
     trajectory: Path
     drive_path: Path
     stage: StageOptions
@@ -37,6 +36,8 @@ class Request:
     time: str | None = None
     rate: float | None = None
     limits: tuple[float, float] | None = None
+    start: float | None = None
+    lead_in: float | None = None
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> Request:
@@ -47,88 +48,94 @@ class Request:
 
 def run(request: Request) -> str:
     """Compute the drive, write it, and return the summary."""
-    check_outputs([request.drive_path], [request.model_path, request.trajectory])
-    model = load_model(request.model_path)
+    check_outputs([request.drive_path], [request.stage_path, request.trajectory])
+    stage = load_stage(request.stage_path, request.stage)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
     _check_names(columns, column)
-    target, notes = _target(columns, column, request)
-    drive, saturated = _drive(model, target, request)
-    table: dict[str, Samples | list[int]] = {}
-    if columns.time_column is not None:
-        table[columns.time_column] = columns[columns.time_column]
-    table[_DRIVE] = drive
-    if saturated.any():
-        table[_SATURATED] = saturated.astype(int).tolist()
-    residual = np.abs(model.forward().run(drive) - target)
+    dt = _interval(columns, stage, request)
+    drive, notes = _drive(stage, columns[column], dt, request)
+    table = {**_times(columns, drive.size, dt), _DRIVE: drive}
+    residual = _residual(stage, columns[column], drive, dt, request)
     write_outputs([Output.of_text(request.drive_path, write_table(table))])
-    summary = _summary(request, Quantity(column), drive, residual, saturated)
+    summary = _summary(request, stage, Quantity(column), drive, residual)
     return "\n".join([summary, *notes])
 
 
 def _check_names(columns: Columns, column: str) -> None:
-    """Refuse a column that has the name of one that is written."""
-    for name in (columns.time_column, column):
-        if name in (_DRIVE, _SATURATED):
-            raise CommandError(
-                f"{columns.path}: expected other columns than {_DRIVE} and {_SATURATED}, which "
-                f"are written, got {name}"
-            )
+    """Refuse a column that has the name of the one that is written."""
+    if _DRIVE in (columns.time_column, column):
+        raise CommandError(
+            f"{columns.path}: expected other columns than {_DRIVE}, which is written, got {_DRIVE}"
+        )
 
 
-def _target(columns: Columns, column: str, request: Request) -> tuple[Samples, list[str]]:
-    """Compute the output that the hysteresis must have; return it with notes for the summary."""
-    trajectory = columns[column]
-    if request.rate is not None or request.stage.given:
-        dt = sampling_interval(columns, request.rate)
-    if not request.stage.given:
-        return trajectory, []
-    names = {"trajectory": str(request.trajectory)}
+def _interval(columns: Columns, stage: mh.Stage, request: Request) -> float:
+    """Return the sampling interval; a stage of hysteresis alone does not need to know it."""
+    if is_static(stage) and stage.slew is None and request.lead_in is None:
+        return known_interval(columns, request.rate) or 1.0
+    return sampling_interval(columns, request.rate)
+
+
+def _drive(
+    stage: mh.Stage, reference: Samples, dt: float, request: Request
+) -> tuple[Samples, list[str]]:
+    """Return the drive, and warnings for the summary."""
+    names = {"reference": str(request.trajectory), "start": "--start", "lead_in": "--lead-in"}
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            target = mh.control.invert_dynamics(trajectory, dt, **request.stage.arguments())
-    except ValueError as error:
-        raise CommandError(name_options(str(error), names)) from error
-    notes = [f"warning: {name_options(str(one.message), names)}" for one in caught]
-    return target, [f"target: through the inverse dynamics at {1.0 / dt:g} Hz", *notes]
-
-
-def _drive(model: Model, target: Samples, request: Request) -> tuple[Samples, Flags]:
-    """Run the exact inverse; return the drive and which samples are saturated."""
-    try:
-        inverse = model.inverse(request.limits)
+            drive = stage.precompensate(
+                reference, dt, limits=request.limits, start=request.start, lead_in=request.lead_in
+            )
     except mh.NotInvertibleError as error:
-        raise CommandError(f"{request.model_path}: {error}") from error
+        raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
-        raise CommandError(re.sub(r"^limits(\[\d\])?", "--limits", str(error))) from error
-    if request.limits is None:
-        return inverse.run(target), np.zeros(target.size, dtype=np.bool_)
-    # A drive at its limit may be exactly what the target needs: only the stream can tell.
-    steps = [(inverse.step(value), inverse.saturated) for value in target.tolist()]
-    return np.array([drive for drive, _ in steps]), np.array([flag for _, flag in steps])
+        raise CommandError(name_options(str(error), names)) from error
+    return drive, [f"warning: {name_options(str(one.message), names)}" for one in caught]
+
+
+def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:
+    """Return the time column, with the times of the lead-in in front."""
+    if columns.time_column is None:
+        return {}
+    times = columns[columns.time_column]
+    before = samples - times.size
+    # The unit of the column: seconds, or what its name says.
+    step = dt * float(times[-1] - times[0]) / float(columns.seconds[-1] - columns.seconds[0])
+    lead_in = times[0] - step * np.arange(before, 0, -1)
+    return {columns.time_column: np.concatenate([lead_in, times])}
+
+
+def _residual(
+    stage: mh.Stage, reference: Samples, drive: Samples, dt: float, request: Request
+) -> Samples:
+    """Return the magnitude of the error of the stage itself under this drive."""
+    stream = stage.forward(dt)
+    if request.start is not None:
+        stream.settle(request.start)
+    return np.abs(stream.run(drive)[-reference.size :] - reference)
 
 
 def _summary(
-    request: Request,
-    quantity: Quantity,
-    drive: Samples,
-    residual: Samples,
-    saturated: Flags,
+    request: Request, stage: mh.Stage, quantity: Quantity, drive: Samples, residual: Samples
 ) -> str:
-    count = int(saturated.sum())
+    start = 0.0 if request.start is None else request.start
+    before = drive.size - residual.size
+    samples = f"{residual.size}, starting from rest at a drive of {start:g}"
     pairs = [
-        ("samples", f"{drive.size}, starting from rest"),
+        ("samples", samples + (f", after {before} samples of lead-in" if before else "")),
+        ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
         ("drive", f"{digits(float(drive.min()))} to {digits(float(drive.max()))}"),
+        ("limits", _limits(request.limits or stage.drive_range, drive)),
+        ("max |model - target|", in_unit(float(residual.max()), quantity.unit, 3)),
     ]
-    if request.limits is None:
-        pairs.append(("saturated", "none, as no --limits are given"))
-    else:
-        low, high = request.limits
-        pairs.append(("saturated", f"{count} of {drive.size} samples at {low:g} or {high:g}"))
-    error = in_unit(float(residual.max()), quantity.unit, 3)
-    if 0 < count < drive.size:
-        free = float(residual[~saturated].max())
-        error += f", {in_unit(free, quantity.unit, 3)} where not saturated"
-    pairs.append(("max |model - target|", error))
     title = f"{request.drive_path}: drive for {quantity.column} of {request.trajectory}"
     return f"{title}\n\n{text_pairs(pairs)}"
+
+
+def _limits(limits: tuple[float, float] | None, drive: Samples) -> str:
+    if limits is None:
+        return "none"
+    low, high = limits
+    count = int(((drive <= low) | (drive >= high)).sum())
+    return f"{low:g} to {high:g}, reached by {count} of {drive.size} samples"

@@ -12,9 +12,9 @@ from mpi_hyst._cli.terminal import say
 
 @click.command(short_help="Simulate control of a stage along a reference.")
 @options(
-    click.argument("model_path", metavar="MODEL.json", type=FILE),
+    click.argument("stage_path", metavar="STAGE.json", type=FILE),
     click.argument("trajectory", metavar="REFERENCE.csv", type=FILE),
-    limits(required=True),
+    limits("those of the stage"),
     click.option("-o", "result_path", type=FILE, help="Run to write (CSV)."),
     report,
     reference("reference"),
@@ -22,17 +22,15 @@ from mpi_hyst._cli.terminal import say
         "--plant",
         "plant_path",
         type=FILE,
-        metavar="ACTUATOR.json",
-        help="Hysteresis of the simulated stage.  [default: MODEL.json]",
+        metavar="OTHER.json",
+        help="Stage or hysteresis that is simulated.  [default: STAGE.json]",
     ),
     stage,
     click.option(
         "--noise",
         type=float,
-        default=0.0,
-        show_default=True,
         metavar="RMS",
-        help="Noise of the sensor, in the unit of the reference.",
+        help="Noise of the sensor, in the unit of the reference.  [default: that of the stage]",
     ),
     click.option(
         "--seed", type=int, default=0, show_default=True, help="Seed of the sensor noise."
@@ -40,27 +38,22 @@ from mpi_hyst._cli.terminal import say
     click.option(
         "--gains",
         **numbers("KP,KI"),
-        help="Proportional and integral gain of the feedback.  [default: tuned]",
+        help="Proportional gain (V/µm) and integral gain (V/µm/s).  [default: tuned]",
     ),
     click.option(
         "--feedforward",
-        type=click.Choice(["inverse", "none"]),
-        default="inverse",
+        type=click.Choice(["preview", "inverse", "none"]),
+        default="preview",
         show_default=True,
-        help="Exact inverse of MODEL.json, or feedback alone.",
-    ),
-    click.option(
-        "--preview/--no-preview",
-        default=True,
-        show_default=True,
-        help="Pass the reference through the inverse dynamics.",
+        help="preview: the reference passes through the inverse dynamics, then the exact inverse "
+        "of the hysteresis. inverse: exact inverse of the hysteresis. none: feedback alone.",
     ),
 )
 def simulate(**given: Any) -> None:
     """Simulate a stage that follows a reference under feed-forward and feedback.
 
-    The controller knows the dynamics, the amplifier bandwidth and the dead time of the stage. It
-    does not know the noise, nor the hysteresis given with --plant.
+    STAGE.json is a stage or a model written by identify. The controller knows this stage, but not
+    the noise, nor the stage given with --plant.
     """
     from mpi_hyst._cli.simulate.run import Request, run
 

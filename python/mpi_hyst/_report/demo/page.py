@@ -252,7 +252,7 @@ def _model(demo: Demo) -> Section:
         ("ratios ra/r, rb/r, rc/r", f"{found}  (true 0.95, 0.30, 0.35)"),
         ("input offset", f"{demo.modified.model.input_offset:.3f} V  (true 0)"),
         ("output offset", f"{1e3 * demo.modified.model.output_offset:.2f} nm  (true 0)"),
-        ("dead time", f"{1e3 * demo.modified.dead_time_samples / RATE:.4f} ms  (true 0)"),
+        ("dead time", f"{1e3 * (demo.modified.dead_time or 0.0):.4f} ms  (true 0)"),
         ("first weight", f"{first:.4f} nm/V  (true {1e3 * demo.actuator.weights[0]:.4f})"),
     ]
     return Section(

@@ -129,9 +129,8 @@ def _cards(result: Result) -> list[Card]:
                 "fitted to the same samples",
             )
         )
-    step = result.task.records.fitted[0].sample_time
-    value = f"{found.dead_time_samples:.2f} samples"
-    if step is not None:
-        value = f"{digits(1e3 * step * found.dead_time_samples, 3)} ms"
-    cards.append(Card(value, "dead time", "of position behind drive"))
+    if found.dead_time is None:
+        cards.append(Card(f"{found.dead_time_samples or 0.0:.2f} samples", "dead time"))
+    else:
+        cards.append(Card(f"{digits(1e3 * found.dead_time, 3)} ms", "dead time"))
     return cards

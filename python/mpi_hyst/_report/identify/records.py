@@ -18,7 +18,7 @@ class Record:
     input: Samples
     output: Samples
     seconds: Samples | None
-    sample_time: float | None
+    dt: float | None
     skip: int
 
     def until(self, sample: int) -> Record:
@@ -36,6 +36,11 @@ class Records:
     fitted: Sequence[Record]
     held_out: Sequence[Record]
     ends: bool
+
+    @property
+    def dt(self) -> float | None:
+        """The sampling interval in seconds, or None if it is not known."""
+        return self.fitted[0].dt
 
     @property
     def names(self) -> list[str]:

@@ -81,18 +81,37 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
     offset = with_error(found.model.input_offset, found.input_offset_std, task.input.unit)
     pairs.append(("input offset", offset + given("input offset")))
-    pairs.append(("dead time", dead_time(task, found) + given("dead time")))
+    pairs += _dynamics(found)
+    pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
     return pairs
 
 
-def dead_time(task: Task, found: mh.results.Identification) -> str:
+def _dynamics(found: mh.results.Identification) -> list[tuple[str, str]]:
+    pairs = []
+    if found.dynamics is not None:
+        frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
+        first = isinstance(found.dynamics, mh.plant.FirstOrder)
+        pairs.append(("bandwidth" if first else "natural frequency", frequency))
+    if isinstance(found.dynamics, mh.plant.SecondOrder):
+        damping = with_error(found.dynamics.damping, found.damping_std)
+        pairs.append(("damping ratio", damping))
+    if found.creep is not None:
+        amplitudes = "  ".join(
+            with_error(amplitude, std)
+            for amplitude, std in zip(found.creep.amplitudes, found.creep_std, strict=True)
+        )
+        times = "  ".join(digits(time) for time in found.creep.time_constants)
+        pairs += [("creep amplitudes", amplitudes), ("creep time constants", f"{times} s")]
+    return pairs
+
+
+def dead_time(found: mh.results.Identification) -> str:
     """Return the dead time in ms with its standard error, or in samples without a time column."""
-    step = task.records.fitted[0].sample_time
-    if step is None:
-        return with_error(found.dead_time_samples, found.dead_time_std, "samples")
-    return with_error(1e3 * step * found.dead_time_samples, 1e3 * step * found.dead_time_std, "ms")
+    if found.dead_time is None:
+        return with_error(found.dead_time_samples or 0.0, found.dead_time_std, "samples")
+    return with_error(1e3 * found.dead_time, 1e3 * found.dead_time_std, "ms")
 
 
 def with_error(value: float, std: float, unit: str = "") -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -18,19 +20,16 @@ BASE = "% of the base: the peak-to-peak range of the reference"
 class Setup:
     """The simulated stage and its controller. Files are given by their paths."""
 
-    model: str
+    stage: str
     plant: str
     reference: str
     limits: tuple[float, float]
-    dynamics: tuple[float, float] | None
-    amplifier_bandwidth: float | None
-    dead_time: float
+    linear_parts: Sequence[str]
     noise: float
     seed: int
     gains: tuple[float, float]
     tuned: bool
-    inverse: bool
-    preview_samples: int
+    feedforward: Literal["preview", "inverse", "none"]
 
 
 @dataclass(frozen=True)
@@ -53,14 +52,14 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
     run, metrics, setup = outcome.run, outcome.run.metrics, outcome.setup
     low, high = setup.limits
     kp, ki = setup.gains
-    feedforward = "none"
-    if setup.inverse:
-        feedforward = f"exact inverse of {setup.model}"
-        if setup.preview_samples:
-            feedforward += f", {setup.preview_samples} samples of preview"
+    feedforward = {
+        "preview": f"inverse dynamics and exact inverse of {setup.stage}",
+        "inverse": f"exact inverse of {setup.stage}",
+        "none": "none",
+    }[setup.feedforward]
     return [
         ("samples", f"{len(run)} at {1.0 / outcome.dt:.6g} Hz, starting from rest"),
-        ("stage", ", ".join([setup.plant, *_stage(setup, outcome.quantity.unit)])),
+        ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(outcome)])),
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
         ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
@@ -68,18 +67,11 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
     ]
 
 
-def _stage(setup: Setup, unit: str) -> list[str]:
-    parts = []
-    if setup.dynamics is not None:
-        frequency, damping = setup.dynamics
-        parts.append(f"natural frequency {frequency:g} Hz, damping ratio {damping:g}")
-    if setup.amplifier_bandwidth is not None:
-        parts.append(f"amplifier bandwidth {setup.amplifier_bandwidth:g} Hz")
-    if setup.dead_time:
-        parts.append(f"dead time {1e3 * setup.dead_time:g} ms")
-    if setup.noise:
-        parts.append(f"noise {in_unit(setup.noise, unit)} rms (seed {setup.seed})")
-    return parts
+def _noise(outcome: Outcome) -> list[str]:
+    setup = outcome.setup
+    if not setup.noise:
+        return []
+    return [f"noise {in_unit(setup.noise, outcome.quantity.unit)} rms (seed {setup.seed})"]
 
 
 def errors(outcome: Outcome) -> tuple[list[str], list[list[str]]]:

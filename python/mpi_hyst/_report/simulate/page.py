@@ -41,7 +41,7 @@ def report(outcome: Outcome) -> str:
     return render(
         Report(
             title=f"Simulated tracking of {outcome.quantity.name}",
-            subtitle=f"{Path(setup.reference).name} on {Path(setup.model).name}",
+            subtitle=f"{Path(setup.reference).name} on {Path(setup.stage).name}",
             cards=cards,
             sections=[Section("tracking", "Tracking", text, blocks)],
             footer="mpi_hyst.",
