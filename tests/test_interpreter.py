@@ -33,7 +33,6 @@ class Slow:
     [
         lambda stream, drives: stream.run(drives),
         lambda stream, drives: stream.follow(drives),
-        lambda stream, drives: stream.set_model(MODEL),
     ],
 )
 def test_nothing_is_borrowed_while_arguments_are_converted(use: Callable[[Any, Any], Any]) -> None:
