@@ -313,7 +313,7 @@ fn steps_are_missed() {
     assert!(miss.error > 0.05 && miss.sample.abs_diff(200) < 8, "{miss:?}");
     assert_eq!(worst_miss(&stage, DT, &step[..20], &step[..20], 0.5).unwrap(), None);
     let slow = gain(2.0).then(resonance(4.0, 0.95));
-    let (rest, inputs) = ([0.5; 4000], [0.25; 4000]);
+    let (rest, inputs) = (vec![0.5; 4000], vec![0.25; 4000]);
     assert_eq!(worst_miss(&slow, DT, &rest, &inputs, 0.5).unwrap().map(|miss| miss.error), Some(0.0));
     let left = worst_miss(&slow, DT, &rest, &inputs, 0.0).unwrap().unwrap().error;
     assert!((1e-5..0.01).contains(&left), "{left}");

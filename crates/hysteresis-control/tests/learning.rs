@@ -238,7 +238,7 @@ fn a_long_dead_time_is_waited_for() {
 }
 
 /// The name of the parameter that a message begins with.
-fn named(error: impl ToString) -> String {
+fn named(error: &impl ToString) -> String {
     error.to_string().split(':').next().unwrap().to_string()
 }
 
@@ -263,7 +263,7 @@ fn a_state_of_iterative_learning_is_taken_over_bit_for_bit_or_refused_by_name() 
         let before = learning.state();
         let error = learning.set_state(&saved).unwrap_err();
         assert_eq!(learning.state(), before);
-        named(error)
+        named(&error)
     };
     let slower = believed().dynamics.with_dead_time(DT).unwrap();
     assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, &target, usual)), "state.dt");
@@ -277,7 +277,7 @@ fn a_state_of_iterative_learning_is_taken_over_bit_for_bit_or_refused_by_name() 
     assert_eq!(refused(made(believed(), &target, wider)), "state.target_limits");
     let mut torn = saved.clone();
     torn.best[3] = f64::NAN;
-    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.best[3]");
+    assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.best[3]");
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() 
         let before = control.state();
         let error = control.set_state(&saved).unwrap_err();
         assert_eq!(control.state(), before);
-        named(error)
+        named(&error)
     };
     assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, 500, usual)), "state.dt");
     assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, 500, usual)), "state.model");
@@ -308,10 +308,10 @@ fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() 
     assert_eq!(refused(made(believed(), 500, RepetitiveOptions { limit: None, ..usual })), "state.limit");
     let mut torn = saved.clone();
     torn.errors.pop();
-    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.errors");
+    assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.errors");
     torn = saved;
     torn.sum = f64::INFINITY;
-    assert_eq!(named(one.set_state(&torn).unwrap_err()), "state.sum[0]");
+    assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.sum[0]");
 }
 
 /// A loop at another sampling interval is no truth about this one.

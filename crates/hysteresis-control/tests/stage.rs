@@ -20,9 +20,9 @@ fn creep() -> Creep {
 
 /// Triangle of 70 % of the stroke at 10 Hz, with its beginning at 0.
 fn raster(seconds: f64) -> Vec<f64> {
-    let samples = (seconds / DT).round() as u32;
     let triangle = |t: f64| 2.0 * ((t + 0.5).rem_euclid(1.0) - 0.5).abs();
-    (0..samples).map(|k| 70.0 * triangle(10.0 * DT * f64::from(k))).collect()
+    let times = (0_u32..).map(|k| DT * f64::from(k)).take_while(|t| *t < seconds - 0.5 * DT);
+    times.map(|t| 70.0 * triangle(10.0 * t)).collect()
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

@@ -37,7 +37,7 @@ impl Fingerprint {
         Self(from)
     }
 
-    /// Takes in how many numbers follow, and the numbers: so [1], [2, 3] differs from [1, 2], [3].
+    /// Takes in how many numbers follow, and the numbers: so the parts (1), (2, 3) differ from (1, 2), (3).
     pub fn numbers(&mut self, values: &[f64]) {
         self.count(values.len());
         for value in values {

@@ -19,7 +19,9 @@ fn map(low: f64, high: f64) -> impl Strategy<Value = PiecewiseLinearMap> {
             y.push(y[y.len() - 1] + dy / total.1 * (high - low));
         }
         if falling {
-            y.iter_mut().for_each(|y| *y = low + high - *y);
+            for y in &mut y {
+                *y = low + high - *y;
+            }
         }
         PiecewiseLinearMap::new(&x, &y).unwrap()
     })

@@ -23,8 +23,8 @@ fn actuator() -> ModifiedPrandtlIshlinskii {
     ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, RATIOS, offsets).unwrap()
 }
 
-fn resonance(frequency: f64, damping: f64) -> Option<Dynamics> {
-    Some(SecondOrder::new(frequency, damping).unwrap().into())
+fn resonance(frequency: f64, damping: f64) -> Dynamics {
+    SecondOrder::new(frequency, damping).unwrap().into()
 }
 
 /// A decaying triangle, and then a few steps.
@@ -69,7 +69,7 @@ fn without_noise_everything_comes_back() {
     let taus = vec![0.02, 0.3];
     for (frequency, damping, dead_time) in [(60.0, 0.05, 1.35), (150.0, 0.7, 0.4), (90.0, 1.4, 2.0)] {
         let creep = Some(Creep::new(&[0.01, 0.03], &taus).unwrap());
-        let behind = Behind { creep, dynamics: resonance(frequency, damping), dead_time };
+        let behind = Behind { creep, dynamics: Some(resonance(frequency, damping)), dead_time };
         let options = Options { creep: CreepModel::TimeConstants(taus.clone()), ..options() };
         let (output, found) = fitted(&behind, &options);
         let case = format!("{frequency} Hz, {damping}: {:?} {:?}", found.dynamics, found.creep);
@@ -113,7 +113,7 @@ fn a_lag_and_log_type_creep_come_back() {
 #[test]
 fn the_stage_predicts_what_the_identification_predicts() {
     let creep = Some(Creep::logarithmic(0.02, 0.01, 20.0, 7).unwrap());
-    let behind = Behind { creep, dynamics: resonance(70.0, 0.1), dead_time: 1.35 };
+    let behind = Behind { creep, dynamics: Some(resonance(70.0, 0.1)), dead_time: 1.35 };
     let mut output = stage_output(&actuator(), &behind, DT, &drive());
     output.iter_mut().zip(noise(2000, 0.01, 4)).for_each(|(y, e)| *y += e);
     let options = Options { creep: CreepModel::Logarithmic { terms: None }, ..options() };
@@ -148,7 +148,7 @@ fn the_stage_predicts_what_the_identification_predicts() {
 #[test]
 fn a_slow_record_tells_the_lag_of_an_overdamped_stage() {
     let dt = 1e-4;
-    let behind = Behind { creep: None, dynamics: resonance(400.0, 0.95), dead_time: 0.0 };
+    let behind = Behind { creep: None, dynamics: Some(resonance(400.0, 0.95)), dead_time: 0.0 };
     let plant = hysteresis_simulate::paper::table_1_recovered();
     let input = decaying_triangle(12_000, 500.0, 12.0, 0.0);
     let mut output = stage_output(&plant, &behind, dt, &input);
@@ -176,7 +176,7 @@ fn a_slow_record_tells_the_lag_of_an_overdamped_stage() {
 fn a_resonance_and_creep_from_a_triangle_and_a_step() {
     let dt = 1e-4;
     let creep = Some(Creep::logarithmic(0.012, 0.01, 100.0, 8).unwrap());
-    let behind = Behind { creep, dynamics: resonance(800.0, 0.02), dead_time: 1.0 };
+    let behind = Behind { creep, dynamics: Some(resonance(800.0, 0.02)), dead_time: 1.0 };
     let plant = hysteresis_simulate::paper::table_1_recovered();
     let triangle = decaying_triangle(10_000, 500.0, 12.0, 0.0);
     let step: Vec<f64> = (0..6000).map(|k| if k < 100 { 0.0 } else { 200.0 }).collect();
@@ -205,7 +205,7 @@ fn a_resonance_and_creep_from_a_triangle_and_a_step() {
 
 #[test]
 fn rows_that_are_one_sample_off_are_named() {
-    let behind = Behind { creep: None, dynamics: resonance(70.0, 0.1), dead_time: -1.0 };
+    let behind = Behind { creep: None, dynamics: Some(resonance(70.0, 0.1)), dead_time: -1.0 };
     let mut output = stage_output(&actuator(), &behind, DT, &drive());
     output.iter_mut().zip(noise(2000, 0.01, 4)).for_each(|(y, e)| *y += e);
     let found = run(&[Record::new(&drive(), &output, 0).unwrap()], &options()).unwrap();
@@ -241,7 +241,7 @@ fn a_stage_without_dynamics_gets_none() {
 /// Slow loops and a fast step, each at its own rate, tell one stage.
 #[test]
 fn records_of_different_rates_belong_in_one_fit() {
-    let behind = |dead_time| Behind { creep: None, dynamics: resonance(60.0, 0.1), dead_time };
+    let behind = |dead_time| Behind { creep: None, dynamics: Some(resonance(60.0, 0.1)), dead_time };
     let (slow, fast) = (4e-3, 5e-4);
     let triangle = decaying_triangle(1500, 50.0, 9.5, 0.0);
     let step: Vec<f64> = (0..400).map(|k| if k < 40 { 0.0 } else { 30.0 }).collect();
@@ -290,7 +290,7 @@ fn seconds_are_asked_for_where_they_are_needed() {
 /// What is known beforehand stays as it is.
 #[test]
 fn a_dead_time_that_is_given_stays() {
-    let behind = Behind { creep: None, dynamics: resonance(60.0, 0.2), dead_time: 1.0 };
+    let behind = Behind { creep: None, dynamics: Some(resonance(60.0, 0.2)), dead_time: 1.0 };
     let known = Options { dead_time: Setting::Fixed(DT), ..options() };
     let (_, found) = fitted(&behind, &known);
     assert_eq!((found.dead_time, found.standard_errors.dead_time), (Some(DT), 0.0));
@@ -303,7 +303,7 @@ fn a_dead_time_that_is_given_stays() {
 #[test]
 fn covariance_and_standard_errors_agree() {
     let creep = Some(Creep::new(&[0.03], &[0.3]).unwrap());
-    let behind = Behind { creep, dynamics: resonance(60.0, 0.2), dead_time: 1.0 };
+    let behind = Behind { creep, dynamics: Some(resonance(60.0, 0.2)), dead_time: 1.0 };
     let mut output = stage_output(&actuator(), &behind, DT, &drive());
     output.iter_mut().zip(noise(2000, 0.01, 9)).for_each(|(y, e)| *y += e);
     let options = Options { creep: CreepModel::TimeConstants(vec![0.3]), ..options() };
@@ -336,7 +336,7 @@ fn covariance_and_standard_errors_agree() {
 /// Loops that are left out are predicted through dynamics and creep too.
 #[test]
 fn leaving_loops_out_takes_the_linear_part_along() {
-    let behind = Behind { creep: None, dynamics: resonance(30.0, 0.8), dead_time: 0.0 };
+    let behind = Behind { creep: None, dynamics: Some(resonance(30.0, 0.8)), dead_time: 0.0 };
     let (output, found) = fitted(&behind, &options());
     let loops = found.leave_one_loop_out(&[Record::new(&drive(), &output, 0).unwrap()]).unwrap();
     assert!(loops.len() > 5 && loops.iter().all(|one| one.fitted.rmse < 1e-7 && one.left_out.rmse < 1e-6), "{loops:?}");
@@ -344,7 +344,7 @@ fn leaving_loops_out_takes_the_linear_part_along() {
 
 #[test]
 fn a_search_that_is_stopped_keeps_the_best_or_nothing() {
-    let behind = Behind { creep: None, dynamics: resonance(60.0, 0.2), dead_time: 1.0 };
+    let behind = Behind { creep: None, dynamics: Some(resonance(60.0, 0.2)), dead_time: 1.0 };
     let output = stage_output(&actuator(), &behind, DT, &drive());
     let drive = drive();
     let record = [Record::new(&drive, &output, 0).unwrap()];

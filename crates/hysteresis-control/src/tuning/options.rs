@@ -13,7 +13,7 @@ pub struct TuningOptions {
     pub peak_sensitivity: f64,
 }
 
-/// Gains of the proportional-integral feedback, and how robust the loop is with them. Made by [`tune`].
+/// Gains of the proportional-integral feedback, and how robust the loop is with them. Made by [`tune`](super::tune).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     /// Proportional gain, in input per output (V/um).
