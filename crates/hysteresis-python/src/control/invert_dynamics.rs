@@ -50,7 +50,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// >>> scan = mh.trajectories.Sine(3.3, 20.0)
 /// >>> held = mh.control.invert_dynamics(scan, 1e-4, dynamics=mode)
 /// >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
-/// >>> bool(abs(error[100:]).max() < 1e-6)  # um, once the start is over
+/// >>> bool(abs(error[100:-50]).max() < 1e-6)  # um, once the start is over and before the end
 /// True
 #[pyfunction]
 #[pyo3(signature = (reference, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, start=None, seconds=None))]
@@ -73,6 +73,15 @@ pub(crate) fn invert_dynamics<'py>(
 }
 
 /// The drives that move a stage along a reference: `stage.precompensate(reference, dt, ...)`.
+///
+/// Parameters
+/// ----------
+/// stage : Stage
+/// reference : array of n floats, or one of `trajectories`
+/// dt : float
+///     Sampling interval in seconds.
+/// limits, start, lead_in : optional
+///     As for `Stage.precompensate`.
 ///
 /// Examples
 /// --------
