@@ -198,8 +198,8 @@ def test_the_loop_of_a_line_has_no_width_and_half_a_loop_none() -> None:
     [
         ((DRIVE, DRIVE[1:], ACTUATOR), {}, ValueError, "y: expected"),
         ((DRIVE, None, ACTUATOR), {}, TypeError, "u: expected an array with y beside it"),
-        ((DRIVE, DRIVE, None), {}, TypeError, "model: expected a PrandtlIshlinskii or Mod"),
-        ((DRIVE, DRIVE, ACTUATOR.weights), {}, TypeError, "model: expected .* got .*ndarray"),
+        ((DRIVE, DRIVE, None), {}, TypeError, "model: expected a PrandtlIshlinskii or a Mod"),
+        ((DRIVE, DRIVE, ACTUATOR.weights), {}, TypeError, "model: expected .* got array"),
         (
             (DRIVE, DRIVE, ACTUATOR),
             {"dead_time": -1.0},

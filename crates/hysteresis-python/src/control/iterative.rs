@@ -57,7 +57,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
 /// ... )
 /// >>> for _ in range(4):
-/// ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[199:299]
+/// ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[200:300]
 /// ...     accepted = learning.update(reference - position)
 /// >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
 /// (True, True, True)

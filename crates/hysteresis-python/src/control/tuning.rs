@@ -120,7 +120,7 @@ result_methods!(Margins {
 /// >>> import mpi_hyst as mh
 /// >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
 /// >>> round(tuning.kp), round(tuning.ki, -3), round(tuning.peak_sensitivity, 3)
-/// (185, 363000.0, 1.7)
+/// (185, 358000.0, 1.7)
 /// >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
 /// True
 /// >>> tuning.at_max_slope

@@ -89,7 +89,7 @@ result_methods!(Excitation {
 /// >>> made
 /// <Excitation: 11771 samples, 750 of them to initialize, 43 reversals>
 /// >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
-/// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
+/// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, dead_time=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]

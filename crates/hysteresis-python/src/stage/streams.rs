@@ -27,7 +27,7 @@ use crate::stream::process::process_methods;
 /// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), dead_time=1e-4)
 /// >>> forward = stage.forward(dt=1e-4)
 /// >>> forward.run([100.0, 100.0, 100.0, 100.0]).round(3)  # one sample of dead time, one that the mode needs
-/// array([0.   , 0.   , 0.012, 0.043])
+/// array([0.   , 0.   , 0.013, 0.044])
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct StageForward {
     pub(crate) stream: stage::StageForward,
