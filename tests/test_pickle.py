@@ -139,7 +139,10 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     ),
     "IterativeLearning": (
         lambda: mh.control.IterativeLearning(np.sin(np.arange(100) / 100 * 2 * np.pi), **LOOP),
-        lambda one, x: (one.update(np.full(100, math.sin(x) if x == x else 0.0)), one.target.tolist()),
+        lambda one, x: (
+            one.update(np.full(100, math.sin(x) if x == x else 0.0)),
+            one.target.tolist(),
+        ),
     ),
 }  # fmt: skip
 """Objects that go on: how one is made, and a step of it."""

@@ -62,7 +62,7 @@ def test_identified_stage_leads_a_sine_within_15_nm() -> None:
     drive = found.stage.precompensate(target, DT)
     plant.reset()
     position = plant.run(drive)[1]
-    # After the first period: a sine begins with a velocity, which a stage at rest cannot have at once.
+    # After the first period: a sine begins with a velocity, which a stage at rest does not have.
     assert np.max(np.abs(position - target)[500:]) < 0.015
 
 
