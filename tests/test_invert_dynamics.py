@@ -25,9 +25,7 @@ linear_parts = st.builds(mh.plant.FirstOrder, frequencies) | modes | st.tuples(m
 
 def rows(dynamics: Any, inputs: Array, dead_time: float = 0.0) -> Array:
     """The positions that are read as the inputs are put out."""
-    stage = mh.Stage(
-        mh.PrandtlIshlinskii([1.0], [0.0]), dynamics=dynamics, dead_time=dead_time
-    )
+    stage = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), dynamics=dynamics, dead_time=dead_time)
     return stage.forward(DT).run(inputs)
 
 
