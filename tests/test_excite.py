@@ -62,7 +62,9 @@ def test_the_drive_can_be_played_recorded_and_identified(here: Path) -> None:
         *("--skip", skip, "--operators", "10", "-o", "stage.json"),
     )
     assert result.exit_code == 0, result.output
-    found = mh.load(here / "stage.json").forward().run(drive)
+    stage = mh.load(here / "stage.json")
+    assert isinstance(stage, mh.Stage)
+    found = stage.forward(0.01).run(drive)
     measured = column(here / "record.csv", "position_um")
     assert np.abs(found - measured)[int(skip) :].max() < 2e-3 * np.ptp(measured)
 

@@ -31,7 +31,8 @@ def rows(dynamics: Any, inputs: Array, dead_time: float = 0.0) -> Array:
 
 def smooth(samples: int, frequency: float = 20.0) -> Array:
     """A motion that begins at rest."""
-    return 1.0 - np.cos(2 * np.pi * frequency * DT * np.arange(samples))
+    motion: Array = 1.0 - np.cos(2 * np.pi * frequency * DT * np.arange(samples))
+    return motion
 
 
 # ---- over whole records

@@ -146,7 +146,7 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
         (
             lambda: mh.control.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0, dt=1e-4),  # type: ignore[arg-type]
             TypeError,
-            "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
+            "stage: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
         ),
     ],
 )

@@ -60,6 +60,11 @@ LOOP: dict[str, Any] = {
     **{"dt": 1e-3},
 }
 
+
+def finite(x: float) -> float:
+    return x if math.isfinite(x) else 0.0
+
+
 VALUES: dict[str, Callable[[], Any]] = {
     "PrandtlIshlinskii": lambda: CONVENTIONAL,
     "ModifiedPrandtlIshlinskii": lambda: SPLIT,
@@ -139,10 +144,7 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     ),
     "IterativeLearning": (
         lambda: mh.control.IterativeLearning(np.sin(np.arange(100) / 100 * 2 * np.pi), **LOOP),
-        lambda one, x: (
-            one.update(np.full(100, math.sin(x) if x == x else 0.0)),
-            one.target.tolist(),
-        ),
+        lambda one, x: (one.update(np.full(100, finite(x))), one.target.tolist()),
     ),
 }  # fmt: skip
 """Objects that go on: how one is made, and a step of it."""
@@ -165,7 +167,7 @@ def test_every_class_is_here() -> None:
     assert classes == {*VALUES, *RESULTS, *RUNNING}
 
 
-@pytest.mark.parametrize("name", {**VALUES, **RESULTS, **RUNNING})
+@pytest.mark.parametrize("name", [*VALUES, *RESULTS, *RUNNING])
 def test_it_names_a_module_from_which_it_can_be_imported(name: str) -> None:
     value = getattr(_core, name)
     module = value.__module__.removeprefix("mpi_hyst").lstrip(".")

@@ -1688,7 +1688,7 @@ def identify(
     *,
     dt: float | Sequence[float] | None = None,
     model: Literal["modified", "conventional"] = "modified",
-    operators: int | Literal["auto"] = 20,
+    operators: int | Literal["auto"] | None = 20,
     weights: Literal["auto", "free", "quadratic", "split"] = "auto",
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
@@ -2328,7 +2328,7 @@ class Stage:
     def amplifier_bandwidth(self) -> float | None:
         """Cut-off frequency of the amplifier in Hz, or None."""
     @property
-    def dynamics(self) -> _Section | tuple[_Section, ...] | None:
+    def dynamics(self) -> Any:
         """What follows the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None."""
     @property
     def creep(self) -> Creep | None:

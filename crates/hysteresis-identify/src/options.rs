@@ -5,6 +5,9 @@ use hysteresis_core::{Ratios, is_admissible};
 use crate::creep_model::CreepModel;
 use crate::error::Error;
 
+/// The most operators: no record tells more thresholds apart.
+const MAX_OPERATORS: usize = 4096;
+
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -187,6 +190,11 @@ impl Options {
     pub(crate) fn check(&self) -> Result<(), Error> {
         if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             return Err(Error::NoOperators);
+        }
+        #[expect(clippy::cast_precision_loss, reason = "only shown")]
+        if self.operators() > MAX_OPERATORS {
+            let got = self.operators() as f64;
+            return Err(Error::Domain { parameter: "operators", index: None, expected: "at most 4096", got });
         }
         if self.weights == WeightLaw::Split && self.model == ModelKind::Conventional {
             return Err(Error::SplitConventional);

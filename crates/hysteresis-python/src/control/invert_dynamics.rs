@@ -50,7 +50,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// >>> scan = mh.trajectories.Sine(3.3, 20.0)
 /// >>> held = mh.control.invert_dynamics(scan, 1e-4, dynamics=mode)
 /// >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
-/// >>> bool(abs(error[100:-20]).max() < 1e-6)  # um, between the start and the end, where the motion stops
+/// >>> bool(abs(error[100:-50]).max() < 1e-6)  # um, once the start is over and before the end
 /// True
 #[pyfunction]
 #[pyo3(signature = (reference, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, start=None, seconds=None))]
@@ -80,21 +80,8 @@ pub(crate) fn invert_dynamics<'py>(
 /// reference : array of n floats, or one of `trajectories`
 /// dt : float
 ///     Sampling interval in seconds.
-/// limits : (float, float), optional
-///     Within those of the stage; by default its `drive_range`.
-/// start : float, optional
-///     The drive at which the stage rests; by default 0, or the limit nearest to it.
-/// lead_in : float, optional
-///     Seconds of a smooth way from there to the beginning of the reference, in front of the result.
-///
-/// Returns
-/// -------
-/// array of n floats, or more by the samples of the lead-in
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     That name the argument, what was expected and what came.
+/// limits, start, lead_in : optional
+///     As for `Stage.precompensate`.
 ///
 /// Examples
 /// --------

@@ -5,7 +5,7 @@ use std::fmt;
 use numpy::ndarray::{Dimension, IntoDimension};
 use numpy::npyffi::PY_ARRAY_API;
 use numpy::{PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
-use pyo3::exceptions::PyMemoryError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -44,7 +44,8 @@ pub(crate) fn array<'a, 'py, D: Dimension>(
         return Err(wrong_type(place, "expected an array without masked elements"));
     }
     let array = numpy.call_method1(intern!(py, "asarray"), (value,)).map_err(|error| {
-        if error.is_instance_of::<PyMemoryError>(py) {
+        // Whatever else was raised is not about the argument: no memory, or what the object's own conversion ran into.
+        if !error.is_instance_of::<PyValueError>(py) && !error.is_instance_of::<PyTypeError>(py) {
             return error;
         }
         errors::value(place, format_args!("expected an array, got {}", error.value(py)))

@@ -167,7 +167,8 @@ macro_rules! stream_array_methods {
                 input: &Bound<'py, PyAny>,
                 out: Option<&Bound<'py, PyAny>>,
             ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let samples = one_each(input, shared(slf)?.stream.len())?;
+                let actuators = shared(slf)?.stream.len();
+                let samples = one_each(input, actuators)?;
                 apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.stream)))
             }
 
@@ -178,7 +179,8 @@ macro_rules! stream_array_methods {
                 input: &Bound<'py, PyAny>,
                 out: Option<&Bound<'py, PyAny>>,
             ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let samples = one_each(input, shared(slf)?.stream.len())?;
+                let actuators = shared(slf)?.stream.len();
+                let samples = one_each(input, actuators)?;
                 apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.stream)))
             }
 
@@ -194,7 +196,8 @@ macro_rules! stream_array_methods {
                 out: Option<&Bound<'py, PyAny>>,
                 threads: Threads,
             ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-                let samples = rows(input, shared(slf)?.stream.len())?;
+                let actuators = shared(slf)?.stream.len();
+                let samples = rows(input, actuators)?;
                 apply(samples, out, |block| {
                     block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0))
                 })
