@@ -169,8 +169,8 @@ def test_switches_are_no_jumps() -> None:
         expected = controller.peek(0.6, 0.58)
         switch(controller)
         assert controller.drive == drive
-        # the motion goes on: of what the bumpless term takes, the drive at most, a fiftieth is lost;
-        # without feed-forward so is its motion of 0.4 V per sample
+        # the motion goes on: of what the bumpless term takes, the drive at most, a fiftieth is
+        # lost; without feed-forward so is its motion of 0.4 V per sample
         assert abs(controller.peek(0.6, 0.58) - expected) < 0.02 * abs(drive) + 0.5
     assert (controller.kp, controller.ki) == (5.0, 6e3)
 
@@ -227,7 +227,8 @@ def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
     for value in nonsense:
         with pytest.raises(ValueError, match=r"state: expected what \.state returned"):
             controller.state = value
-    for options in ({"limits": (0.0, 1.0)}, {"kp": 4.0}, {"ki": 1.0}, {"dt": 1e-3}):
+    changes: list[dict[str, Any]] = [{"limits": (0.0, 1.0)}, {"kp": 4.0}, {"ki": 1.0}, {"dt": 1e-3}]
+    for options in changes:
         keywords = {"limits": LIMITS, **options}
         preview = mh.control.Preview([0.5, 0.5], 1)
         other = made(MODEL.inverse(keywords["limits"]), preview=preview, **keywords)

@@ -80,7 +80,7 @@ def test_predict_includes_the_delay(
     undelayed = found.model.forward().run(u)
     assert np.abs(undelayed - y).max() > 1e-2
     np.testing.assert_allclose(
-        found.predict(u), delayed(undelayed, found.dead_time_samples), atol=1e-12
+        found.predict(u), delayed(undelayed, found.dead_time_samples or 0.0), atol=1e-12
     )
     other = sweep(1000, 300.0, 7)
     expected = delayed(actuator(12.5, -3.0).forward().run(other), 2.35)

@@ -25,15 +25,14 @@ linear_parts = st.builds(mh.plant.FirstOrder, frequencies) | modes | st.tuples(m
 
 def rows(dynamics: Any, inputs: Array, dead_time: float = 0.0) -> Array:
     """The positions that are read as the inputs are put out."""
-    stage = mh.Stage(
-        mh.PrandtlIshlinskii([1.0], [0.0]), dynamics=dynamics, dead_time=dead_time
-    )
+    stage = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), dynamics=dynamics, dead_time=dead_time)
     return stage.forward(DT).run(inputs)
 
 
 def smooth(samples: int, frequency: float = 20.0) -> Array:
     """A motion that begins at rest."""
-    return 1.0 - np.cos(2 * np.pi * frequency * DT * np.arange(samples))
+    motion: Array = 1.0 - np.cos(2 * np.pi * frequency * DT * np.arange(samples))
+    return motion
 
 
 # ---- over whole records

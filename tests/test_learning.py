@@ -45,8 +45,9 @@ def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
         actuator, dynamics=STAGE, noise=0.016, drift=0.5, dead_time=1e-4, dt=1e-4
     )
     drive = 400.0 * np.sin(2 * np.pi * 20.0 * 1e-4 * np.arange(1500))
-    held = np.concatenate([[0.0], drive])[:-1]
-    position = STAGE.response(actuator.forward().run(held), dt=1e-4)
+    held = np.concatenate([[0.0], drive])  # the dead time is one sample
+    position = STAGE.response(actuator.forward().run(held), dt=1e-4)[1:]
+    # a step takes the drive that was held until now, so its estimate is the next row of a record
     estimates = [observer.step(u, math.nan) for u in drive]
     np.testing.assert_allclose(estimates, position, atol=1e-12)  # rounding only
     assert observer.rejected == len(drive)
@@ -55,7 +56,7 @@ def test_an_observer_follows_its_model_and_leaves_no_static_error() -> None:
         estimate = observer.step(0.0, 0.1)
     assert abs(estimate - 0.1) < 1e-9
     assert abs(observer.disturbance - 0.1) < 1e-9
-    assert 0.0 < observer.gain[0] < 1.0
+    assert 0.0 < observer.position_gain < 1.0
 
 
 @pytest.mark.parametrize(
@@ -88,7 +89,8 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
                 WAVE, **{**LOOP, "dynamics": 400.0}, bandwidth=150.0
             ),
             TypeError,
-            "dynamics: expected a SecondOrder or a FirstOrder, got 400.0",
+            "dynamics: expected FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of "
+            "them in series, or an object of scipy.signal or control, got 400.0",
         ),
         (
             lambda: mh.control.IterativeLearning([0.0, math.inf], bandwidth=150.0, **LOOP),
@@ -115,7 +117,7 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
         (
             lambda: mh.control.RepetitiveControl(500, bandwidth=150.0, settle=-1, **LOOP),
             ValueError,
-            "settle: expected a whole number of periods >= 0, got -1",
+            "settle: expected a whole number of at least zero, got -1",
         ),
         (
             lambda: mh.control.RepetitiveControl(10**12, bandwidth=150.0, **LOOP),
@@ -135,14 +137,16 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
             "target_limits[0]: expected finite limits, the high one above the low one, got NaN",
         ),
         (
-            lambda: mh.control.Observer(mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0),
+            lambda: mh.control.Observer(
+                mh.paper.table_1(), dynamics=STAGE, noise=0.0, drift=1.0, dt=1e-4
+            ),
             ValueError,
             "noise: expected a finite number above 0",
         ),
         (
-            lambda: mh.control.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0),  # type: ignore[arg-type]
+            lambda: mh.control.Observer(3, dynamics=STAGE, noise=1.0, drift=1.0, dt=1e-4),  # type: ignore[arg-type]
             TypeError,
-            "model: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
+            "stage: expected a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii, got 3",
         ),
     ],
 )

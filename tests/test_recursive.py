@@ -164,7 +164,7 @@ def test_dynamics_between_hysteresis_and_measurement_cost_no_accuracy() -> None:
     stage = mh.plant.SecondOrder(400.0, 0.95)
     u = swings(20_000)
     y = stage.response(ACTUATOR.forward().run(u), dt=1e-4)
-    identifier = mh.RecursiveIdentifier(GIVEN, dynamics=stage)
+    identifier = mh.RecursiveIdentifier(GIVEN, dynamics=stage, dt=1e-4)
     updated(identifier, u, y)
     np.testing.assert_allclose(identifier.model.weights, ACTUATOR.weights, atol=1e-9)
     other = pickle.loads(pickle.dumps(identifier))

@@ -146,7 +146,7 @@ def test_the_commands_that_the_demo_names_work(
         assert program == "mpi-hyst"
         result = CliRunner().invoke(commands, arguments, catch_exceptions=False)
         assert result.exit_code == 0, result.output
-    followed = mh.load("stage.json").forward().run(_column("stage_drive.csv"))
+    followed = mh.load("stage.json").forward(1e-4).run(_column("stage_drive.csv"))
     assert np.abs(followed - _column("trajectory.csv")).max() < 1e-12
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reference
 from reference.stages import ReferenceStage
+from support import Array
 
 DT = 1e-4
 
@@ -36,9 +37,10 @@ def lightly_damped(**changes: object) -> mh.Stage:
     return mh.Stage(hysteresis(), **{**parts, **changes})  # type: ignore[arg-type]
 
 
-def raster(seconds: float, stroke: float = 70.0, frequency: float = 10.0) -> np.ndarray:
+def raster(seconds: float, stroke: float = 70.0, frequency: float = 10.0) -> Array:
     t = DT * np.arange(round(seconds / DT))
-    return stroke * 2.0 * np.abs((t * frequency + 0.5) % 1.0 - 0.5)
+    triangle: Array = stroke * 2.0 * np.abs((t * frequency + 0.5) % 1.0 - 0.5)
+    return triangle
 
 
 def test_open_loop_raster_of_a_lightly_damped_creeping_stage() -> None:
@@ -62,7 +64,7 @@ def test_identified_stage_leads_a_sine_within_15_nm() -> None:
     drive = found.stage.precompensate(target, DT)
     plant.reset()
     position = plant.run(drive)[1]
-    # After the first period: a sine begins with a velocity, which a stage at rest cannot have at once.
+    # After the first period: a sine begins with a velocity, which a stage at rest does not have.
     assert np.max(np.abs(position - target)[500:]) < 0.015
 
 
@@ -85,6 +87,7 @@ def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
     found = mh.identify(u, rows, dt=DT, dynamics=2)
     lag = dead_time + 2 * 0.95 / (2 * np.pi * 400.0)
     mode = found.stage.dynamics
+    assert isinstance(mode, mh.plant.SecondOrder)
     assert found.stage.dead_time + 2 * mode.damping / (2 * np.pi * mode.frequency) == pytest.approx(
         lag, abs=0.1 * DT
     )
@@ -95,6 +98,7 @@ def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
     )
     # A controller with preview leaves no lag of it either, with no feedback to help.
     controller = stage.controller(DT, feedforward="preview", kp=0.0, ki=0.0)
+    assert controller.preview is not None
     plant, ahead = stage.plant(DT), controller.preview.ahead
     early = np.concatenate([reference[ahead:], np.full(ahead, reference[-1])])
     for k, r in enumerate(early):

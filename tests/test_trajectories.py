@@ -111,7 +111,7 @@ def test_trajectories_compare_hash_pickle_and_show_themselves(value: Any) -> Non
             "dwell: expected a number of seconds",
         ),
         (lambda: Sine(1.0, 1.0).sample(0.0), "dt: expected a finite number above 0"),
-        (lambda: Sine(1.0, 1.0).sample(1e-3, math.nan), "seconds: expected a duration"),
+        (lambda: Sine(1.0, 1.0).sample(1e-3, math.nan), "seconds: expected a number of seconds"),
     ],
 )
 def test_what_no_trajectory_can_have_is_named(make: Any, message: str) -> None:

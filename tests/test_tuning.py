@@ -75,7 +75,7 @@ def sensitivity_peak(loop: Any) -> float:
 
 
 @pytest.mark.parametrize(
-    "part", [A1, P3, {**A1, "dead_time": 1.5e-4}, {"amplifier_bandwidth": 50.0}, {}]
+    "part", [A1, P3, {**A1, "dead_time": 1.5 * DT}, {"amplifier_bandwidth": 50.0}, {}]
 )
 @pytest.mark.parametrize("limit", [1.3, 1.7])
 def test_margins_are_those_of_python_control(part: dict[str, Any], limit: float) -> None:

@@ -36,7 +36,7 @@ def test_warnings_are_those_of_diagnose() -> None:
     y = measured(u, 1)
     y[700] += 0.4
     found = mh.identify(u, y, skip=100, **KNOWN)
-    told = mh.diagnose(u, y, found.model, skip=100, dead_time=found.dead_time_samples)
+    told = mh.diagnose(u, y, found.model, skip=100, dead_time=found.dead_time_samples or 0.0)
     assert [repr(finding) for finding in found.warnings] == [repr(finding) for finding in told]
     assert {"no_minor_loops", "outliers"} <= {finding.code for finding in found.warnings}
     good = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)

@@ -100,7 +100,7 @@ def test_a_skip_of_everything_is_named(skip: int) -> None:
 @pytest.mark.parametrize("skip", [-1, [1, 2], [], "5", 1.5])
 def test_a_skip_that_is_no_count_of_samples_is_named(skip: Any) -> None:
     message = refusal(ValueError, *good(), skip=skip)
-    assert message.startswith("skip: expected a number of samples, or a list of 1 of them, got ")
+    assert message.startswith("skip: expected a number of samples, or a ") and ", got " in message
 
 
 def test_empty_records_and_no_records_are_refused() -> None:

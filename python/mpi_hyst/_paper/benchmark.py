@@ -21,6 +21,7 @@ AMPLITUDE = 3.3  # um
 LIMITS = (-560.0, 560.0)  # V, of the plants
 NOISE = 0.016  # um rms, of plant A1
 STAGE = mh.plant.SecondOrder(400.0, 0.95)  # Hz, damping ratio, of plant A1
+_BEYOND = 0.01  # s, many times what the inverse of these dynamics looks ahead
 
 PlantName = Literal["A1", "P3"]
 PLANTS: tuple[PlantName, PlantName] = ("A1", "P3")
@@ -49,13 +50,11 @@ class Motion:
     def target(self, seconds: float, dynamics: mh.plant.SecondOrder) -> Samples:
         """Return the output that the hysteresis must have: the reference through inverse dynamics.
 
-        It is half a sample early, for the hold. The derivatives of the sine are exact, those of
-        the triangle are estimated from samples.
+        It is cut out of a longer record: the inverse comes to rest at the end of what it is given.
         """
-        if self.shape == "triangle":
-            return mh.control.invert_dynamics(self.reference(seconds), DT, dynamics=dynamics)
-        sine = mh.trajectories.Sine(AMPLITUDE, RATE / self.period)
-        return mh.control.invert_dynamics(sine, DT, dynamics=dynamics, seconds=seconds)
+        longer = self.reference(seconds + _BEYOND)
+        held = mh.control.invert_dynamics(longer, DT, dynamics=dynamics)
+        return held[: self.reference(seconds).size]
 
     def period_of_target(self, dynamics: mh.plant.SecondOrder) -> Samples:
         """Return one period of the target, away from the ends of the record."""

@@ -53,8 +53,10 @@ def _creep(
     context: click.Context, option: click.Parameter, value: str | None
 ) -> int | Literal["auto"] | None:
     """Read a number of terms, or auto."""
-    if value is None or value == "auto":
-        return value
+    if value is None:
+        return None
+    if value == "auto":
+        return "auto"
     if not (
         value.isascii() and value.isdigit() and len(value) < 4 and 0 < int(value) < _MOST_TERMS
     ):

@@ -46,7 +46,7 @@ def _read(
         columns = io.read(path, names, time=request.time, rows=count or None)
         dt, seconds = known_interval(columns, request.rate), columns.seconds
         if seconds is None and dt is not None:
-            seconds = dt * np.arange(columns.samples)
+            seconds = dt * np.arange(columns.samples, dtype=np.float64)
         records.append(
             Record(
                 name=path.name,

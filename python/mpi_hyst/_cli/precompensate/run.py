@@ -96,12 +96,13 @@ def _drive(
 
 def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:
     """Return the time column, with the times of the lead-in in front."""
-    if columns.time_column is None:
+    seconds = columns.seconds
+    if columns.time_column is None or seconds is None:
         return {}
     times = columns[columns.time_column]
     before = samples - times.size
     # The unit of the column: seconds, or what its name says.
-    step = dt * float(times[-1] - times[0]) / float(columns.seconds[-1] - columns.seconds[0])
+    step = dt * float(times[-1] - times[0]) / float(seconds[-1] - seconds[0])
     lead_in = times[0] - step * np.arange(before, 0, -1)
     return {columns.time_column: np.concatenate([lead_in, times])}
 
