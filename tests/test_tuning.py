@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import expm
+from scipy.signal import ss2tf
 from support import Array
 
 DT = 1e-4
@@ -35,6 +37,26 @@ models = st.builds(
 )
 
 
+def held(state: Any, share: float) -> Any:
+    """Exactly: for this share of an interval the drive before still acts, then the one of now."""
+    phi = expm(state.A * DT)
+    gains = [
+        integral(state, (1 - share) * DT),
+        expm(state.A * (1 - share) * DT) @ integral(state, share * DT),
+    ]
+    parts = [ss2tf(phi, gain, state.C, np.zeros((1, 1))) for gain in gains]
+    numerator = np.r_[parts[0][0][0], 0.0] + np.r_[0.0, parts[1][0][0]]
+    return control.tf(numerator, np.r_[parts[0][1], 0.0], DT)
+
+
+def integral(state: Any, time: float) -> Array:
+    """What a constant input of 1 makes of the state in this time, from rest."""
+    order = len(state.A)
+    both = np.block([[state.A, state.B], [np.zeros((1, order + 1))]])
+    made: Array = expm(both * time)[:order, order:]
+    return made
+
+
 def open_loop(
     tuning: mh.control.Tuning,
     slope: float,
@@ -52,12 +74,12 @@ def open_loop(
         continuous *= control.tf([1.0], [dynamics.time_constant, 1.0])
     if amplifier_bandwidth is not None:
         continuous *= control.tf([1.0], [1 / (2 * np.pi * amplifier_bandwidth), 1.0])
-    if dynamics is None and amplifier_bandwidth is None:
-        plant = control.tf([1.0], [1.0, 0.0], DT)
-    else:
-        plant = control.c2d(continuous, DT, "zoh")
     whole, share = math.floor(dead_time / DT), dead_time / DT % 1.0
-    plant *= control.tf([1 - share, share], [1.0, *[0.0] * (whole + 1)], DT)
+    if dynamics is None and amplifier_bandwidth is None:
+        plant = control.tf([1 - share, share], [1.0, 0.0, 0.0], DT)
+    else:
+        plant = held(control.ss(continuous), share)
+    plant *= control.tf([1.0], [1.0, *[0.0] * whole], DT)
     law = control.tf([tuning.kp + DT * tuning.ki, -tuning.kp], [1.0, -1.0], DT)
     return control.minreal(slope * law * plant, verbose=False)
 
