@@ -142,17 +142,22 @@ def steps(samples: int, amplitude: float = 400.0) -> Array:
     return np.where(place < samples // 8, 0.0, amplitude)
 
 
-def delayed(v: Array, samples: float) -> Array:
-    k = np.arange(v.size)
-    held: Array = np.interp(k - samples, k, v)
-    return held
+FINE = 10
+"""Parts of an interval: the dead times below are tenths of one, so that a delay is a shift."""
+
+
+def held(v: Array, delay: float) -> Array:
+    """Each value held over an interval, later by the delay in intervals, at rest before."""
+    fine = np.repeat(v, FINE)
+    return np.concatenate([np.full(round(FINE * delay), v[0]), fine])[: fine.size]
 
 
 Dynamics = mh.plant.SecondOrder | mh.plant.FirstOrder
 
 
 def plant(u: Array, dynamics: Dynamics, delay: float, seed: int | None = None) -> Array:
-    y = dynamics.response(delayed(MODEL.forward().run(u), delay), DT)
+    """Rows of a record: y is read as u is put out."""
+    y = dynamics.response(held(MODEL.forward().run(u), delay), DT / FINE)[::FINE]
     if seed is not None:
         y = y + np.random.default_rng(seed).normal(0.0, NOISE, u.size)
     return y
@@ -237,14 +242,14 @@ def test_with_16_nm_of_noise_steps_tell_enough_of_a_resonance(
 
 def test_standard_deviations_are_those_of_many_records() -> None:
     runs, u = 120, chirp(2000)
-    true = np.array([800.0, 0.15, 1.4])
+    true = np.array([800.0, 0.15, 1.4 * DT])
     clean = plant(u, mh.plant.SecondOrder(800.0, 0.15), 1.4)
     rng = np.random.default_rng(11)
     estimates, stds = [], []
     for _ in range(runs):
         y = clean + rng.normal(0.0, NOISE, u.size)
         found = mh.identify_dynamics(u, y, MODEL, dt=DT)
-        estimates.append((second(found).frequency, second(found).damping, found.dead_time / DT))
+        estimates.append((second(found).frequency, second(found).damping, found.dead_time))
         stds.append((found.frequency_std, found.damping_std, found.dead_time_std))
     errors, spread = np.array(estimates) - true, np.array(stds)
     # the standard deviation of 120 draws is known to 6.5 %: three of those
@@ -260,12 +265,12 @@ def test_covariance_names_its_rows() -> None:
     u = chirp(2000)
     y = plant(u, mh.plant.SecondOrder(800.0, 0.15), 1.4, seed=2)
     found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.05])
-    names = ("frequency", "damping", "dead_time", "gain", "output_offset", "creep[0]")
+    names = ["gain", "dead_time", "frequency", "damping", "creep[0]", "output_offset"]
     assert found.parameters == names
     assert found.covariance.shape == (6, 6)
     np.testing.assert_allclose(found.covariance, found.covariance.T)
-    stds = [found.frequency_std, found.damping_std, found.dead_time_std, found.gain_std]
-    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance))[:4], stds)
+    stds = [found.dead_time_std, found.frequency_std, found.damping_std, *found.creep_std]
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance))[1:5], stds)
     assert found.creep_std.shape == (1,)
     fixed = mh.identify_dynamics(u, y, MODEL, dt=DT, dead_time=1.4 * DT)
     assert (
@@ -302,8 +307,9 @@ def test_predict_is_the_whole_cascade() -> None:
     creep = mh.plant.Creep([0.04], [0.02])
     moved = MODEL.forward().run(u)
     # at rest at its first value before the record
-    moving = mh.plant.SecondOrder(900.0, 0.1).response(delayed(moved, 1.5) - moved[0], DT)
-    y = 7.0 + 0.98 * (moved[0] * 1.04 + creep.response(moving, DT))
+    creeping = held(creep.response(moved - moved[0], DT), 1.5)
+    moving = mh.plant.SecondOrder(900.0, 0.1).response(creeping, DT / FINE)[::FINE]
+    y = 7.0 + 0.98 * (moved[0] * 1.04 + moving)
     found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[0.02], skip=100)
     assert found.gain == pytest.approx(0.98, rel=1e-6)
     assert found.output_offset == pytest.approx(7.0, abs=1e-6)
@@ -370,7 +376,7 @@ def test_wrong_input_is_named() -> None:
     dead = mh.PrandtlIshlinskii([1.0], [500.0])
     assert refusal(ValueError, u, y, dead).startswith("output of the model: expected fitted samp")
     for dt in (0.0, -1e-4, math.nan, math.inf):
-        assert refusal(ValueError, u, y, MODEL, dt=dt).startswith("dt: expected a finite number ab")
+        assert refusal(ValueError, u, y, MODEL, dt=dt).startswith("dt: expected a finite number of")
     assert refusal(ValueError, u[:9], y[:9], MODEL) == (
         "records: expected at least 10 fitted samples (twice the unknowns), got 9"
     )

@@ -41,16 +41,16 @@ def matrix_exponential(a: Matrix) -> Matrix:
 
 
 def held_response(a: Matrix, b: Sequence[float], u: Sequence[float], dt: float) -> list[float]:
-    """The first state of x' = a x + b u from rest, at the end of the interval of each held u."""
+    """The first state of x' = a x + b u from rest, as each u is put out and then held."""
     n = len(a)
     # the held input is one more state, with derivative zero
     joint = [[*(x * dt for x in row), gain * dt] for row, gain in zip(a, b, strict=True)]
     step = matrix_exponential([*joint, [0.0] * (n + 1)])
     x, outputs = [0.0] * n, []
     for level in u:
+        outputs.append(x[0])
         state = [*x, level]
         x = [sum(p * q for p, q in zip(row, state, strict=True)) for row in step[:n]]
-        outputs.append(x[0])
     return outputs
 
 
