@@ -314,7 +314,7 @@ def test_a_wrong_state_is_named_and_nothing_happens(make: Make) -> None:
         (changed(good, 3, more=1), "actuator 3: state: expected what .state returned"),
         (changed(good, 2, last_input=math.nan), "actuator 2: state.last_input: expected a finite"),
         (changed(good, 1, saturated=2), "actuator 1: state: expected what .state returned"),
-        (good[1:] + good[:1], "actuator 0: state: expected"),
+        (good[1:] + good[:1], "actuator 0: state.model: expected the fingerprint"),
     ]
     for state, message in wrong:
         with pytest.raises(ValueError) as caught:

@@ -175,7 +175,7 @@ def test_the_integral_does_not_wind_up(kp: float, ki: float, reference: float, b
     largest = 1000.0 + 2.0 * max(kp, ki * DT) * reference
     assert controller.state["feedback_loop"]["integral"] <= largest
     samples = 0
-    while controller.step(0.0, reference) >= 499.0:
+    while controller.step(0.0, reference) >= 500.0:
         samples += 1
     integral_time = max(1.0, kp / (ki * DT))  # samples
     assert samples <= (20.0 * integral_time if back else 0.0)

@@ -242,7 +242,7 @@ def test_reset_keeps_the_drive_unless_the_amplifier_has_another() -> None:
     drive = controller.drive
     controller.reset()
     assert (controller.drive, controller.rejected_count, controller.mode) == (drive, 0, "run")
-    assert controller.state["feedforward"] == MODEL.inverse(LIMITS).state
+    assert controller.state["feedforward"]["stream"] == MODEL.inverse(LIMITS).state
     controller.reset(0.0)
     assert bits([controller.step(2e-3 * k, 2e-3 * k - 0.02) for k in range(300)]) == bits(
         [(fresh := made(MODEL.inverse(LIMITS))).step(0.0, -0.02)]

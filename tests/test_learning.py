@@ -89,8 +89,8 @@ def test_a_loop_that_cannot_learn_is_refused(change: dict[str, float], message: 
                 WAVE, **{**LOOP, "dynamics": 400.0}, bandwidth=150.0
             ),
             TypeError,
-            "dynamics: expected FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of "
-            "them in series, or an object of scipy.signal or control, got 400.0",
+            "dynamics: expected FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list "
+            "of them in series, or an object of scipy.signal or control, got 400.0",
         ),
         (
             lambda: mh.control.IterativeLearning([0.0, math.inf], bandwidth=150.0, **LOOP),

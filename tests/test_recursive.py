@@ -165,15 +165,14 @@ def test_dynamics_between_hysteresis_and_measurement_cost_no_accuracy() -> None:
     u = swings(20_000)
     y = stage.response(ACTUATOR.forward().run(u), dt=1e-4)
     identifier = mh.RecursiveIdentifier(GIVEN, dynamics=stage, dt=1e-4)
-    # with dynamics, y belongs to the end of the interval over which u was held: the next row
-    updated(identifier, u[:-1], y[1:])
+    updated(identifier, u, y)
     np.testing.assert_allclose(identifier.model.weights, ACTUATOR.weights, atol=1e-9)
     other = pickle.loads(pickle.dumps(identifier))
     assert other.state == identifier.state
     with pytest.raises(TypeError, match="dt: expected the sampling interval in seconds beside dyn"):
         mh.RecursiveIdentifier(GIVEN, dynamics=stage)
     with pytest.raises(
-        TypeError, match="dynamics: expected a SecondOrder or a FirstOrder, got 400"
+        TypeError, match=r"dynamics: expected FirstOrder, SecondOrder, Antiresonance, .*, got 400"
     ):
         mh.RecursiveIdentifier(GIVEN, dynamics=400, dt=1e-4)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="dt: expected a finite number above 0"):

@@ -120,7 +120,7 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--limits", "5"], ["--limits", "LOW,HIGH"]),
         (["--dynamics", "0,1"], ["--dynamics: expected a finite number above 0", "got 0.0"]),
         (["--amplifier-bandwidth", "-1"], ["--amplifier-bandwidth: expected", "got -1.0"]),
-        (["--dead-time", "nan"], ["--dead-time: expected a finite number (at most 1e100 in magnitude), got NaN"]),
+        (["--dead-time", "nan"], ["--dead-time: expected a finite number", "got NaN"]),
         (["--noise", "-1"], ["--noise: expected a finite number >= 0, got -1.0"]),
         (["--seed", "-1"], ["--seed: expected", "-1"]),
         (["--seed", "x"], ["--seed", "'x'"]),

@@ -119,12 +119,15 @@ def test_an_identifier_sees_the_samples_before_the_run_too() -> None:
         controller(preview=preview), mh.paper.plant("A1"), reference[::-1], identifier=surrounded
     )
     by_hand, plant = controller(preview=preview), mh.paper.plant("A1")
-    held = np.full(4, reference[0])
-    for k, r in enumerate(np.r_[reference[::-1], held]):
-        twin.update(by_hand.drive, plant.measured)
-        if k > 0 and k % 1000 == 0:
+    # the window fills at the first reference, and past its end the reference stands still
+    filling = np.full(len(preview.coefficients) - 1, reference[-1])
+    held = np.full(preview.ahead, reference[0])
+    for k, r in enumerate(np.r_[filling, reference[::-1], held]):
+        drive = by_hand.step(r, plant.measured)
+        twin.update(drive, plant.measured)
+        if (k + 1) % 1000 == 0:
             by_hand.set_model(twin.model)
-        plant.step(by_hand.step(r, plant.measured))
+        plant.step(drive)
     assert surrounded.state == twin.state
 
 

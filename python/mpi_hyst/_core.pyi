@@ -811,7 +811,7 @@ class Identification:
     def stage(self) -> Stage:
         """All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
 
-        Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+        A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
         """
     @property
     def dynamics(self) -> _Lag | None:
@@ -1272,7 +1272,7 @@ class Observer:
 class RecursiveIdentifier:
     """The weights of a model that follow a running actuator: recursive least squares with forgetting.
 
-    y(k) = output_offset + sum_i w_i z_i(k), z_i the operators of `model` at u - input_offset: thresholds stay, weights and
+    y(k) = output_offset + sum_i w_i z_i(k), y(k) read as u(k) is put out, z_i the operators of `model` at u - input_offset: thresholds stay, weights and
     output offset are estimated, sample by sample, from the virgin state. With forgetting = 1 the estimate is that of least
     squares over all samples (to 1e-13 um/V on the paper's actuator). The weights of `.model` are the nearest to the
     estimate that are not negative, the identity weight at least 1e-6 of the given one, so its inverse exists at every
@@ -1292,11 +1292,12 @@ class RecursiveIdentifier:
         with 1 the model counts as one sample of full range.
     covariance_limit : float
         The variance that forgetting may bring back where nothing is excited, in the same units.
-    dynamics : SecondOrder or FirstOrder, optional
-        What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
-        Without any, y follows u at once.
+    dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
+        What lies between the hysteresis and the measurement. Without any, y follows u at once.
+    dead_time : float
+        What y lags u besides, in seconds.
     dt : float, optional
-        Sampling interval in seconds, which dynamics need.
+        Sampling interval in seconds, which dynamics and dead time need.
 
     Raises
     ------
@@ -1324,11 +1325,12 @@ class RecursiveIdentifier:
         output_offset: Literal["fit"] | float = "fit",
         covariance: float = 1e12,
         covariance_limit: float = 1e4,
-        dynamics: SecondOrder | FirstOrder | None = None,
+        dynamics: _Dynamics | None = None,
+        dead_time: float = 0.0,
         dt: float | None = None,
     ) -> RecursiveIdentifier: ...
     def update(self, u: float, y: float) -> float:
-        """Takes the input u and the output y measured at it; the prediction error: y minus what `model` predicted before.
+        """Takes the input u and the output y read as u is put out; the prediction error: y minus what `model` predicted before.
 
         A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
         same.
@@ -2518,6 +2520,8 @@ class Stage:
         """Writes the stage to a JSON file; the file appears only when it is complete."""
     def replace(self, **changes: Any) -> Stage:
         """A copy with other keywords: those of the constructor but for the hysteresis."""
+    def with_records(self, records: Sequence[tuple[str, str | None]]) -> Stage:
+        """A copy that says from which records it was identified: a list of (name, SHA-256 or None)."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -2676,10 +2680,14 @@ class DynamicsIdentification:
     Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
 
     - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
-      domain, or a plain dead time fits as well: the record does not tell the dynamics. Drive with a chirp or step that
-      reaches the resonance.
+      domain, or a plain dead time fits as well up to what noise may pretend: the record does not tell the dynamics, and
+      `dynamics` is None or critically damped then. Drive with a chirp or step that reaches the resonance.
     - "damping_undetermined": the same, of the damping, at 25 %.
-    - "dead_time_undetermined": the same, of the dead time, at a quarter of a sample.
+    - "dead_time_confounded": the record tells the sum of dead time and lag of the dynamics alone: the standard deviation
+      of the dead time exceeds a quarter of a sample.
+    - "negative_dead_time": the output leads the drive by more than half a sample: a row holds a position that was read
+      later.
+    - "creep_undetermined": the standard deviation of the creep exceeds half of it.
     - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
     - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
       are too small.
@@ -2699,7 +2707,9 @@ class DynamicsIdentification:
         """What the output lags the input besides, in seconds."""
     @property
     def lag(self) -> float:
-        """How much later slow motion is seen: dead time and lag of the dynamics together, in seconds."""
+        """How much later slow motion is seen: dead time and lag of the dynamics together, in seconds. Without dynamics the dead
+        time makes up for the held input, too: half a sampling interval.
+        """
     @property
     def creep(self) -> Creep | None:
         """The Creep, or None if none was asked for."""
@@ -2726,7 +2736,7 @@ class DynamicsIdentification:
         """Standard errors of the searched amplitudes of creep."""
     @property
     def parameters(self) -> list[str]:
-        """The names of what was estimated, in the order of `covariance`; `weights[0]` is the gain."""
+        """The names of what was estimated, in the order of `covariance`: the gain first."""
     @property
     def covariance(self) -> _Matrix:
         """The covariance of `parameters`: what was given or lies at a bound is left out."""

@@ -118,7 +118,7 @@ fn the_stage_predicts_what_the_identification_predicts() {
     output.iter_mut().zip(noise(2000, 0.01, 4)).for_each(|(y, e)| *y += e);
     let options = Options { creep: CreepModel::Logarithmic { terms: None }, ..options() };
     let found = run(&[Record::new(&drive(), &output, 0).unwrap()], &options).unwrap();
-    let parts = found.stage_parts().unwrap();
+    let parts = found.stage_parts();
     let known = parts.identified.clone().unwrap();
     assert_eq!(
         (known.drive_range, known.dt, known.parameters),

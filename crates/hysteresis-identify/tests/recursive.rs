@@ -24,8 +24,8 @@ fn scaled(factor: impl Fn(usize) -> f64, output: f64) -> ModifiedPrandtlIshlinsk
     ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, hysteresis_core::Ratios::PAPER, offsets).unwrap()
 }
 
-fn identifier(model: ModifiedPrandtlIshlinskii, options: RecursiveOptions) -> RecursiveIdentifier {
-    RecursiveIdentifier::new(&model.into(), &options).unwrap()
+fn identifier(model: ModifiedPrandtlIshlinskii, options: &RecursiveOptions) -> RecursiveIdentifier {
+    RecursiveIdentifier::new(&model.into(), options).unwrap()
 }
 
 fn forgetting(forgetting: f64) -> RecursiveOptions {
@@ -88,7 +88,7 @@ fn without_forgetting_it_is_least_squares() {
         let mut stream = plant.forward();
         let record: Vec<(f64, f64)> = swings(20_000).map(|u| (u, stream.step(u) + 0.016 * random())).collect();
         let options = RecursiveOptions { output_offset: held, ..forgetting(1.0) };
-        let mut identifier = identifier(paper::table_1(), options);
+        let mut identifier = identifier(paper::table_1(), &options);
         for (u, y) in &record {
             identifier.update(*u, *y);
             assert_eq!(identifier.frozen(), None);
@@ -110,7 +110,7 @@ fn with_forgetting_it_is_weighted_least_squares_over_the_samples_taken() {
     let mut random = noise();
     let mut stream = actuator().forward();
     let options = RecursiveOptions { covariance_limit: 1e30, ..forgetting(lambda) };
-    let mut identifier = identifier(paper::table_1(), options);
+    let mut identifier = identifier(paper::table_1(), &options);
     let (mut record, mut taken) = (Vec::new(), Vec::new());
     for u in swings(8000) {
         let y = stream.step(u) + 0.016 * random();
@@ -135,7 +135,7 @@ fn with_forgetting_it_is_weighted_least_squares_over_the_samples_taken() {
 
 #[test]
 fn the_error_is_that_of_the_model_before() {
-    let mut identifier = identifier(paper::table_1(), forgetting(0.99));
+    let mut identifier = identifier(paper::table_1(), &forgetting(0.99));
     let (mut plant, mut random) = (scaled(|i| if i % 3 == 0 { 0.2 } else { 1.2 }, 0.3).forward(), noise());
     let mut memory = Forward::new(&kernel(&identifier.model()));
     for u in swings(3000) {
@@ -157,7 +157,7 @@ fn kernel(model: &Model) -> CompiledModel {
 
 #[test]
 fn a_changed_actuator_is_followed() {
-    let mut identifier = identifier(actuator(), forgetting(0.999));
+    let mut identifier = identifier(actuator(), &forgetting(0.999));
     let (old, new) = (actuator(), scaled(|i| if i < 10 { 1.3 } else { 0.8 }, -0.4));
     let (mut before, mut after) = (old.forward(), new.forward());
     for (k, u) in swings(40_000).enumerate() {
@@ -173,7 +173,7 @@ fn a_changed_actuator_is_followed() {
 
 #[test]
 fn at_standstill_it_freezes_by_name_and_wakes() {
-    let mut identifier = identifier(paper::table_1(), forgetting(0.999));
+    let mut identifier = identifier(paper::table_1(), &forgetting(0.999));
     let (mut plant, mut random) = (actuator().forward(), noise());
     let mut last = 0.0;
     for u in swings(10_000) {
@@ -199,7 +199,7 @@ fn at_standstill_it_freezes_by_name_and_wakes() {
 
 #[test]
 fn without_forgetting_nothing_is_lost_at_standstill() {
-    let mut identifier = identifier(paper::table_1(), forgetting(1.0));
+    let mut identifier = identifier(paper::table_1(), &forgetting(1.0));
     for _ in 0..10_000 {
         identifier.update(100.0, 0.4);
         assert_eq!(identifier.frozen(), None);
@@ -211,7 +211,7 @@ fn the_covariance_stays_bounded_whatever_is_excited() {
     let lambda: f64 = 0.99;
     let limit = 100.0;
     let options = RecursiveOptions { covariance: limit, covariance_limit: limit, ..forgetting(lambda) };
-    let mut identifier = identifier(actuator(), options);
+    let mut identifier = identifier(actuator(), &options);
     let mut random = noise();
     // A limit cycle of a few volts around an operating point: enough news not to freeze, of few directions.
     let mut unfrozen = 0;
@@ -234,7 +234,7 @@ fn the_covariance_stays_bounded_whatever_is_excited() {
 
 #[test]
 fn samples_that_are_not_finite_hold_the_model_and_are_counted() {
-    let mut identifier = identifier(paper::table_1(), forgetting(0.999));
+    let mut identifier = identifier(paper::table_1(), &forgetting(0.999));
     let mut plant = actuator().forward();
     for u in swings(500) {
         identifier.update(u, plant.step(u));
@@ -261,7 +261,7 @@ fn samples_that_are_not_finite_hold_the_model_and_are_counted() {
 #[test]
 fn the_largest_and_smallest_numbers_leave_finite_weights() {
     for forgotten in [1.0, 0.9] {
-        let mut identifier = identifier(actuator(), forgetting(forgotten));
+        let mut identifier = identifier(actuator(), &forgetting(forgotten));
         for k in 0..2000_i32 {
             let size = 10.0_f64.powi((k * 37) % 200 - 100);
             identifier.update(if k % 2 == 0 { size } else { -size }, 10.0_f64.powi((k * 61) % 200 - 100));
@@ -279,7 +279,7 @@ fn a_split_model_is_invertible_whatever_is_measured() {
     let below: Vec<f64> = given.weights().iter().map(|w| 0.9 * w).collect();
     let given = given.with_negative_weights(&below).unwrap();
     for (u, y) in [(500.0, 1e60), (-500.0, -1e60), (500.0, 1e20)] {
-        let mut identifier = identifier(given.clone(), forgetting(1.0));
+        let mut identifier = identifier(given.clone(), &forgetting(1.0));
         for step in [1.0, 1.1, 1.2] {
             identifier.update(u * step, y);
             assert!(Inverse::new(&kernel(&identifier.model()), None).is_ok(), "{u} {y}");
@@ -291,7 +291,7 @@ fn a_split_model_is_invertible_whatever_is_measured() {
 #[test]
 fn a_model_that_follows_the_actuator_makes_its_inverse_follow_too() {
     let true_model = scaled(|i| if i % 2 == 0 { 1.25 } else { 0.7 }, 0.2);
-    let mut identifier = identifier(actuator(), forgetting(0.9995));
+    let mut identifier = identifier(actuator(), &forgetting(0.9995));
     let mut inverse = Inverse::new(&CompiledModel::new(&actuator()), Some((-500.0, 500.0))).unwrap();
     let mut plant = true_model.forward();
     let mut errors = Vec::new();
@@ -319,11 +319,11 @@ fn what_it_is_told_is_checked_by_name() {
     assert_eq!(refused(forgetting(0.4)), "forgetting: expected a number from 0.5 to 1, got 0.4");
     assert_eq!(refused(forgetting(f64::NAN)), "forgetting: expected a number from 0.5 to 1, got NaN");
     let message = "covariance: expected a number from 1e-30 to 1e30, got 0.0";
-    assert_eq!(refused(RecursiveOptions { covariance: 0.0, ..default }), message);
+    assert_eq!(refused(RecursiveOptions { covariance: 0.0, ..default.clone() }), message);
     let message = "covariance_limit: expected a number from 1e-30 to 1e30, got -1.0";
-    assert_eq!(refused(RecursiveOptions { covariance_limit: -1.0, ..default }), message);
+    assert_eq!(refused(RecursiveOptions { covariance_limit: -1.0, ..default.clone() }), message);
     let message = "output_offset: expected a finite number (at most 1e100 in magnitude), got inf";
-    assert_eq!(refused(RecursiveOptions { output_offset: Setting::Fixed(f64::INFINITY), ..default }), message);
+    assert_eq!(refused(RecursiveOptions { output_offset: Setting::Fixed(f64::INFINITY), ..default.clone() }), message);
     let without_identity = PrandtlIshlinskii::new(&[1.0], &[2.0], Offsets::default()).unwrap();
     let error = RecursiveIdentifier::new(&without_identity.into(), &default).unwrap_err();
     assert!(matches!(error, Error::Core(hysteresis_core::Error::NotInvertible { .. })));
@@ -331,7 +331,7 @@ fn what_it_is_told_is_checked_by_name() {
 
 #[test]
 fn a_state_of_another_identifier_is_refused_and_changes_nothing() {
-    let mut identifier = identifier(actuator(), forgetting(0.999));
+    let mut identifier = identifier(actuator(), &forgetting(0.999));
     for u in swings(300) {
         identifier.update(u, 0.01 * u);
     }
@@ -360,7 +360,7 @@ proptest! {
         lambda in prop_oneof![Just(1.0), 0.5..1.0_f64],
         covariance in prop_oneof![Just(1e12), 1e-3..1e6_f64],
     ) {
-        let mut identifier = identifier(actuator(), RecursiveOptions { covariance, ..forgetting(lambda) });
+        let mut identifier = identifier(actuator(), &RecursiveOptions { covariance, ..forgetting(lambda) });
         let least = MIN_IDENTITY_SHARE * actuator().weights()[0];
         for (u, y) in samples {
             identifier.update(u, y);
@@ -376,7 +376,7 @@ proptest! {
         more in prop::collection::vec((-600.0..600.0_f64, -5.0..5.0_f64), 1..100),
         lambda in prop_oneof![Just(1.0), 0.9..1.0_f64],
     ) {
-        let fresh = identifier(actuator(), forgetting(lambda));
+        let fresh = identifier(actuator(), &forgetting(lambda));
         let mut one = fresh.clone();
         for (u, y) in &samples {
             one.update(*u, *y);

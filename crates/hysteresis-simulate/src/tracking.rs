@@ -62,8 +62,8 @@ impl<'a> Tracking<'a> {
         self.run_with(task, plant, |_, _, _| Ok(()), watch)
     }
 
-    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called at every sample, those before the run
-    /// included, before the controller steps, with the drive that was held until now.
+    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called after every step of the controller, those
+    /// before the run included, with a row of a record: the drive that is put out and the position read at that moment.
     ///
     /// # Errors
     /// Those of `adapt` and the watch, which end the run; controller and plant stay where they are then.
@@ -81,17 +81,21 @@ impl<'a> Tracking<'a> {
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
         for k in 0..filling + ahead {
-            adapt(self.controller, self.controller.drive(), plant.measured())?;
-            let seen = self.see(plant.measured());
-            plant.step(self.controller.step(coming(k.saturating_sub(filling)).into(), seen));
+            let measured = plant.measured();
+            let seen = self.see(measured);
+            let drive = self.controller.step(coming(k.saturating_sub(filling)).into(), seen);
+            adapt(self.controller, drive, measured)?;
+            plant.step(drive);
         }
         let step = |k: usize, measured: f64| {
-            adapt(self.controller, self.controller.drive(), measured)?;
             let seen = self.see(measured);
             let correction = self.repetitive.as_mut().map(|repetitive| repetitive.step(reference[k] - measured));
             let given = self.targets.map(|targets| targets[k]);
             let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
-            Ok(self.controller.step(Command { reference: coming(k + ahead), target, feedforward: None }, seen))
+            let command = Command { reference: coming(k + ahead), target, feedforward: None };
+            let drive = self.controller.step(command, seen);
+            adapt(self.controller, drive, measured)?;
+            Ok(drive)
         };
         Ok(task.run(plant, step, watch)?.within(limits))
     }

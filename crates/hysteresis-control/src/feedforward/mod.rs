@@ -42,11 +42,12 @@ pub struct Miss {
 /// use hysteresis_control::feedforward::{DynamicsInverse, worst_miss};
 /// use hysteresis_control::linear::SecondOrder;
 /// let stage = SecondOrder::new(800.0, 0.02)?.into();
-/// let reference: Vec<f64> = (0..5000).map(|k| (0.01 * f64::from(k)).sin()).collect();
+/// let turn = std::f64::consts::TAU / 1000.0;
+/// let reference: Vec<f64> = (0..=5000).map(|k| (turn * f64::from(k)).cos()).collect(); // ends at rest
 /// let inputs = DynamicsInverse::new(&stage, 1e-4)?.invert(&reference, None)?;
-/// let plain = worst_miss(&stage, 1e-4, &reference, &reference, 0.0)?.unwrap();
-/// let miss = worst_miss(&stage, 1e-4, &reference, &inputs, 0.0)?.unwrap();
-/// assert!(plain.error > 4e-3 && miss.error < 1e-4);
+/// let plain = worst_miss(&stage, 1e-4, &reference, &reference, 1.0)?.unwrap();
+/// let miss = worst_miss(&stage, 1e-4, &reference, &inputs, 1.0)?.unwrap();
+/// assert!(plain.error > 3e-3 && miss.error < 1e-6);
 /// # Ok::<(), hysteresis_control::linear::Error>(())
 /// ```
 ///

@@ -31,6 +31,7 @@ impl Stage {
     /// # Errors
     /// [`Error`] for a `dt` that is not above 0, a peak outside 1.05 to 5, or dynamics that cannot be tuned for.
     pub fn tune(&self, dt: f64, peak_sensitivity: f64) -> Result<Tuning, Error> {
+        self.parts().hysteresis.check_invertible()?;
         let gain = self.parts().dynamics.static_gain().abs();
         let (low, high) = self.slope_range();
         // The gain of the dynamics is part of theirs.

@@ -24,8 +24,8 @@ impl Default for Units {
 pub struct RecordSource {
     /// The name of the file, or of the record.
     pub name: String,
-    /// SHA-256 of its bytes, in hexadecimal digits.
-    pub sha256: String,
+    /// SHA-256 of its bytes, in hexadecimal digits; nothing for what was no file.
+    pub sha256: Option<String>,
 }
 
 /// A finding of the identification that makes some number doubtful.

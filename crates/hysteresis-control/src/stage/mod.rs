@@ -125,7 +125,7 @@ impl StageParts {
 ///     creep: Some(Creep::logarithmic(0.012, 0.01, 100.0, 8)?),
 ///     dynamics: SecondOrder::new(800.0, 0.1)?.into(),
 ///     dead_time: 1e-4,
-///     limits: Some((0.0, 150.0)),
+///     limits: Some((-30.0, 150.0)),
 ///     ..StageParts::new(hysteresis)
 /// })?;
 /// let reference: Vec<f64> = (0..4000).map(|k| 15.0 - 15.0 * (0.00628 * f64::from(k)).cos()).collect(); // um, 10 Hz
@@ -182,6 +182,15 @@ impl Stage {
         Ok(Self { parts, model, rigid })
     }
 
+    /// The same stage, identified from these records; without effect on a stage that was not identified.
+    #[must_use]
+    pub fn with_records(mut self, records: Vec<RecordSource>) -> Self {
+        if let Some(identified) = &mut self.parts.identified {
+            identified.records = records;
+        }
+        self
+    }
+
     /// The parts of which the stage is made.
     #[must_use]
     pub fn parts(&self) -> &StageParts {
@@ -203,6 +212,15 @@ impl Stage {
             }
             (limits, range) => limits.or(range),
         }
+    }
+
+    /// The range of drives that was identified, if these limits reach beyond it: the model extrapolates there.
+    #[must_use]
+    pub fn extrapolates(&self, limits: (f64, f64)) -> Option<(f64, f64)> {
+        let (low, high) = self.parts.identified.as_ref()?.drive_range;
+        // What a converter rounds is no extrapolation.
+        let tolerance = 1e-3 * (high - low);
+        (limits.0 < low - tolerance || limits.1 > high + tolerance).then_some((low, high))
     }
 
     /// Limits that something runs with: the given ones, if they lie within those of the stage, or else

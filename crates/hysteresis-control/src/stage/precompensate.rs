@@ -85,8 +85,9 @@ impl Stage {
         path.rotate_right(rows);
         path[..rows].fill(first);
         let samples = path.len();
+        let inverse = DynamicsInverse::new(&dynamics, dt)?;
         go_on(&mut path, self.parts().dead_time.max(0.0) / dt)?;
-        let mut targets = DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?;
+        let mut targets = inverse.invert(&path, None)?;
         targets.truncate(samples);
         Ok(targets)
     }

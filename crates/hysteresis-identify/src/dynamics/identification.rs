@@ -34,7 +34,8 @@ pub struct DynamicsIdentification {
     pub dynamics: Option<Dynamics>,
     /// What the output lags the input besides, in seconds.
     pub dead_time: f64,
-    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds.
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds. Without
+    /// dynamics the dead time makes up for the held input, too: half a sampling interval.
     pub lag: f64,
     /// The creep, if it was asked for.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]

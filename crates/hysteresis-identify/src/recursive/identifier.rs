@@ -98,7 +98,7 @@ impl RecursiveIdentifier {
             Model::Conventional(model) => model.check_invertible().map(|()| model.offsets()),
             Model::Modified(model) => model.check_invertible().map(|()| model.offsets()),
         }?;
-        let (regressors, weights) = Regressors::of_model(model, options.dynamics)?;
+        let (regressors, weights) = Regressors::of_model(model, options.dynamics.as_ref())?;
         let (held_offset, fitted) = match options.output_offset {
             Setting::Fixed(offset) => (offset, None),
             Setting::Fit => (0.0, Some(offsets.output)),
@@ -110,7 +110,7 @@ impl RecursiveIdentifier {
         let zeros: Box<[f64]> = vec![0.0; m].into();
         let mut identifier = Self {
             given: model.clone(),
-            options: *options,
+            options: options.clone(),
             input_offset: offsets.input,
             held_offset,
             regressors,
@@ -131,7 +131,7 @@ impl RecursiveIdentifier {
         Ok(identifier)
     }
 
-    /// Takes the input `u` and the output `y` measured at it. Returns the prediction error: y minus what the model of
+    /// Takes a row of a record: the input `u` and the output `y` read as it is put out. Returns the prediction error: y minus what the model of
     /// before predicts, in the unit of the output; the last one again if the sample is not finite.
     pub fn update(&mut self, u: f64, y: f64) -> f64 {
         self.frozen = self.learn(u, y);

@@ -1,6 +1,6 @@
 //! How a recursive identification forgets, and what it starts from.
 
-use hysteresis_control::linear::Dynamics;
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_core::is_admissible;
 
 use crate::error::Error;
@@ -13,7 +13,7 @@ use crate::options::Setting;
 /// let tracking = RecursiveOptions { forgetting: 0.9999, ..RecursiveOptions::default() }; // a second at 10 kHz
 /// assert_eq!(tracking.output_offset, Setting::Fit);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RecursiveOptions {
     /// What a sample counts after the next one, from 0.5 to 1: the memory is 1 / (1 - forgetting) samples long. 1
     /// forgets nothing: least squares over all samples.
@@ -26,9 +26,9 @@ pub struct RecursiveOptions {
     pub covariance: f64,
     /// The variance that forgetting may bring back, in the same units.
     pub covariance_limit: f64,
-    /// The linear dynamics between the hysteresis and the measurement, and the sampling interval in seconds; without any
-    /// the measurement follows the input at once.
-    pub dynamics: Option<(Dynamics, f64)>,
+    /// The linear dynamics between the hysteresis and the measurement with their dead time, and the sampling interval in
+    /// seconds; without any the measurement follows the input at once.
+    pub dynamics: Option<(LinearDynamics, f64)>,
 }
 
 impl Default for RecursiveOptions {

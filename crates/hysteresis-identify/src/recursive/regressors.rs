@@ -1,6 +1,6 @@
 //! What the unknown weights multiply: the operators of a model, and what the dynamics behind them make of each.
 
-use hysteresis_control::linear::{Block, Dynamics, LinearBlock, LinearState};
+use hysteresis_control::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 use hysteresis_core::{
     CoupledPlay, MAX_MAGNITUDE, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, Play, PrandtlIshlinskii,
 };
@@ -42,7 +42,7 @@ pub(super) struct Regressors {
 
 impl Regressors {
     /// At rest; and the weights of the model, one for each column.
-    pub(super) fn of_model(model: &Model, dynamics: Option<(Dynamics, f64)>) -> Result<(Self, Vec<f64>), Error> {
+    pub(super) fn of_model(model: &Model, dynamics: Option<&(LinearDynamics, f64)>) -> Result<(Self, Vec<f64>), Error> {
         let (operators, above, below): (Box<[CoupledPlay]>, _, _) = match model {
             Model::Conventional(model) => {
                 (model.operators().iter().map(|play| CoupledPlay::from(*play)).collect(), model.weights(), None)
@@ -63,7 +63,7 @@ impl Regressors {
         columns.extend(others.iter().map(|(column, _)| *column));
         weights.extend(others.iter().map(|(_, v)| *v));
         let lags = match dynamics {
-            Some((dynamics, dt)) => vec![dynamics.block(dt)?; columns.len()],
+            Some((dynamics, dt)) => vec![dynamics.block(*dt)?; columns.len()],
             None => Vec::new(),
         };
         let outputs = operators.iter().map(|_| 0.0).collect();
@@ -96,7 +96,7 @@ impl Regressors {
                     Side::Above => z.max(0.0),
                     Side::Below => z.min(0.0),
                 };
-            write(i, lags.next().map_or(part, |lag| lag.advance(part)));
+            write(i, lags.next().map_or(part, |lag| lag.step(part)));
         }
     }
 

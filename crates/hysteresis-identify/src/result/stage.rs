@@ -5,7 +5,6 @@ use hysteresis_control::stage::{self, Identified, Stage, StageParts, StageWarnin
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii};
 
 use super::identification::Identification;
-use crate::error::Error;
 use crate::finding::Finding;
 
 impl Identification {
@@ -13,16 +12,14 @@ impl Identification {
     /// from it stays within the drives of the records.
     ///
     /// # Errors
-    /// [`stage::Error`] that names `dt` for records without a sampling interval.
+    /// [`stage::Error`] for parts that no stage may have.
     pub fn stage(&self) -> Result<Stage, stage::Error> {
-        match self.stage_parts() {
-            Ok(parts) => Stage::new(parts),
-            Err(_) => Err(hysteresis_core::Error::Empty { parameter: "dt" }.into()),
-        }
+        Stage::new(self.stage_parts())
     }
 
     /// The parts of the stage that was identified: hysteresis, creep, dynamics, dead time, noise, and what is known of them.
-    /// Limits, slew, units and the sources of the records are left to the caller.
+    /// Limits, slew, units and the sources of the records are left to the caller. A stage counts in seconds: of records without
+    /// a sampling interval the dead time is left out, and a warning of the stage says so.
     ///
     /// The forward model of that stage, settled at the first drive, gives the rows that [`predict`](Self::predict) gives.
     ///
@@ -35,31 +32,24 @@ impl Identification {
     /// let position: Vec<f64> = drive.iter().map(|u| 0.2 * u).collect();
     /// let options = Options { dt: Some(1e-3), dead_time: Setting::Fixed(0.0), ..Options::default() };
     /// let found = identify(&[Record::new(&drive, &position, 0)?], &options, &mut |_| ControlFlow::Continue(()))?;
-    /// let stage = Stage::new(found.stage_parts()?)?;
+    /// let stage = Stage::new(found.stage_parts())?;
     /// assert!((stage.forward(1e-3)?.step(drive[0]) - position[0]).abs() < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    ///
-    /// # Errors
-    /// [`Error::NoInterval`] for a dead time in samples: a stage has seconds.
-    pub fn stage_parts(&self) -> Result<StageParts, Error> {
-        let dead_time = match (self.dead_time, self.dead_time_samples) {
-            (Some(seconds), _) => seconds,
-            (None, Some(0.0)) => 0.0,
-            _ => return Err(Error::NoInterval { record: 0 }),
-        };
+    #[must_use]
+    pub fn stage_parts(&self) -> StageParts {
         let hysteresis = match &self.model {
             Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
             Model::Modified(model) => model.clone(),
         };
-        Ok(StageParts {
+        StageParts {
             creep: self.creep.clone(),
             dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
-            dead_time,
+            dead_time: self.dead_time.unwrap_or(0.0),
             noise: Some(self.noise),
             identified: Some(self.identified()),
             ..StageParts::new(hysteresis)
-        })
+        }
     }
 
     fn identified(&self) -> Identified {
@@ -71,9 +61,25 @@ impl Identification {
             max_error: self.fit.max_error,
             parameters: self.covariance.parameters.clone(),
             covariance: self.covariance.matrix.clone(),
-            warnings: self.warnings.iter().map(warning).collect(),
+            warnings: self.warnings.iter().map(warning).chain(self.left_out_dead_time()).collect(),
             records: Vec::new(),
         }
+    }
+}
+
+impl Identification {
+    /// What a stage of records without a sampling interval lacks.
+    fn left_out_dead_time(&self) -> Option<StageWarning> {
+        let samples = self.dead_time_samples.filter(|samples| self.dead_time.is_none() && *samples != 0.0)?;
+        Some(StageWarning {
+            code: "dead_time_left_out".to_owned(),
+            message: format!(
+                "the dead time of {samples:.3} samples is not part of the stage: the sampling interval is not known"
+            ),
+            value: samples,
+            limit: 0.0,
+            hint: "identify with the sampling interval".to_owned(),
+        })
     }
 }
 

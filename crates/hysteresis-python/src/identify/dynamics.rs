@@ -25,10 +25,14 @@ use crate::model::object::kernel_of;
 /// Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
 ///
 /// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
-///   domain, or a plain dead time fits as well: the record does not tell the dynamics. Drive with a chirp or step that
-///   reaches the resonance.
+///   domain, or a plain dead time fits as well up to what noise may pretend: the record does not tell the dynamics, and
+///   `dynamics` is None or critically damped then. Drive with a chirp or step that reaches the resonance.
 /// - "damping_undetermined": the same, of the damping, at 25 %.
-/// - "dead_time_undetermined": the same, of the dead time, at a quarter of a sample.
+/// - "dead_time_confounded": the record tells the sum of dead time and lag of the dynamics alone: the standard deviation
+///   of the dead time exceeds a quarter of a sample.
+/// - "negative_dead_time": the output leads the drive by more than half a sample: a row holds a position that was read
+///   later.
+/// - "creep_undetermined": the standard deviation of the creep exceeds half of it.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
 ///   are too small.
@@ -64,7 +68,8 @@ impl DynamicsIdentification {
         self.found.dead_time
     }
 
-    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds.
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds. Without dynamics the dead
+    /// time makes up for the held input, too: half a sampling interval.
     #[getter]
     fn lag(&self) -> f64 {
         self.found.lag
@@ -118,7 +123,7 @@ impl DynamicsIdentification {
         read_only(py, self.found.standard_errors.creep.iter().copied())
     }
 
-    /// The names of what was estimated, in the order of `covariance`; `weights[0]` is the gain.
+    /// The names of what was estimated, in the order of `covariance`: the gain first.
     #[getter]
     fn parameters(&self) -> Vec<String> {
         self.found.covariance.parameters.clone()
@@ -244,7 +249,7 @@ pub(crate) fn identify_dynamics(
     let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
     let default = DynamicsOptions::new(dt);
     let options = DynamicsOptions {
-        order: options::order(order)?.unwrap_or(default.order),
+        order: order.map_or(Ok(default.order), |order| options::order("order", "1 or 2", order))?,
         dead_time: setting("dead_time", "a number of seconds", dead_time)?,
         creep: creep_model(creep)?,
         ..default

@@ -50,7 +50,7 @@ result_methods!(Identification {
 
     /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
     ///
-    /// Raises ValueError for records without dt whose dead time is not 0: a stage has seconds.
+    /// A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
     #[getter]
     fn stage(&self) -> PyResult<Stage> {
         self.found.stage().map(Stage).map_err(raise)

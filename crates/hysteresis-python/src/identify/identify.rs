@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::intervals::Intervals;
-use super::options::{creep_model, kind, law, order, placed, setting, smooth};
+use super::options::{creep_model, dynamics_order, kind, law, placed, setting, smooth};
 use super::records::{HeldOut, signals, skips};
 use crate::convert::errors::{self, one_record, unexpected};
 
@@ -123,7 +123,7 @@ pub(crate) fn identify(
         model: model.map_or(Ok(default.model), kind)?,
         weights: weights.map_or(Ok(default.weights), law)?,
         dt: intervals.common(),
-        dynamics: order(dynamics)?,
+        dynamics: dynamics_order(dynamics)?,
         creep: creep_model(creep)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {

@@ -108,16 +108,21 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
 }
 
 /// The linear dynamics to fit: none, of second order, or a lag.
-pub(crate) fn order(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Order>> {
-    let Some(dynamics) = dynamics else { return Ok(None) };
-    if is_word(dynamics, "auto") {
-        return Ok(Some(Order::Second));
+pub(crate) fn dynamics_order(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Order>> {
+    match dynamics {
+        None => Ok(None),
+        Some(dynamics) if is_word(dynamics, "auto") => Ok(Some(Order::Second)),
+        Some(dynamics) => order("dynamics", "None, \"auto\", 1 or 2", dynamics).map(Some),
     }
-    match dynamics.extract::<i64>() {
-        Ok(1) => Ok(Some(Order::First)),
-        Ok(2) => Ok(Some(Order::Second)),
-        Ok(order) => Err(errors::value("dynamics", format_args!("expected None, \"auto\", 1 or 2, got {order}"))),
-        Err(_) => Err(unexpected("dynamics", "None, \"auto\", 1 or 2", dynamics)),
+}
+
+/// The order of linear dynamics, which the argument `name` is.
+pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyResult<Order> {
+    match order.extract::<i64>() {
+        Ok(1) => Ok(Order::First),
+        Ok(2) => Ok(Order::Second),
+        Ok(order) => Err(errors::value(name, format_args!("expected {expected}, got {order}"))),
+        Err(_) => Err(unexpected(name, expected, order)),
     }
 }
 

@@ -1,12 +1,13 @@
 //! Recursive identification: one sample in, one prediction error out.
 
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_identify::{self as identification, RecursiveOptions, Setting};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pythonize::{depythonize, pythonize};
 
 use super::options::setting;
-use crate::control::linear::part::{self, given_dynamics};
+use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::exclusive;
@@ -15,7 +16,7 @@ use crate::model::object::{model_of, object};
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
 ///
-/// y(k) = output_offset + sum_i w_i z_i(k), z_i the operators of `model` at u - input_offset: thresholds stay, weights and
+/// y(k) = output_offset + sum_i w_i z_i(k), y(k) read as u(k) is put out, z_i the operators of `model` at u - input_offset: thresholds stay, weights and
 /// output offset are estimated, sample by sample, from the virgin state. With forgetting = 1 the estimate is that of least
 /// squares over all samples (to 1e-13 um/V on the paper's actuator). The weights of `.model` are the nearest to the
 /// estimate that are not negative, the identity weight at least 1e-6 of the given one, so its inverse exists at every
@@ -35,11 +36,12 @@ use crate::model::object::{model_of, object};
 ///     with 1 the model counts as one sample of full range.
 /// covariance_limit : float
 ///     The variance that forgetting may bring back where nothing is excited, in the same units.
-/// dynamics : SecondOrder or FirstOrder, optional
-///     What lies between the hysteresis and the measurement: y belongs to the end of the interval over which u was held.
-///     Without any, y follows u at once.
+/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
+///     What lies between the hysteresis and the measurement. Without any, y follows u at once.
+/// dead_time : float
+///     What y lags u besides, in seconds.
 /// dt : float, optional
-///     Sampling interval in seconds, which dynamics need.
+///     Sampling interval in seconds, which dynamics and dead time need.
 ///
 /// Raises
 /// ------
@@ -64,8 +66,9 @@ pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdenti
 impl RecursiveIdentifier {
     #[new]
     #[pyo3(signature = (model, *, forgetting=None, output_offset=None, covariance=None, covariance_limit=None,
-        dynamics=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
-        covariance_limit=1e4, dynamics=None, dt=None)")]
+        dynamics=None, dead_time=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
+        covariance_limit=1e4, dynamics=None, dead_time=0.0, dt=None)")]
+    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
         model: &Bound<'_, PyAny>,
         forgetting: Option<&Bound<'_, PyAny>>,
@@ -73,6 +76,7 @@ impl RecursiveIdentifier {
         covariance: Option<&Bound<'_, PyAny>>,
         covariance_limit: Option<&Bound<'_, PyAny>>,
         dynamics: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
         dt: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let default = RecursiveOptions::default();
@@ -80,13 +84,14 @@ impl RecursiveIdentifier {
             forgetting = default.forgetting,
             covariance = default.covariance,
             covariance_limit = default.covariance_limit,
+            dead_time,
             dt
         );
         let output_offset = setting("output_offset", "a number", output_offset)?;
-        let dynamics = match (dynamics.map(given_dynamics).transpose()?, dt) {
-            (None, _) => None,
-            (Some(dynamics), Some(dt)) => Some((dynamics, dt)),
-            (Some(_), None) => {
+        let dynamics = match (LinearPart { dynamics, amplifier_bandwidth: None, dead_time }.dynamics()?, dt) {
+            (none, _) if none == LinearDynamics::none() => None,
+            (dynamics, Some(dt)) => Some((dynamics, dt)),
+            (_, None) => {
                 return Err(wrong_type("dt", "expected the sampling interval in seconds beside dynamics, got None"));
             }
         };
@@ -94,7 +99,7 @@ impl RecursiveIdentifier {
         identification::RecursiveIdentifier::new(&model_of("model", model)?, &options).map(Self).map_err(raise)
     }
 
-    /// Takes the input u and the output y measured at it; the prediction error: y minus what `model` predicted before.
+    /// Takes the input u and the output y read as u is put out; the prediction error: y minus what `model` predicted before.
     ///
     /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
     /// same.
@@ -160,14 +165,15 @@ impl RecursiveIdentifier {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = *self.0.options();
+        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = self.0.options();
         let keywords =
             keywords!(py, forgetting = forgetting, covariance = covariance, covariance_limit = covariance_limit);
         if let Setting::Fixed(offset) = output_offset {
             keywords.set_item("output_offset", offset)?;
         }
         if let Some((dynamics, dt)) = dynamics {
-            keywords.set_item("dynamics", part::dynamics(py, dynamics)?)?;
+            keywords.set_item("dynamics", dynamics_object(py, dynamics)?)?;
+            keywords.set_item("dead_time", dynamics.dead_time())?;
             keywords.set_item("dt", dt)?;
         }
         let model = object(py, self.0.given().clone())?;

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::object::Stage;
+use super::precompensate::checked_limits;
 use super::streams::StageInverse;
 use crate::control::controller::HybridController;
 use crate::control::iterative::IterativeLearning;
@@ -158,7 +159,7 @@ impl Stage {
         ahead: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<HybridController> {
         numbers!(dt, kp, ki);
-        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let limits = checked_limits(&self.0, limits)?;
         let ahead = ahead.map(|ahead| samples("ahead", ahead)).transpose()?;
         self.made_controller(py, dt, limits, feedforward, (kp, ki), ahead)
     }
@@ -264,7 +265,7 @@ impl Stage {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Run> {
         numbers!(dt, kp, ki, period);
-        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let limits = checked_limits(&self.0, limits)?;
         let reference = reference::samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
         if feedforward == "given" {

@@ -18,6 +18,26 @@ pub(crate) struct Keywords<'py> {
     pub(crate) lead_in: Option<Bound<'py, PyAny>>,
 }
 
+/// Limits that were given; warns of those beyond what was identified.
+pub(crate) fn checked_limits(stage: &Stage, given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
+    let Some(given) = given else { return Ok(None) };
+    let limits = pair("limits", given)?;
+    if let Some((low, high)) = stage.extrapolates(limits) {
+        let unit = &stage.parts().units.drive;
+        warn(
+            given.py(),
+            &format!(
+                "limits: {limits:?} is beyond the identified drives, {low} to {high} {unit}: the stage extrapolates there"
+            ),
+        )?;
+    }
+    Ok(Some(limits))
+}
+
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)
+}
+
 /// The drives for a reference, samples or a trajectory; warns of drives that were held back.
 pub(crate) fn precompensate(
     stage: &Stage,
@@ -26,7 +46,7 @@ pub(crate) fn precompensate(
     keywords: &Keywords<'_>,
 ) -> PyResult<Precompensated> {
     let options = PrecompensateOptions {
-        limits: keywords.limits.as_ref().map(|limits| pair("limits", limits)).transpose()?,
+        limits: checked_limits(stage, keywords.limits.as_ref())?,
         start: keywords.start.as_ref().number("start")?,
         lead_in: keywords.lead_in.as_ref().number("lead_in")?,
     };
@@ -35,8 +55,7 @@ pub(crate) fn precompensate(
     let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
     for (count, what) in [(found.saturated_count, "the limits"), (found.slewing_count, "the slew rate")] {
         if count > 0 {
-            let message = format!("reference: {count} of {} drives were held back by {what}", found.drive.len());
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)?;
+            warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
         }
     }
     Ok(found)

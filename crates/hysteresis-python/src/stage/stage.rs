@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::stage::{self, StageParts};
+use hysteresis_control::stage::{self, RecordSource, StageParts};
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -11,11 +11,11 @@ use pythonize::pythonize;
 
 use super::object::Stage;
 use super::parts::{StageKeywords, points};
-use super::precompensate::{Keywords, precompensate};
+use super::precompensate::{Keywords, checked_limits, precompensate};
 use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::numbers;
 use crate::convert::errors::{raise, wrong_type};
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -161,14 +161,14 @@ impl Stage {
     #[pyo3(signature = (dt, limits=None))]
     fn inverse(&self, dt: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<StageInverse> {
         numbers!(dt);
-        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let limits = checked_limits(&self.0, limits)?;
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
     /// How uncertain the output of the hysteresis is when its history between the limits is unknown.
     #[pyo3(signature = (limits=None))]
     fn bracket(&self, py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
-        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
+        let limits = checked_limits(&self.0, limits)?;
         let limits = self
             .0
             .limits(limits)
@@ -253,6 +253,12 @@ impl Stage {
         let made = stage.cast::<Self>()?.get().0.parts().clone();
         let made = stage::Stage::new(StageParts { identified, ..made }).map_err(raise)?;
         Ok(Bound::new(slf.py(), Self(made))?.into_any())
+    }
+
+    /// A copy that says from which records it was identified: a list of (name, SHA-256 or None).
+    fn with_records(&self, records: Vec<(String, Option<String>)>) -> Self {
+        let records = records.into_iter().map(|(name, sha256)| RecordSource { name, sha256 }).collect();
+        Self(self.0.clone().with_records(records))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

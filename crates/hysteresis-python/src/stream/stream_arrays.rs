@@ -138,8 +138,7 @@ fn states<'py>(states: &Bound<'py, PyAny>, actuators: usize) -> PyResult<Vec<Bou
 /// An error about the state of one actuator, which is then named.
 fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
     let message = error.value(py).to_string();
-    let message = message.strip_prefix("state: ").unwrap_or(&message);
-    errors::value(Place::part("state", &format!("actuator {actuator}: state")), message)
+    errors::value(Place::part("state", &format!("actuator {actuator}")), message)
 }
 
 /// How many threads may share out the actuators.

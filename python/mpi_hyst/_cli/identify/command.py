@@ -190,7 +190,7 @@ def identify(**given: Any) -> int:
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run
 
-    text, interrupted = run(Request(**given))
+    text, interrupted = run(Request.of(given))
     say(text)
     if interrupted:
         click.echo("mpi-hyst: interrupted, the partial result is written", err=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -55,9 +56,21 @@ def _read(
                 seconds=seconds,
                 dt=dt,
                 skip=_samples(option, amount, path, seconds, columns.samples),
+                sha256=_sha256(path),
             )
         )
     return records
+
+
+def _sha256(path: Path) -> str | None:
+    """Return the SHA-256 of a file; None for a pipe, which reads only once."""
+    if not path.is_file():
+        return None
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
 
 
 def _ends(records: Sequence[Record], request: Request) -> list[int]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.outputs import check_outputs
@@ -12,11 +13,6 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._report.identify.records import Records, Task
 
 Kind = Literal["modified", "conventional"]
-Weights = Literal["auto", "free", "quadratic", "split"]
-Smoothness = float | Literal["auto"]
-Operators = int | Literal["auto"]
-Dynamics = Literal["auto", 1, 2]
-Creep = int | Literal["auto"]
 
 
 @dataclass(frozen=True)
@@ -35,17 +31,18 @@ class Request:
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
     validate_from: tuple[str, ...] = ()
-    model: Kind = "modified"
-    operators: Operators = 20
-    weights: Weights = "auto"
-    smoothness: Smoothness = 0.0
-    thresholds: Literal["uniform", "quantiles"] = "uniform"
-    ratios: tuple[float, float, float] | None = None
-    input_offset: float | None = None
-    dead_time: float | None = None
-    dynamics: Dynamics | None = None
-    creep: Creep | None = None
     keep_partial: bool = False
+    fit: dict[str, Any] = field(default_factory=dict)
+    """What goes to `mh.identify` under its own name; what was not given is not in it."""
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Request:
+        """Take what the command line gives: what is no field goes to the fit."""
+        own = {one.name for one in fields(cls)}
+        fit = {
+            name: value for name, value in given.items() if name not in own and value is not None
+        }
+        return cls(fit=fit, **{name: value for name, value in given.items() if name in own})
 
     @property
     def input(self) -> Quantity:
@@ -57,14 +54,14 @@ class Request:
         """The displacement."""
         return Quantity(self.output_column)
 
+    @property
+    def model(self) -> Kind:
+        """The kind of model."""
+        return "conventional" if self.fit.get("model") == "conventional" else "modified"
+
     def task(self, records: Records) -> Task:
         """Return what the reports need to know about the request."""
-        options = {
-            "ratios": self.ratios,
-            "input offset": self.input_offset,
-            "dead time": self.dead_time,
-        }
-        given = [name for name, value in options.items() if value is not None]
+        given = [name.replace("_", " ") for name in self.fit]
         return Task(records, self.input, self.output, given)
 
     def check(self) -> None:
@@ -72,9 +69,9 @@ class Request:
         check_outputs([self.stage_path, self.report_path], [*self.data, *self.validate])
         if self.input_column == self.output_column:
             raise CommandError(f"--input and --output: both are column {self.input_column!r}")
-        if self.model == "conventional" and self.ratios is not None:
+        if self.model == "conventional" and "ratios" in self.fit:
             raise CommandError("--ratios: the conventional model has no ratios")
-        if self.model == "conventional" and self.weights == "split":
+        if self.model == "conventional" and self.fit.get("weights") == "split":
             raise CommandError("--weights: the conventional model has no split weights")
         if self.validate and self.validate_from:
             raise CommandError("--validate and --validate-from: give one of both")

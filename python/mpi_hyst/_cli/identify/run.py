@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Literal
+from collections.abc import Sequence
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.identify.read import read
-from mpi_hyst._cli.identify.request import Kind, Request, Weights
+from mpi_hyst._cli.identify.request import Kind, Request
 from mpi_hyst._cli.outputs import Output, write_file, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
@@ -36,7 +34,7 @@ def run(request: Request) -> tuple[str, bool]:
     outputs = []
     # The stage is written first: if the report fails, the result of the fit is kept.
     if request.stage_path is not None:
-        outputs.append(Output(request.stage_path, _saver(found, request)))
+        outputs.append(Output(request.stage_path, _stage(found, records, request).save))
     if request.report_path is not None:
         from mpi_hyst._report.identify.page import report
 
@@ -55,52 +53,41 @@ def fit(
 ) -> mh.results.Identification:
     """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    # A split model is compared with a conventional one of free weights: that has no split.
-    unsplit = request.weights == "split" and kind == "conventional"
-    weights: Weights = "free" if unsplit else request.weights
+    options = request.fit | {"model": kind}
+    if kind == "conventional":
+        options.pop("ratios", None)
+        # A split model is compared with a conventional one of free weights: that has no split.
+        if options.get("weights") == "split":
+            options["weights"] = "free"
+    _check_dead_time(options.get("dead_time", 0.0), records)
     ends = [record.skip for record in records.held_out] if records.ends else None
     whole = records.held_out if records.ends else records.fitted
-    dead_time = _dead_time(request.dead_time, records)
     try:
         return mh.identify(
             [(record.input, record.output) for record in whole],
             dt=records.dt,
-            model=kind,
-            operators=request.operators,
-            weights=weights,
-            thresholds=request.thresholds,
-            smoothness=request.smoothness,
-            ratios=request.ratios if request.ratios and kind == "modified" else "fit",
-            input_offset="fit" if request.input_offset is None else request.input_offset,
-            dead_time=dead_time,
-            dynamics=request.dynamics,
-            creep=request.creep,
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,
             # A partial fit of the other kind would be no fair comparison.
             keep_partial=request.keep_partial and model is None,
+            **options,
         )
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(str(error), request)) from error
 
 
-def _dead_time(seconds: float | None, records: Records) -> float | Literal["fit"]:
-    """Return the dead time as the library takes it."""
-    if seconds is None:
-        return "fit"
+def _check_dead_time(seconds: float, records: Records) -> None:
     if seconds != 0.0 and records.dt is None:
         name = records.fitted[0].name
         raise CommandError(f"{name}: --dead-time needs a time column (--time) or --rate")
-    return seconds
 
 
-def _saver(found: mh.results.Identification, request: Request) -> Callable[[Path], object]:
-    """Return the function that writes the stage, or without sampling interval the hysteresis."""
-    if not found.dt:
-        return found.model.save
+def _stage(found: mh.results.Identification, records: Records, request: Request) -> mh.Stage:
+    """Return the stage with units and with the names and SHA-256 of its records."""
     units = (request.input.suffix or "V", request.output.suffix or "um")
-    return found.stage.replace(units=units).save
+    sources = [(record.name, record.sha256) for record in records.fitted]
+    return found.stage.replace(units=units).with_records(sources)
 
 
 def loops_left_out(
@@ -134,13 +121,18 @@ def _saved(found: mh.results.Identification, request: Request) -> str:
     lines = []
     if request.stage_path is None:
         lines.append("not saved: add -o stage.json to save the stage")
-    elif found.dt:
-        lines.append(f"stage   {request.stage_path}")
     else:
-        lines.append(f"model   {request.stage_path}  (hysteresis alone: no sampling interval)")
+        lines.append(f"stage   {request.stage_path}{_left_out(found)}")
     if request.report_path is not None:
         lines.append(f"report  {request.report_path}")
     return "\n".join(lines)
+
+
+def _left_out(found: mh.results.Identification) -> str:
+    """Say what the stage lacks: its time is in seconds, also where that of the records is not."""
+    if found.dead_time is None and found.dead_time_samples:
+        return "  (without the dead time: its records have no time column and no --rate)"
+    return ""
 
 
 def _name_options(message: str, request: Request) -> str:
@@ -151,8 +143,7 @@ def _name_options(message: str, request: Request) -> str:
     if match := re.match(r"record (\d+): ", message):
         paths, message = (paths[int(match[1])],), message[match.end() :]
     argument, _, rest = message.partition(": ")
-    named = ("operators", "skip", "ratios", "input_offset", "smoothness", "dead_time", "creep")
-    if argument in (*named, "dynamics"):
+    if argument in ("skip", *request.fit):
         return f"--{argument.replace('_', '-')}: {rest}"
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"

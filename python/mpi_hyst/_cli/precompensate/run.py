@@ -22,6 +22,8 @@ from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
 _DRIVE = "drive"
+_MAX_MISS = 5e-3
+"""Share of the range of a trajectory by which the stage itself may miss it without a warning."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,11 @@ def run(request: Request) -> str:
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
     _check_names(columns, column)
     dt = _interval(columns, stage, request)
-    drive, notes = _drive(stage, columns[column], dt, request)
+    quantity = Quantity(column)
+    drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {**_times(columns, drive.size, dt), _DRIVE: drive}
-    residual = _residual(stage, columns[column], drive, dt, request)
     write_outputs([Output.of_text(request.drive_path, write_table(table))])
-    summary = _summary(request, stage, Quantity(column), drive, residual)
+    summary = _summary(request, stage, quantity, drive, residual)
     return "\n".join([summary, *notes])
 
 
@@ -76,10 +78,10 @@ def _interval(columns: Columns, stage: mh.Stage, request: Request) -> float:
     return sampling_interval(columns, request.rate)
 
 
-def _drive(
-    stage: mh.Stage, reference: Samples, dt: float, request: Request
-) -> tuple[Samples, list[str]]:
-    """Return the drive, and warnings for the summary."""
+def _design(
+    stage: mh.Stage, reference: Samples, dt: float, unit: str, request: Request
+) -> tuple[Samples, Samples, list[str]]:
+    """Return the drive, the error of the stage itself under it, and warnings for the summary."""
     names = {"reference": str(request.trajectory), "start": "--start", "lead_in": "--lead-in"}
     try:
         with warnings.catch_warnings(record=True) as caught:
@@ -87,11 +89,20 @@ def _drive(
             drive = stage.precompensate(
                 reference, dt, limits=request.limits, start=request.start, lead_in=request.lead_in
             )
+        residual = _residual(stage, reference, drive, dt, request)
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
         raise CommandError(name_options(str(error), names)) from error
-    return drive, [f"warning: {name_options(str(one.message), names)}" for one in caught]
+    notes = [f"warning: {name_options(str(one.message), names)}" for one in caught]
+    worst = int(residual.argmax())
+    if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
+        miss = in_unit(float(residual[worst]), unit, 3)
+        notes.append(
+            f"warning: {request.trajectory}: the stage misses it by up to {miss}, "
+            f"at sample {worst}: it is too fast there, or needs --lead-in to begin in motion"
+        )
+    return drive, residual, notes
 
 
 def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:

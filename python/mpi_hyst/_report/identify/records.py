@@ -20,6 +20,7 @@ class Record:
     seconds: Samples | None
     dt: float | None
     skip: int
+    sha256: str | None = None
 
     def until(self, sample: int) -> Record:
         """Return the part before a sample."""

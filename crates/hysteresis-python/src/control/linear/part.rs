@@ -99,17 +99,6 @@ pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>
     section(py, &dynamics.into())
 }
 
-/// A lag or a resonance from an object.
-pub(crate) fn given_dynamics(value: &Bound<'_, PyAny>) -> PyResult<Dynamics> {
-    if let Ok(lag) = value.cast::<FirstOrder>() {
-        Ok(lag.get().0.into())
-    } else if let Ok(resonance) = value.cast::<SecondOrder>() {
-        Ok(resonance.get().0.into())
-    } else {
-        Err(unexpected("dynamics", "a SecondOrder or a FirstOrder", value))
-    }
-}
-
 /// The amplifier of a cut-off frequency in Hz.
 pub(crate) fn amplifier(bandwidth: f64) -> PyResult<linear::FirstOrder> {
     let parameter = "amplifier_bandwidth";
