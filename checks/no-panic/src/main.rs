@@ -122,8 +122,14 @@ fn controller_follow(controller: &mut HybridController, drives: &[f64]) -> Resul
 
 #[no_panic]
 #[inline(never)]
-fn quasi_static_forward(stream: &mut QuasiStaticForward, sample: f64) -> (f64, f64, f64) {
-    (stream.peek(sample), stream.step(sample), stream.settle(sample))
+fn quasi_static_forward(stream: &mut QuasiStaticForward, sample: f64) -> (f64, f64) {
+    (stream.peek(sample), stream.step(sample))
+}
+
+#[no_panic]
+#[inline(never)]
+fn quasi_static_settle(stream: &mut QuasiStaticForward, sample: f64) -> f64 {
+    stream.settle(sample)
 }
 
 #[no_panic]
@@ -152,6 +158,7 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
     let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
     for sample in samples {
         black_box(quasi_static_forward(&mut forward, *sample));
+        black_box(quasi_static_settle(&mut forward, *sample));
         black_box(quasi_static_inverse(&mut inverse, *sample));
         black_box(bracket_step(&mut bracket, *sample));
     }

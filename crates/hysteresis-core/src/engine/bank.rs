@@ -76,7 +76,9 @@ impl Bank {
     }
 
     pub(crate) fn reset(&mut self) {
-        self.outputs.copy_from_slice(&self.initial);
+        for (output, initial) in self.outputs.iter_mut().zip(&self.initial) {
+            *output = *initial;
+        }
     }
 
     /// Whether a move of the input to `input` changes no operator.

@@ -14,6 +14,7 @@ from mpi_hyst._cli.progress import Progress, progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._report.identify.records import Records
 from mpi_hyst._report.identify.summary import summary
+from mpi_hyst._text import printable
 
 
 def run(request: Request) -> tuple[str, bool]:
@@ -86,7 +87,7 @@ def _check_dead_time(seconds: float, records: Records) -> None:
 def _stage(found: mh.results.Identification, records: Records, request: Request) -> mh.Stage:
     """Return the stage with units and with the names and SHA-256 of its records."""
     units = (request.input.suffix or "V", request.output.suffix or "um")
-    sources = [(record.name, record.sha256) for record in records.fitted]
+    sources = [(printable(record.name), record.sha256) for record in records.fitted]
     return found.stage.replace(units=units).with_records(sources)
 
 
