@@ -101,18 +101,18 @@ def test_the_weight_law_by_cross_validation() -> None:
 
 
 def test_noise_leaves_of_the_ratios_what_the_standard_errors_say() -> None:
-    # Everything searched, 15 nm of noise: the bound of Cramer and Rao is 0.0037, 0.0032 and 0.0024.
-    u = sweep(12_000, cycles=20)
+    # Everything searched, 15 nm of noise: the bound of Cramer and Rao is 0.0053, 0.0045 and 0.0034.
+    u = sweep(6000, cycles=20)
     clean = delayed(actuator(12.5, -3.0).forward().run(u), 2.35)
     errors, bounds, weights = [], [], []
-    for seed in range(10):
+    for seed in range(6):
         y = clean + np.random.default_rng(seed).normal(0.0, 0.015, u.size)
         found = mh.identify(u, y, thresholds=THRESHOLDS)
         errors.append(np.abs(np.subtract(found.ratios, PAPER_RATIOS)))
         bounds.append(found.ratios_std)
         weights.append(np.abs(found.model.weights / actuator().weights - 1.0).max())
-    assert np.all(np.median(errors, axis=0) < 0.005)
-    np.testing.assert_allclose(np.median(bounds, axis=0), [0.0037, 0.0032, 0.0024], rtol=0.1)
-    # Of 30 normal deviates the largest is beyond 3.7 times in a hundred runs less than once.
+    assert np.all(np.median(errors, axis=0) < 0.007)
+    np.testing.assert_allclose(np.median(bounds, axis=0), [0.0053, 0.0045, 0.0034], rtol=0.1)
+    # Of 18 normal deviates the largest is beyond 3.7 times in a hundred runs less than once.
     assert np.all(np.array(errors) < 3.7 * np.array(bounds))
-    assert np.max(weights) < 0.05
+    assert np.max(weights) < 0.07
