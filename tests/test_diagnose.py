@@ -117,7 +117,8 @@ def test_full_strokes_alone_are_named() -> None:
 
 
 def test_too_many_operators_are_named() -> None:
-    assert "collinear_operators" in names(fitted(DRIVE, measured(DRIVE, 5), operators=50, weights="free", dead_time=0.0))
+    options = {"operators": 50, "weights": "free", "dead_time": 0.0}
+    assert "collinear_operators" in names(fitted(DRIVE, measured(DRIVE, 5), **options))
 
 
 def test_thresholds_beyond_the_input_are_named() -> None:
