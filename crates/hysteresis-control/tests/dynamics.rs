@@ -305,8 +305,8 @@ fn what_is_no_dynamics_is_named() {
     assert!(Modes::new(&[1.0], &modes).unwrap_err().to_string().starts_with("gains: expected one for each mode"));
     let lag = LinearDynamics::from(FirstOrder::new(10.0).unwrap());
     let minus = LinearDynamics::from(StateSpace::from_gain(-1.0).unwrap());
-    assert_eq!(lag.parallel(&minus).unwrap_err().parameter, "other");
-    assert_eq!(StateSpace::from_gain(0.0).unwrap_err().parameter, "gain");
+    assert_eq!(lag.parallel(&minus).unwrap_err().parameter().unwrap(), "other");
+    assert_eq!(StateSpace::from_gain(0.0).unwrap_err().parameter().unwrap(), "gain");
     let many = (0..65).fold(lag, |all, _| all.then(FirstOrder::new(10.0).unwrap()));
     assert_eq!(many.block(DT).unwrap_err().to_string(), "dynamics: expected at most 64 poles, got 66.0");
     let stiff = LinearDynamics::from(resonance(1.0, 0.5)).then(FirstOrder::new(1e12).unwrap());
@@ -314,6 +314,6 @@ fn what_is_no_dynamics_is_named() {
     assert_eq!(stiff.block(DT).unwrap_err().to_string(), expected);
     let mut block = resonance(400.0, 0.5).block(DT).unwrap();
     let other = FirstOrder::new(10.0).unwrap().block(DT).unwrap();
-    assert_eq!(block.restore(&other.state()).unwrap_err().parameter, "deviation");
+    assert_eq!(block.restore(&other.state()).unwrap_err().parameter().unwrap(), "deviation");
     assert!(matches!(LinearDynamics::from(resonance(1.0, 1.0)).sections(), [Section::SecondOrder(_)]));
 }

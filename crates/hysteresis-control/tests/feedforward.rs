@@ -331,7 +331,7 @@ fn what_cannot_be_inverted_is_named() {
     let smoothing = |s| DynamicsInverse::with_smoothing(&stage, DT, s).unwrap_err().to_string();
     assert_eq!(smoothing(0.0), "smoothing: expected 1e-12 to 1e6, got 0.0");
     assert_eq!(smoothing(f64::NAN), "smoothing: expected 1e-12 to 1e6, got NaN");
-    assert_eq!(DynamicsInverse::new(&stage, 0.0).unwrap_err().parameter, "dt");
+    assert_eq!(DynamicsInverse::new(&stage, 0.0).unwrap_err().parameter(), Some("dt"));
     let preview = |change: &dyn Fn(&mut PreviewOptions)| {
         let mut options = PreviewOptions::new(4);
         change(&mut options);

@@ -206,7 +206,7 @@ fn what_is_not_finite_teaches_nothing() {
 fn what_cannot_learn_is_refused() {
     let (reference, _) = wanted();
     let refused = |feedback: FeedbackLoop, options: LearningOptions| {
-        IterativeLearning::new(&feedback, &reference, &options).unwrap_err().parameter
+        IterativeLearning::new(&feedback, &reference, &options).unwrap_err().parameter().unwrap()
     };
     let usual = LearningOptions::new(150.0);
     assert_eq!(refused(FeedbackLoop { kp: 1e5, ..believed() }, usual), "kp");
@@ -215,7 +215,8 @@ fn what_cannot_learn_is_refused() {
     assert_eq!(refused(believed(), LearningOptions::new(-1.0)), "bandwidth");
     assert_eq!(refused(believed(), LearningOptions { min_gain: 0.0, ..usual }), "min_gain");
     assert_eq!(refused(believed(), LearningOptions { target_limits: Some((1.0, 1.0)), ..usual }), "target_limits");
-    let repetitive = |period, options| RepetitiveControl::new(&believed(), period, &options).unwrap_err().parameter;
+    let repetitive =
+        |period, options| RepetitiveControl::new(&believed(), period, &options).unwrap_err().parameter().unwrap();
     let usual = RepetitiveOptions::new(150.0);
     assert_eq!(repetitive(7, usual), "period");
     assert_eq!(repetitive(500, RepetitiveOptions { gain: 1.1, ..usual }), "gain");
@@ -320,7 +321,7 @@ fn a_truth_at_another_sampling_interval_is_refused() {
     let (reference, _) = wanted();
     let other = FeedbackLoop { dt: 2e-4, ..truth() };
     let learning = IterativeLearning::new(&believed(), &reference, &LearningOptions::new(150.0)).unwrap();
-    assert_eq!(learning.convergence_rate(&other).unwrap_err().parameter, "dt");
+    assert_eq!(learning.convergence_rate(&other).unwrap_err().parameter().unwrap(), "dt");
     let repetitive = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::new(150.0)).unwrap();
-    assert_eq!(repetitive.convergence_rate(&other).unwrap_err().parameter, "dt");
+    assert_eq!(repetitive.convergence_rate(&other).unwrap_err().parameter().unwrap(), "dt");
 }

@@ -142,7 +142,7 @@ fn creep_at_the_samples_is_what_its_lags_were_before() {
         other.restore(&saved[1..]).unwrap_err().to_string(),
         "lags: expected as many as creep has terms, got 2.0"
     );
-    assert_eq!(other.restore(&[0.0, f64::NAN, 0.0]).unwrap_err().index, Some(1));
+    assert!(other.restore(&[0.0, f64::NAN, 0.0]).unwrap_err().to_string().contains("[1]: expected a finite"));
 }
 
 #[test]

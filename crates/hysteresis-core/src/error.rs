@@ -144,6 +144,8 @@ pub enum Bound {
         /// The outer threshold.
         limit: f64,
     },
+    /// What the words say.
+    Words(&'static str),
     /// Between two numbers.
     Between {
         /// The least.
@@ -181,6 +183,7 @@ impl fmt::Display for Bound {
             Self::NonNegative => write!(f, "a finite number >= 0"),
             Self::Positive => write!(f, "a finite number > 0"),
             Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
+            Self::Words(words) => f.write_str(words),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
             Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
@@ -191,6 +194,21 @@ impl fmt::Display for Bound {
 }
 
 impl Error {
+    /// A number outside the domain that the words describe.
+    #[must_use]
+    pub fn domain(parameter: &'static str, index: Option<usize>, expected: &'static str, got: f64) -> Self {
+        Self::Domain { parameter, index, expected: Bound::Words(expected), got }
+    }
+
+    /// The same about a number with another name: what callers know it by.
+    #[must_use]
+    pub fn renamed(self, parameter: &'static str, got: f64) -> Self {
+        match self {
+            Self::Domain { expected, .. } => Self::Domain { parameter, index: None, expected, got },
+            other => other,
+        }
+    }
+
     /// The name of the parameter that is wrong, if it is one.
     #[must_use]
     pub fn parameter(&self) -> Option<&'static str> {

@@ -71,7 +71,7 @@ impl CreepBasis {
 impl CreepModel {
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
-        let domain = |expected, got| Error::Domain { parameter: "creep", index: None, expected, got };
+        let domain = |expected, got| Error::domain("creep", None, expected, got);
         let own = |time_constants: Vec<f64>| {
             let terms = time_constants.len();
             let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
@@ -113,12 +113,7 @@ impl CreepModel {
                 if terms > MAX_AMPLITUDES {
                     return Err(domain("at most 12 time constants", as_f64(terms)));
                 }
-                Creep::new(&vec![0.0; terms], time_constants).map_err(|error| Error::Domain {
-                    parameter: "creep",
-                    index: error.index,
-                    expected: "time constants in seconds, finite, above 0 and strictly increasing",
-                    got: error.got,
-                })?;
+                Creep::new(&vec![0.0; terms], time_constants).map_err(as_creep)?;
                 Ok(own(time_constants.clone()))
             }
         }
@@ -171,5 +166,15 @@ mod tests {
         assert!(message(&[1.0, 0.5]).starts_with("creep[1]: expected time constants in seconds"));
         assert!(message(&[1.0; 13]).starts_with("creep: expected at most 12"));
         assert!(message(&[-1.0]).starts_with("creep[0]"));
+    }
+}
+
+/// An error of time constants that came as the option `creep`.
+fn as_creep(error: hysteresis_core::Error) -> Error {
+    match error {
+        hysteresis_core::Error::Domain { index, got, .. } => {
+            Error::domain("creep", index, "time constants in seconds, finite, above 0 and strictly increasing", got)
+        }
+        other => other.into(),
     }
 }

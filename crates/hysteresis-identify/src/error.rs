@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use hysteresis_control::linear;
-
 /// Why a pair of signals is no record.
 ///
 /// ```
@@ -55,6 +53,19 @@ impl RecordError {
     #[must_use]
     pub fn in_record(self, record: usize) -> Error {
         Error::Record { record, error: self }
+    }
+}
+
+impl RecordError {
+    /// The name of the argument that is wrong.
+    #[must_use]
+    pub fn parameter(&self) -> &'static str {
+        match *self {
+            Self::Length { argument, .. } | Self::NotFinite { argument, .. } | Self::Constant { argument, .. } => {
+                argument
+            }
+            Self::Skip { .. } => "skip",
+        }
     }
 }
 
@@ -120,21 +131,31 @@ pub enum Error {
         /// The loops of all records together.
         got: usize,
     },
-    /// An option lies outside its domain.
-    Domain {
-        /// The name of the option.
-        parameter: &'static str,
-        /// Where in the array, for arrays.
-        index: Option<usize>,
-        /// The domain in words.
-        expected: &'static str,
-        /// The number that came.
-        got: f64,
-    },
     /// The progress function asked to stop.
     Interrupted,
-    /// Fixed ratios, or a model, that the core does not admit.
+    /// An option, or a model, outside its domain.
     Core(hysteresis_core::Error),
+}
+
+impl Error {
+    /// An option outside its domain.
+    pub(crate) fn domain(parameter: &'static str, index: Option<usize>, expected: &'static str, got: f64) -> Self {
+        Self::Core(hysteresis_core::Error::domain(parameter, index, expected, got))
+    }
+
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::NoRecords | Self::TooFewSamples { .. } | Self::TooFewLoops { .. } => Some("records"),
+            Self::Record { error, .. } => Some(error.parameter()),
+            Self::NoOperators => Some("operators"),
+            Self::SplitConventional => Some("weights"),
+            Self::NoInterval { .. } => Some("dt"),
+            Self::Core(error) => error.parameter(),
+            Self::Interrupted => None,
+        }
+    }
 }
 
 impl fmt::Display for Error {
@@ -157,12 +178,6 @@ impl fmt::Display for Error {
             Self::TooFewLoops { got } => {
                 write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }
-            Self::Domain { parameter, index: None, expected, got } => {
-                write!(f, "{parameter}: expected {expected}, got {got:?}")
-            }
-            Self::Domain { parameter, index: Some(index), expected, got } => {
-                write!(f, "{parameter}[{index}]: expected {expected}, got {got:?}")
-            }
             Self::Interrupted => write!(f, "identification was interrupted"),
             Self::Core(error) => error.fmt(f),
         }
@@ -174,12 +189,5 @@ impl core::error::Error for Error {}
 impl From<hysteresis_core::Error> for Error {
     fn from(error: hysteresis_core::Error) -> Self {
         Self::Core(error)
-    }
-}
-
-impl From<linear::Error> for Error {
-    fn from(error: linear::Error) -> Self {
-        let linear::Error { parameter, index, expected, got } = error;
-        Self::Domain { parameter, index, expected, got }
     }
 }

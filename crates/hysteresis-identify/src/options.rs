@@ -194,7 +194,7 @@ impl Options {
         #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if self.operators() > MAX_OPERATORS {
             let got = self.operators() as f64;
-            return Err(Error::Domain { parameter: "operators", index: None, expected: "at most 4096", got });
+            return Err(Error::domain("operators", None, "at most 4096", got));
         }
         if self.weights == WeightLaw::Split && self.model == ModelKind::Conventional {
             return Err(Error::SplitConventional);
@@ -206,7 +206,7 @@ impl Options {
             let offsets = hysteresis_core::Offsets::default();
             hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, offsets)?;
         }
-        let domain = |parameter, expected, got| Err(Error::Domain { parameter, index: None, expected, got });
+        let domain = |parameter, expected, got| Err(Error::domain(parameter, None, expected, got));
         match self.input_offset {
             Setting::Fixed(offset) if !is_admissible(offset) => {
                 return domain("input_offset", "a finite number (at most 1e100 in magnitude)", offset);
@@ -228,7 +228,7 @@ fn check_thresholds(thresholds: &[f64]) -> Result<(), Error> {
     for (i, r) in thresholds.iter().enumerate() {
         if !(is_admissible(*r) && *r >= 0.0 && *r > last) {
             let expected = "finite thresholds >= 0 that strictly increase";
-            return Err(Error::Domain { parameter: "thresholds", index: Some(i), expected, got: *r });
+            return Err(Error::domain("thresholds", Some(i), expected, *r));
         }
         last = *r;
     }
@@ -240,5 +240,5 @@ pub(crate) fn check_interval(dt: f64) -> Result<(), Error> {
     if is_admissible(dt) && dt > 1e-90 {
         return Ok(());
     }
-    Err(Error::Domain { parameter: "dt", index: None, expected: "a finite number of seconds above 0", got: dt })
+    Err(Error::domain("dt", None, "a finite number of seconds above 0", dt))
 }

@@ -5,9 +5,10 @@ mod common;
 use std::ops::ControlFlow;
 
 use common::{decaying_triangle, output, paper_actuator, run};
-use hysteresis_core::{Offsets, Ratios};
+use hysteresis_core::{Model, Offsets, PrandtlIshlinskii, Ratios};
 use hysteresis_identify::{
-    Error, Options, Progress, Record, RecordError, SearchStage, Setting, Stop, Thresholds, WeightLaw, identify,
+    Error, Options, Progress, Record, RecordError, RecursiveIdentifier, RecursiveOptions, SearchStage, Setting, Stop,
+    Thresholds, WeightLaw, identify,
 };
 
 fn data() -> (Vec<f64>, Vec<f64>) {
@@ -68,7 +69,7 @@ fn options() {
     for (thresholds, place) in [(vec![0.0, 2.0, 2.0], 2), (vec![-1.0, 2.0], 0), (vec![0.0, f64::NAN, 1.0], 1)] {
         let error = refused(&Options { thresholds: Thresholds::Given(thresholds), ..Options::default() });
         assert!(
-            matches!(error, Error::Domain { parameter: "thresholds", index: Some(i), .. } if i == place),
+            matches!(error, Error::Core(hysteresis_core::Error::Domain { parameter: "thresholds", index: Some(i), .. }) if i == place),
             "{error}"
         );
     }
@@ -77,14 +78,14 @@ fn options() {
     assert!(matches!(error, Error::Core(hysteresis_core::Error::Domain { parameter: "rb", .. })), "{error}");
     let input_offset = Setting::Fixed(f64::NAN);
     let error = refused(&Options { input_offset, ..Options::default() });
-    assert!(matches!(error, Error::Domain { parameter: "input_offset", .. }), "{error}");
+    assert!(error.parameter() == Some("input_offset"), "{error}");
     for smoothness in [-0.1, f64::NAN, f64::INFINITY] {
         let error = refused(&Options { smoothness: Setting::Fixed(smoothness), ..Options::default() });
-        assert!(matches!(error, Error::Domain { parameter: "smoothness", index: None, .. }), "{error}");
+        assert!(error.parameter() == Some("smoothness"), "{error}");
     }
     for delay in [-0.1, f64::NAN, 1_000.0] {
         let error = refused(&Options { dead_time: Setting::Fixed(delay), ..Options::default() });
-        assert!(matches!(error, Error::Domain { parameter: "dead_time", index: None, .. }), "{error}");
+        assert!(error.parameter() == Some("dead_time"), "{error}");
     }
 }
 
@@ -153,4 +154,28 @@ fn progress_goes_forward_through_all_candidates() {
     let scans =
         seen.windows(2).filter(|pair| pair[1].stage == SearchStage::Scan && pair[0].stage != SearchStage::Scan).count();
     assert_eq!(scans, 2);
+}
+
+#[test]
+fn options_of_a_recursive_identifier() {
+    let model = Model::from(paper_actuator(Offsets::default()));
+    let refused = |options: RecursiveOptions| RecursiveIdentifier::new(&model, &options).unwrap_err().to_string();
+    let default = RecursiveOptions::default();
+    assert_eq!(
+        refused(RecursiveOptions { forgetting: 0.4, ..default.clone() }),
+        "forgetting: expected a number from 0.5 to 1, got 0.4"
+    );
+    assert_eq!(
+        refused(RecursiveOptions { forgetting: f64::NAN, ..default.clone() }),
+        "forgetting: expected a number from 0.5 to 1, got NaN"
+    );
+    let message = "covariance: expected a number from 1e-30 to 1e30, got 0.0";
+    assert_eq!(refused(RecursiveOptions { covariance: 0.0, ..default.clone() }), message);
+    let message = "covariance_limit: expected a number from 1e-30 to 1e30, got -1.0";
+    assert_eq!(refused(RecursiveOptions { covariance_limit: -1.0, ..default.clone() }), message);
+    let message = "output_offset: expected a finite number (at most 1e100 in magnitude), got inf";
+    assert_eq!(refused(RecursiveOptions { output_offset: Setting::Fixed(f64::INFINITY), ..default.clone() }), message);
+    let without_identity = PrandtlIshlinskii::new(&[1.0], &[2.0], Offsets::default()).unwrap();
+    let error = RecursiveIdentifier::new(&without_identity.into(), &default).unwrap_err();
+    assert!(matches!(error, Error::Core(hysteresis_core::Error::NotInvertible { .. })));
 }

@@ -280,8 +280,8 @@ fn seconds_are_asked_for_where_they_are_needed() {
     let timed = record.sampled_every(DT).unwrap();
     assert_eq!(run(&[timed, record], &without).unwrap_err(), Error::NoInterval { record: 1 });
     let error = run(&[record], &Options { dt: Some(0.0), ..without.clone() }).unwrap_err();
-    assert!(matches!(error, Error::Domain { parameter: "dt", .. }), "{error}");
-    assert!(matches!(record.sampled_every(f64::NAN), Err(Error::Domain { parameter: "dt", .. })));
+    assert!(error.parameter() == Some("dt"), "{error}");
+    assert!(record.sampled_every(f64::NAN).unwrap_err().parameter() == Some("dt"));
     let found = run(&[record], &without).unwrap();
     assert_eq!((found.dead_time, found.dt.as_slice()), (None, &[][..]));
     assert!(found.dead_time_samples.is_some());

@@ -5,7 +5,7 @@ use faer::linalg::solvers::SolveLstsq;
 use hysteresis_core::{
     CompiledModel, Forward, Inverse, Model, ModifiedPrandtlIshlinskii, Offsets, Operator, PrandtlIshlinskii, Process,
 };
-use hysteresis_identify::{Error, Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, Setting};
+use hysteresis_identify::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, Setting};
 use hysteresis_simulate::paper;
 use proptest::prelude::*;
 
@@ -309,24 +309,6 @@ fn a_model_that_follows_the_actuator_makes_its_inverse_follow_too() {
     let largest = |errors: &[f64]| errors.iter().fold(0.0_f64, |largest, e| largest.max(*e));
     assert!(largest(&errors[..1000]) > 0.1);
     assert!(largest(&errors[30_000..]) < 1e-3, "{}", largest(&errors[30_000..]));
-}
-
-#[test]
-fn what_it_is_told_is_checked_by_name() {
-    let model = Model::from(actuator());
-    let refused = |options: RecursiveOptions| RecursiveIdentifier::new(&model, &options).unwrap_err().to_string();
-    let default = RecursiveOptions::default();
-    assert_eq!(refused(forgetting(0.4)), "forgetting: expected a number from 0.5 to 1, got 0.4");
-    assert_eq!(refused(forgetting(f64::NAN)), "forgetting: expected a number from 0.5 to 1, got NaN");
-    let message = "covariance: expected a number from 1e-30 to 1e30, got 0.0";
-    assert_eq!(refused(RecursiveOptions { covariance: 0.0, ..default.clone() }), message);
-    let message = "covariance_limit: expected a number from 1e-30 to 1e30, got -1.0";
-    assert_eq!(refused(RecursiveOptions { covariance_limit: -1.0, ..default.clone() }), message);
-    let message = "output_offset: expected a finite number (at most 1e100 in magnitude), got inf";
-    assert_eq!(refused(RecursiveOptions { output_offset: Setting::Fixed(f64::INFINITY), ..default.clone() }), message);
-    let without_identity = PrandtlIshlinskii::new(&[1.0], &[2.0], Offsets::default()).unwrap();
-    let error = RecursiveIdentifier::new(&without_identity.into(), &default).unwrap_err();
-    assert!(matches!(error, Error::Core(hysteresis_core::Error::NotInvertible { .. })));
 }
 
 #[test]

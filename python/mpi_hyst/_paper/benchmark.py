@@ -21,7 +21,6 @@ AMPLITUDE = 3.3  # um
 LIMITS = (-560.0, 560.0)  # V, of the plants
 NOISE = 0.016  # um rms, of plant A1
 STAGE = mh.plant.SecondOrder(400.0, 0.95)  # Hz, damping ratio, of plant A1
-_BEYOND = 0.01  # s, many times what the inverse of these dynamics looks ahead
 
 PlantName = Literal["A1", "P3"]
 PLANTS: tuple[PlantName, PlantName] = ("A1", "P3")
@@ -48,13 +47,8 @@ class Motion:
         return mh.trajectories.Sine(AMPLITUDE, frequency).sample(DT, seconds)[0]
 
     def target(self, seconds: float, dynamics: mh.plant.SecondOrder) -> Samples:
-        """Return the output that the hysteresis must have: the reference through inverse dynamics.
-
-        It is cut out of a longer record: the inverse comes to rest at the end of what it is given.
-        """
-        longer = self.reference(seconds + _BEYOND)
-        held = mh.control.invert_dynamics(longer, DT, dynamics=dynamics)
-        return held[: self.reference(seconds).size]
+        """Return the output that the hysteresis must have: the reference through inverse dynamics."""
+        return mh.control.invert_dynamics(self.reference(seconds), DT, dynamics=dynamics)
 
     def period_of_target(self, dynamics: mh.plant.SecondOrder) -> Samples:
         """Return one period of the target, away from the ends of the record."""

@@ -5,6 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::riccati::riccati;
 use crate::linear::{Error, LinearDynamics, check_finite, check_positive};
 
+/// How many samples beyond the dead time the end of a reference matters: of what lies so far ahead 1e-6 is left.
+const LOOK_AHEAD: usize = 16;
+
 /// What a second difference of the input costs, relative to an error of the position.
 const SMOOTHING: f64 = 1e-4;
 
@@ -15,7 +18,7 @@ const SMOOTHING: f64 = 1e-4;
 /// sum_k (y(k) - r(k))^2 + s G^2 sum_k (w(k) - 2 w(k-1) + w(k-2))^2,
 ///
 /// y the sampled position, exactly discretised, G the static gain and s the smoothing. Before the first sample the
-/// dynamics rest at a given position; behind the last one the reference stays where it is. So the input is bounded for
+/// dynamics rest at a given position; behind the last one a reference in motion goes on. So the input is bounded for
 /// any stable dynamics, also those with zeros in the right half plane or near z = -1, of which the plain inverse grows
 /// or rings: what such zeros need beforehand, the input does before the reference moves.
 ///
@@ -41,7 +44,7 @@ const SMOOTHING: f64 = 1e-4;
 /// let mut position = stage.block(1e-4)?;
 /// let errors = inputs.iter().zip(&reference).map(|(w, r)| (position.step(*w) - r).abs());
 /// assert!(errors.fold(0.0, f64::max) < 1e-3); // from the first sample on
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DynamicsInverse {
@@ -83,7 +86,7 @@ impl DynamicsInverse {
     /// [`Error`] unless the smoothing is from 1e-12 to 1e6, or as for [`LinearDynamics::block`].
     pub fn with_smoothing(dynamics: &LinearDynamics, dt: f64, smoothing: f64) -> Result<Self, Error> {
         if !(1e-12..=1e6).contains(&smoothing) {
-            return Err(Error { parameter: "smoothing", index: None, expected: "1e-12 to 1e6", got: smoothing });
+            return Err(Error::domain("smoothing", None, "1e-12 to 1e6", smoothing));
         }
         let model = Model::new(dynamics, check_positive("dt", None, dt)?)?;
         let split = dynamics.sampled(dt)?.dead_time;
@@ -96,7 +99,7 @@ impl DynamicsInverse {
         let value = riccati(&(a - b * c.transpose() * direct), b, cost, rho);
         let Some(value) = value.filter(|value| value.iter().all(|entry| entry.is_finite())) else {
             let expected = "a sampling interval at which the dynamics can be inverted";
-            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+            return Err(Error::domain("dt", None, expected, dt));
         };
         let reached = &value * b;
         let share = 1.0 / (rho + b.dot(&reached));
@@ -110,36 +113,58 @@ impl DynamicsInverse {
     /// elsewhere, or with a velocity, is caught as fast as the smoothing allows. During the dead time nothing can be
     /// done: the first inputs aim at what is read when it has passed.
     ///
+    /// A reference that is smooth at its end is taken to go on with its last acceleration, any other one to stay there: a motion
+    /// that is cut off is not one that stops.
+    ///
     /// # Errors
     /// [`Error`] for samples or a start that are not finite, or a reference of which memory holds no second one.
     pub fn invert(&self, reference: &[f64], start: Option<f64>) -> Result<Vec<f64>, Error> {
         check_finite("reference", reference)?;
-        let (Some(first), Some(last)) = (reference.first(), reference.last()) else { return Ok(Vec::new()) };
+        let Some(first) = reference.first() else { return Ok(Vec::new()) };
         let start = start.unwrap_or(*first);
-        check_finite("start", &[start]).map_err(|error| Error { index: None, ..error })?;
+        check_finite("start", &[start]).map_err(|error| error.renamed("start", start))?;
+        let (beyond, last) = self.beyond(reference);
         let mut inputs = Vec::new();
         #[expect(clippy::cast_precision_loss, reason = "only shown")]
-        inputs.try_reserve_exact(reference.len()).map_err(|_| {
+        inputs.try_reserve_exact(reference.len() + beyond.len()).map_err(|_| {
             let (expected, got) = ("as many samples as memory holds", reference.len() as f64);
-            Error { parameter: "reference", index: None, expected, got }
+            Error::domain("reference", None, expected, got)
         })?;
-        inputs.resize(reference.len(), 0.0);
-        // Counted from the last reference, rest there is zero, now and ever after.
-        self.look_back(reference, *last, &mut inputs);
-        self.drive(start - last, *last, &mut inputs);
+        inputs.resize(reference.len() + beyond.len(), 0.0);
+        // Counted from the last sample, rest there is zero, now and ever after.
+        let path = |k: usize| reference.get(k).or_else(|| beyond.get(k - reference.len())).copied().unwrap_or(last);
+        self.look_back(|k| path(k) - last, &mut inputs);
+        inputs.truncate(reference.len());
+        self.drive(start - last, last, &mut inputs);
         Ok(inputs)
+    }
+
+    /// How a reference goes on, and where that ends.
+    fn beyond(&self, reference: &[f64]) -> (Vec<f64>, f64) {
+        let end = reference.last().copied().unwrap_or(0.0);
+        let [.., a, b, c] = *reference else { return (Vec::new(), end) };
+        let (mut velocity, acceleration) = (c - b, c - 2.0 * b + a);
+        if acceleration.abs() > 0.5 * velocity.abs() {
+            return (Vec::new(), end);
+        }
+        let mut last = end;
+        let beyond = (0..LOOK_AHEAD + self.whole).map(|_| {
+            velocity += acceleration;
+            last += velocity;
+            last
+        });
+        (beyond.collect(), last)
     }
 
     /// From the end to the start: what each choice must add for the references to come. Where nothing comes any more, the
     /// costate q is zero.
-    fn look_back(&self, reference: &[f64], last: f64, drives: &mut [f64]) {
+    fn look_back(&self, reference: impl Fn(usize) -> f64, drives: &mut [f64]) {
         let Model { a, b, c, d } = &self.model;
         let closed = a - b * self.feedback.transpose();
         let seen = c - &self.feedback * *d;
         let (mut q, mut next) = (DVector::zeros(b.len()), DVector::zeros(b.len()));
-        let end = reference.len() - 1;
         for (k, drive) in drives.iter_mut().enumerate().rev() {
-            let r = reference[k.saturating_add(self.whole).min(end)] - last;
+            let r = reference(k.saturating_add(self.whole));
             *drive = (b.dot(&q) + d * r) * self.share;
             next.gemv_tr(1.0, &closed, &q, 0.0);
             next.axpy(r, &seen, 1.0);

@@ -48,7 +48,7 @@ pub struct Miss {
 /// let plain = worst_miss(&stage, 1e-4, &reference, &reference, 1.0)?.unwrap();
 /// let miss = worst_miss(&stage, 1e-4, &reference, &inputs, 1.0)?.unwrap();
 /// assert!(plain.error > 3e-3 && miss.error < 1e-6);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 ///
 /// # Errors

@@ -86,7 +86,7 @@ impl PreviewOptions {
 /// assert_eq!(preview.coefficients().len(), 8);
 /// assert!((preview.coefficients().iter().sum::<f64>() - 1.0).abs() < 1e-12);
 /// assert!(preview.error(20.0) < 1e-10 && preview.error(100.0) < 1e-6);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviewCoefficients {
@@ -125,7 +125,7 @@ impl PreviewCoefficients {
         let cycles = band.map_or(BAND, |band| band * dt);
         if !(1e-9..=0.5).contains(&cycles) {
             let (expected, got) = ("a frequency above 0 and at most half the sampling rate", band.unwrap_or(f64::NAN));
-            return Err(Error { parameter: "band", index: None, expected, got });
+            return Err(Error::domain("band", None, expected, got));
         }
         let transfer = dynamics.record_transfer(dt)?;
         let exact = Exact::new(&sampled, ahead, window, degree);
@@ -133,7 +133,7 @@ impl PreviewCoefficients {
         let coefficients = fit.constrained(&exact).filter(|c| c.iter().all(|c| c.is_finite()));
         let Some(coefficients) = coefficients else {
             let expected = "a sampling interval at which the inverse dynamics have finite coefficients";
-            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+            return Err(Error::domain("dt", None, expected, dt));
         };
         Ok(Self { coefficients: coefficients.as_slice().to_vec(), ahead, transfer, dt })
     }
@@ -162,7 +162,7 @@ impl PreviewCoefficients {
 
 fn wrong(parameter: &'static str, expected: &'static str, got: usize) -> Error {
     #[expect(clippy::cast_precision_loss, reason = "only shown")]
-    Error { parameter, index: None, expected, got: got as f64 }
+    Error::domain(parameter, None, expected, got as f64)
 }
 
 /// The samples at which the references of a window lie, counted from the present.

@@ -25,7 +25,7 @@ const MAX_SAMPLES: usize = 20_000_000;
 /// let response = feedback.impulse_response(20_000)?;
 /// assert!(response[0].abs() < 1e-9); // what is put out now is measured one sample later
 /// assert!(response.iter().sum::<f64>().abs() < 1e-9); // the integral leaves no static error
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeedbackLoop {
@@ -66,14 +66,14 @@ impl FeedbackLoop {
             let feedback = self.slope * (integral - self.kp * y);
             y = path.advance(feedback + if k == 0 { 1.0 } else { 0.0 });
         }
-        Err(Error { parameter: "kp", index: None, expected: "gains at which the loop is stable", got: self.kp })
+        Err(Error::domain("kp", None, "gains at which the loop is stable", self.kp))
     }
 
     fn path(&self) -> Result<LinearBlock, Error> {
         for (parameter, got) in [("kp", self.kp), ("ki", self.ki), ("slope", self.slope)] {
             if !(is_admissible(got) && got >= 0.0) {
                 let expected = "a finite number >= 0 (at most 1e100)";
-                return Err(Error { parameter, index: None, expected, got });
+                return Err(Error::domain(parameter, None, expected, got));
             }
         }
         self.dynamics.block(self.dt)

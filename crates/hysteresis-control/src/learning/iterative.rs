@@ -60,7 +60,7 @@ impl IterativeLearning {
     /// not finite.
     pub fn new(feedback: &FeedbackLoop, target: &[f64], options: &LearningOptions) -> Result<Self, Error> {
         check_positive("bandwidth", None, options.bandwidth)?;
-        let error = |parameter, index, expected, got| Err(Error { parameter, index, expected, got });
+        let error = |parameter, index, expected, got| Err(Error::domain(parameter, index, expected, got));
         if !(options.min_gain > 0.0 && options.min_gain <= 1.0) {
             return error("min_gain", None, "a number above 0, at most 1", options.min_gain);
         }
@@ -172,10 +172,10 @@ impl IterativeLearning {
         check_numbers("state.best", self.base.len(), &state.best)?;
         check_model(self.fingerprint(), state.model)?;
         if let Some(got) = state.best_rmse.filter(|rmse| !(is_admissible(*rmse) && *rmse >= 0.0)) {
-            return Err(Error { parameter: "state.best_rmse", index: None, expected: "a finite number >= 0", got });
+            return Err(Error::domain("state.best_rmse", None, "a finite number >= 0", got));
         }
         if !(0.0..=1.0).contains(&state.trust) {
-            return Err(Error { parameter: "state.trust", index: None, expected: "0 to 1", got: state.trust });
+            return Err(Error::domain("state.trust", None, "0 to 1", state.trust));
         }
         self.target.clone_from(&state.target);
         self.best.clone_from(&state.best);

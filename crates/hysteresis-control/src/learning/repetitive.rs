@@ -41,7 +41,7 @@ const FREQUENCIES_PER_HARMONIC: usize = 4;
 ///     y = plant.advance(r + repetitive.step(r - y));
 /// }
 /// assert!(worst < 2e-3); // 0.4 without learning
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct RepetitiveControl {
@@ -64,7 +64,7 @@ impl RepetitiveControl {
     /// # Errors
     /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22 samples.
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
-        let error = |parameter, expected, got| Err(Error { parameter, index: None, expected, got });
+        let error = |parameter, expected, got| Err(Error::domain(parameter, None, expected, got));
         check_positive("bandwidth", None, options.bandwidth)?;
         if !(options.gain > 0.0 && options.gain <= 1.0) {
             return error("gain", "a number above 0, at most 1", options.gain);

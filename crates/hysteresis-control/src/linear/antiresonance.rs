@@ -17,7 +17,7 @@ use super::{SecondOrder, StateSpace};
 /// let dynamics = LinearDynamics::from(SecondOrder::new(800.0, 0.02)?).then(pair);
 /// assert_eq!(dynamics.static_gain(), 1.0);
 /// assert!(dynamics.frequency_response(600.0).norm() < 0.32);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Antiresonance {

@@ -17,7 +17,7 @@ use super::{Block, Error};
 /// let next = (stage.step(3.0), stage.step(3.0));
 /// stage.restore(&saved)?;
 /// assert_eq!((stage.step(3.0), stage.step(3.0)), next);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct LinearBlock {
@@ -83,7 +83,7 @@ impl LinearBlock {
             #[expect(clippy::cast_precision_loss, reason = "only shown")]
             if got != expected {
                 let expected = "as many numbers as these dynamics have";
-                return Err(Error { parameter, index: None, expected, got: got as f64 });
+                return Err(Error::domain(parameter, None, expected, got as f64));
             }
         }
         check_finite("deviation", deviation)?;

@@ -21,7 +21,7 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// let mut stream = Stream::new(creep.block(1e-3)?, 0.0);
 /// let last = (0..20_000).map(|_| stream.step(1.0)).last();
 /// assert!((last.unwrap() - 1.03).abs() < 1e-9);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Creep {
@@ -40,7 +40,7 @@ impl Creep {
         if time_constants.len() != amplitudes.len() || amplitudes.is_empty() {
             let expected = "as many as there are amplitudes, and at least one";
             let got = time_constants.len() as f64;
-            return Err(Error { parameter: "time_constants", index: None, expected, got });
+            return Err(Error::domain("time_constants", None, expected, got));
         }
         check_finite("amplitudes", amplitudes)?;
         check_time_constants(time_constants)?;
@@ -65,7 +65,7 @@ impl Creep {
     /// let after = |seconds: usize| position[100 * seconds];
     /// assert!((after(10) - after(1) - 0.02).abs() < 1e-4); // gamma per decade
     /// assert!((after(1) - (1.0 + 0.02 * 2.0)).abs() < 2e-4); // two decades after t0
-    /// # Ok::<(), hysteresis_control::linear::Error>(())
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     ///
     /// # Errors
@@ -73,14 +73,14 @@ impl Creep {
     pub fn logarithmic(gamma: f64, start: f64, end: f64, terms: u16) -> Result<Self, Error> {
         check_positive("start", None, start)?;
         if check_positive("end", None, end)? <= start {
-            return Err(Error { parameter: "end", index: None, expected: "a time after start", got: end });
+            return Err(Error::domain("end", None, "a time after start", end));
         }
         if terms == 0 {
-            return Err(Error { parameter: "terms", index: None, expected: "at least one", got: 0.0 });
+            return Err(Error::domain("terms", None, "at least one", 0.0));
         }
         if gamma.abs().partial_cmp(&1e90).is_none_or(core::cmp::Ordering::is_gt) {
             let expected = "a finite number (at most 1e90 in magnitude)";
-            return Err(Error { parameter: "gamma", index: None, expected, got: gamma });
+            return Err(Error::domain("gamma", None, expected, gamma));
         }
         let decades = (end / start).log10() / f64::from(terms);
         let time_constant = |k: u16| start * EULER.exp() * 10.0_f64.powf(decades * (f64::from(k) + 0.5));
@@ -118,7 +118,7 @@ pub(super) fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> 
     for (index, tau) in time_constants.iter().enumerate() {
         if check_positive("time_constants", Some(index), *tau)? <= last {
             let expected = "time constants that strictly increase";
-            return Err(Error { parameter: "time_constants", index: Some(index), expected, got: *tau });
+            return Err(Error::domain("time_constants", Some(index), expected, *tau));
         }
         last = *tau;
     }
@@ -170,7 +170,7 @@ impl CreepBlock {
         #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if lags.len() != self.terms.len() {
             let (expected, got) = ("as many as creep has terms", lags.len() as f64);
-            return Err(Error { parameter: "lags", index: None, expected, got });
+            return Err(Error::domain("lags", None, expected, got));
         }
         check_finite("lags", lags)?;
         for (term, lag) in self.terms.iter_mut().zip(lags) {

@@ -15,7 +15,7 @@ use super::{Block, Error};
 /// use hysteresis_control::linear::{Block, Delay};
 /// let mut delay = Delay::new(1.25e-4)?.block(1e-4)?;
 /// assert_eq!([4.0, 8.0, 8.0].map(|u| delay.step(u)), [0.0, 3.0, 7.0]);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {

@@ -41,14 +41,14 @@ impl Discrete {
         // One state alone is a decay, whatever its rate.
         if a.nrows() > 1 && a.amax() * dt > MAX_STIFFNESS {
             let expected = "at most 1e6 time constants of the fastest part of the dynamics";
-            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+            return Err(Error::domain("dt", None, expected, dt));
         }
         let phi = (a * dt).exp();
         let rest = rest(a, b);
         let g = if dead_time.share == 0.0 { &phi * rest } else { (a * (dt * (1.0 - dead_time.share))).exp() * rest };
         if !phi.iter().chain(&g).all(|entry| entry.is_finite()) {
             let expected = "a sampling interval at which the dynamics can be discretised";
-            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+            return Err(Error::domain("dt", None, expected, dt));
         }
         Ok(Self { phi, g, c, d, gain, dead_time })
     }

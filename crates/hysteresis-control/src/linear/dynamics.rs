@@ -94,7 +94,7 @@ impl Section {
 /// let position = [1.0; 4].map(|u| stage.step(u));
 /// assert_eq!(position[..2], [0.0, 0.0]); // dead time of one sample, then one that the modes take to move
 /// assert!((position[2] - 0.041).abs() < 1e-3 && position[2] < position[3]);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinearDynamics {
@@ -127,7 +127,7 @@ impl LinearDynamics {
     /// let both = fast.parallel(&slow)?.then(SecondOrder::new(800.0, 0.02)?);
     /// assert_eq!((both.order(), both.static_gain()), (3, 1.0));
     /// assert!(fast.parallel(&slow.then(Delay::new(1e-4)?)).is_err());
-    /// # Ok::<(), hysteresis_control::linear::Error>(())
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     ///
     /// # Errors
@@ -135,7 +135,7 @@ impl LinearDynamics {
     pub fn parallel(&self, other: &Self) -> Result<Self, Error> {
         if self.dead_time != other.dead_time {
             let expected = "the same dead time on both sides";
-            return Err(Error { parameter: "dead_time", index: None, expected, got: other.dead_time });
+            return Err(Error::domain("dead_time", None, expected, other.dead_time));
         }
         let sum = self.state_space().parallel(&other.state_space())?;
         Ok(Self { sections: vec![Section::StateSpace(sum)], dead_time: self.dead_time })
@@ -228,7 +228,7 @@ impl LinearDynamics {
     /// let textbook = Complex::from(1.0 - a) / (z - a);
     /// assert!((LinearDynamics::from(lag).pulse_transfer(1e-4)?.at(z) - textbook).norm() < 1e-15);
     /// assert_eq!(LinearDynamics::none().pulse_transfer(1e-4)?.at(z), z.inv());
-    /// # Ok::<(), hysteresis_control::linear::Error>(())
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     ///
     /// # Errors
@@ -252,7 +252,7 @@ impl LinearDynamics {
         #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if self.order() > MAX_STATES {
             let (expected, got) = ("at most 64 poles", self.order() as f64);
-            return Err(Error { parameter: "dynamics", index: None, expected, got });
+            return Err(Error::domain("dynamics", None, expected, got));
         }
         Discrete::new(&self.state_space().balanced(), self.dead_time, dt)
     }

@@ -16,7 +16,7 @@ use super::{Error, LinearBlock, LinearDynamics};
 /// let mut block = amplifier.block(1e-4)?;
 /// assert_eq!(block.step(1.0), 0.0); // what is put out now has not moved anything yet
 /// assert!((block.step(1.0) - 0.1608).abs() < 1e-4);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstOrder {
@@ -38,7 +38,7 @@ impl FirstOrder {
     /// [`Error`] unless it is finite and above 0.
     pub fn from_time_constant(time_constant: f64) -> Result<Self, Error> {
         let frequency = 1.0 / (TAU * check_positive("time_constant", None, time_constant)?);
-        Self::new(frequency).map_err(|error| Error { parameter: "time_constant", got: time_constant, ..error })
+        Self::new(frequency).map_err(|error| error.renamed("time_constant", time_constant))
     }
 
     /// The cut-off frequency in Hz.

@@ -21,7 +21,7 @@ impl Split {
         let samples = dead_time / dt;
         if !(0.0..=MAX_SAMPLES).contains(&samples) {
             let expected = "at most 2^20 sampling intervals";
-            return Err(Error { parameter: "dead_time", index: None, expected, got: dead_time });
+            return Err(Error::domain("dead_time", None, expected, dead_time));
         }
         let nearest = samples.round();
         let samples = if (samples - nearest).abs() <= WHOLE * nearest.max(1.0) { nearest } else { samples };

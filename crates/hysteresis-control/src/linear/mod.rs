@@ -37,9 +37,9 @@ pub use creep::{Creep, CreepBlock};
 pub use delay::{Delay, DelayBlock};
 pub(crate) use discrete::Discrete;
 pub use dynamics::{LinearDynamics, Section};
-pub use error::Error;
 pub(crate) use error::{check_finite, check_positive};
 pub use first_order::FirstOrder;
+pub use hysteresis_core::Error;
 pub use modes::Modes;
 pub use pole_pair::Dynamics;
 pub use pulse_transfer::PulseTransfer;
@@ -58,7 +58,7 @@ pub use stream::Stream;
 /// let (mut record, mut plant) = (lag.clone(), lag);
 /// assert_eq!(record.step(1.0), 0.0); // read as the input is put out
 /// assert_eq!(plant.advance(1.0), record.step(1.0)); // read an interval later
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 pub trait Block {
     /// The output at t_k, the input put out at t_k. Nothing changes.

@@ -17,7 +17,7 @@ use super::{Error, SecondOrder, StateSpace};
 /// let dynamics = LinearDynamics::from(modes);
 /// assert_eq!((dynamics.order(), dynamics.static_gain()), (4, 1.0));
 /// assert_eq!(dynamics.zeros().len(), 2); // the antiresonance between both
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
@@ -35,12 +35,12 @@ impl Modes {
         if gains.len() != modes.len() || !(1..=32).contains(&gains.len()) {
             let expected = "one for each mode, 1 to 32";
             #[expect(clippy::cast_precision_loss, reason = "only shown")]
-            return Err(Error { parameter: "gains", index: None, expected, got: gains.len() as f64 });
+            return Err(Error::domain("gains", None, expected, gains.len() as f64));
         }
         check_finite("gains", gains)?;
         let (sum, size) = (gains.iter().sum::<f64>(), gains.iter().map(|gain| gain.abs()).sum::<f64>());
         if sum.abs() <= super::state_space::NO_GAIN * size {
-            return Err(Error { parameter: "gains", index: None, expected: "a sum that is not 0", got: sum });
+            return Err(Error::domain("gains", None, "a sum that is not 0", sum));
         }
         Ok(Self { gains: gains.into(), modes: modes.into() })
     }

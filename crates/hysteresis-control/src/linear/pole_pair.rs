@@ -8,7 +8,7 @@ use super::{Error, FirstOrder, LinearBlock, LinearDynamics, SecondOrder, Section
 /// use hysteresis_control::linear::{Block, Dynamics, FirstOrder};
 /// let mut lag = Dynamics::from(FirstOrder::new(100.0)?).block(1e-3)?;
 /// assert!((lag.advance(1.0) - (1.0 - (-0.2 * core::f64::consts::PI).exp())).abs() < 1e-15);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dynamics {

@@ -19,7 +19,7 @@ use super::{Error, LinearBlock, LinearDynamics};
 /// let peak = (0..100).map(|_| stage.step(1.0)).fold(0.0, f64::max);
 /// let overshoot = (-core::f64::consts::PI * 0.03 / (1.0 - 0.03_f64.powi(2)).sqrt()).exp();
 /// assert!((peak - (1.0 + overshoot)).abs() < 1e-3);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SecondOrder {

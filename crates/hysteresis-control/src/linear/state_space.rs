@@ -31,7 +31,7 @@ const STABLE: f64 = 1e-14;
 /// assert_eq!(lag.static_gain(), 1.0);
 /// assert!((lag.frequency_response(80.0) - same.frequency_response(80.0)).norm() < 1e-15);
 /// assert!((same.poles()[0].re + 500.0).abs() < 1e-12);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
@@ -59,7 +59,7 @@ impl StateSpace {
         ] {
             #[expect(clippy::cast_precision_loss, reason = "only shown")]
             if !fits {
-                return Err(Error { parameter, index: None, expected, got: got as f64 });
+                return Err(Error::domain(parameter, None, expected, got as f64));
             }
         }
         check_finite("a", a.as_slice())?;
@@ -71,7 +71,7 @@ impl StateSpace {
         let (gain, size) = (d + c.dot(&rest), d.abs() + c.abs().dot(&rest.abs()));
         if gain.is_nan() || gain.abs() <= NO_GAIN * size {
             let expected = "a static gain d - c a^-1 b that is not 0";
-            return Err(Error { parameter: "c", index: None, expected, got: gain });
+            return Err(Error::domain("c", None, expected, gain));
         }
         Ok(Self { a, b, c, d, gain, poles })
     }
@@ -81,11 +81,11 @@ impl StateSpace {
     /// # Errors
     /// [`Error`] unless it is finite and not 0.
     pub fn from_gain(gain: f64) -> Result<Self, Error> {
-        check_positive("gain", None, gain.abs()).map_err(|error| {
-            let expected = "a finite number other than 0 (1e-100 to 1e100 in magnitude)";
-            Error { expected, got: gain, ..error }
-        })?;
-        Ok(Self::constant(gain))
+        let expected = "a finite number other than 0 (1e-100 to 1e100 in magnitude)";
+        match check_positive("gain", None, gain.abs()) {
+            Ok(_) => Ok(Self::constant(gain)),
+            Err(_) => Err(Error::domain("gain", None, expected, gain)),
+        }
     }
 
     pub(super) fn constant(gain: f64) -> Self {
@@ -165,7 +165,7 @@ impl StateSpace {
         let sum = self.beside(other);
         if sum.gain.abs() <= NO_GAIN * (self.gain.abs() + other.gain.abs()) {
             let expected = "dynamics whose static gain does not cancel the other's";
-            return Err(Error { parameter: "other", index: None, expected, got: other.gain });
+            return Err(Error::domain("other", None, expected, other.gain));
         }
         Ok(sum)
     }
@@ -256,7 +256,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 
 /// The eigenvalues of a finite matrix, if all are stable.
 pub(super) fn stable_eigenvalues(parameter: &'static str, a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
-    let wrong = |expected, got| Error { parameter, index: None, expected, got };
+    let wrong = |expected, got| Error::domain(parameter, None, expected, got);
     let poles = eigenvalues(a).ok_or_else(|| wrong("numbers whose poles can be found", f64::NAN))?;
     let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     match poles.iter().map(|pole| pole.re).max_by(f64::total_cmp) {

@@ -17,7 +17,7 @@ use super::Block;
 /// assert!((lag.peek(1.0) - 0.75).abs() < 1e-15);
 /// lag.reset();
 /// assert_eq!(lag.peek(1.0), 0.0);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stream<B> {

@@ -24,7 +24,7 @@ impl StateSpace {
     /// assert!((stage.frequency_response(300.0) - same.frequency_response(300.0)).norm() < 1e-14);
     /// let error = StateSpace::from_transfer_function(&[1.0], &[1.0, 0.0]).unwrap_err();
     /// assert_eq!(error.to_string(), "denominator: expected poles with negative real parts, got -0.0");
-    /// # Ok::<(), hysteresis_control::linear::Error>(())
+    /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     ///
     /// # Errors
@@ -33,7 +33,7 @@ impl StateSpace {
     pub fn from_transfer_function(numerator: &[f64], denominator: &[f64]) -> Result<Self, Error> {
         check_finite("numerator", numerator)?;
         check_finite("denominator", denominator)?;
-        let wrong = |parameter, expected, got| Error { parameter, index: None, expected, got };
+        let wrong = |parameter, expected, got| Error::domain(parameter, None, expected, got);
         let (numerator, denominator) = (trimmed(numerator), trimmed(denominator));
         let Some((leading, tail)) = denominator.split_first() else {
             return Err(wrong("denominator", "a polynomial that is not 0", 0.0));

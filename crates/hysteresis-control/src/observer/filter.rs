@@ -60,7 +60,7 @@ impl Filter {
         let covariance = (!slow && is_admissible(growth)).then(|| stationary(&transition, &output, &input, growth));
         let Some(covariance) = covariance.flatten() else {
             let expected = "a drift for which the filter settles";
-            return Err(Error { parameter: "drift", index: None, expected, got: drift });
+            return Err(Error::domain("drift", None, expected, drift));
         };
         // nalgebra stores columns: the transpose, read column by column, is the matrix row by row.
         let rows = |matrix: DMatrix<f64>| -> Box<[f64]> { matrix.transpose().as_slice().into() };

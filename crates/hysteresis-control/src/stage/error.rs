@@ -4,16 +4,12 @@ use core::fmt;
 
 use hysteresis_core::Error as CoreError;
 
-use crate::linear::Error as LinearError;
-
 /// What is wrong: the parameter, what was expected, what came.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number of the hysteresis, the maps, limits or drives.
+    /// A number outside its domain.
     Core(CoreError),
-    /// A number of the linear dynamics, of times or of samples.
-    Linear(LinearError),
     /// A reference that begins elsewhere than the stage is, without a lead-in.
     Start {
         /// Where the stage is at the drive from which it starts, in the unit of the position.
@@ -43,7 +39,6 @@ impl Error {
     pub fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::Core(error) => error.parameter(),
-            Self::Linear(error) => Some(error.parameter),
             Self::Start { .. } => Some("reference"),
             Self::NegativeDeadTime { .. } => Some("dead_time"),
             Self::NoNoise => Some("noise"),
@@ -56,7 +51,6 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Core(error) => error.fmt(f),
-            Self::Linear(error) => error.fmt(f),
             Self::Start { position, drive, got } => write!(
                 f,
                 "reference[0]: expected the position of the stage at its start drive {drive:?}, which is {position:?}, got \
@@ -78,11 +72,5 @@ impl core::error::Error for Error {}
 impl From<CoreError> for Error {
     fn from(error: CoreError) -> Self {
         Self::Core(error)
-    }
-}
-
-impl From<LinearError> for Error {
-    fn from(error: LinearError) -> Self {
-        Self::Linear(error)
     }
 }

@@ -10,9 +10,6 @@ use crate::linear::check_positive;
 /// fitted output offset may be wrong by.
 const SAME_POSITION: f64 = 2e-3;
 
-/// How many samples beyond the dead time the end of a path matters to the inverse.
-const LOOK_AHEAD: usize = 16;
-
 /// A difference that small fades over this time, in seconds, so that even then no drive jumps.
 const FADE: f64 = 0.005;
 
@@ -84,12 +81,7 @@ impl Stage {
         let first = path[0];
         path.rotate_right(rows);
         path[..rows].fill(first);
-        let samples = path.len();
-        let inverse = DynamicsInverse::new(&dynamics, dt)?;
-        go_on(&mut path, self.parts().dead_time.max(0.0) / dt)?;
-        let mut targets = inverse.invert(&path, None)?;
-        targets.truncate(samples);
-        Ok(targets)
+        Ok(DynamicsInverse::new(&dynamics, dt)?.invert(&path, None)?)
     }
 
     /// Lead-in and reference in one.
@@ -138,26 +130,6 @@ impl Precompensated {
     }
 }
 
-/// Continues a path beyond its end, for the samples that the inverse looks ahead: a path that is smooth there goes on with its
-/// last acceleration, any other one stays. So a motion that is cut off is not taken for one that stops.
-fn go_on(path: &mut Vec<f64>, dead_time_samples: f64) -> Result<(), Error> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let samples = LOOK_AHEAD + dead_time_samples.ceil() as usize;
-    let [.., a, b, c] = path[..] else { return Ok(()) };
-    let (mut velocity, acceleration) = (c - b, c - 2.0 * b + a);
-    if acceleration.abs() > 0.5 * velocity.abs() {
-        return Ok(());
-    }
-    reserve(path, samples, "reference")?;
-    let mut last = c;
-    for _ in 0..samples {
-        velocity += acceleration;
-        last += velocity;
-        path.push(last);
-    }
-    Ok(())
-}
-
 /// The polynomial of least jerk from 0 at sample 0 to 1 at `samples`, at rest at both ends.
 #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 samples")]
 fn smooth(k: usize, samples: usize) -> f64 {
@@ -177,7 +149,7 @@ fn reserve(path: &mut Vec<f64>, samples: usize, parameter: &'static str) -> Resu
     let got = samples as f64;
     path.try_reserve_exact(samples).map_err(|_| {
         let expected = "as many samples as there is memory for";
-        Error::Linear(crate::linear::Error { parameter, index: None, expected, got })
+        CoreError::domain(parameter, None, expected, got).into()
     })
 }
 

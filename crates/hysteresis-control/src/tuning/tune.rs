@@ -41,7 +41,7 @@ const MIN_LOOP_GAIN: f64 = 1e-9;
 /// let tuning = tune(&stage, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: 1.7 })?;
 /// assert!((tuning.peak_sensitivity - 1.7).abs() < 1e-3);
 /// assert!(tuning.at_max_slope.gain_margin > 1.7 / 0.7 && tuning.at_max_slope.phase_margin > 34.0);
-/// # Ok::<(), hysteresis_control::linear::Error>(())
+/// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 ///
 /// # Errors
@@ -50,11 +50,11 @@ const MIN_LOOP_GAIN: f64 = 1e-9;
 pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning, Error> {
     let (slopes, limit) = (check_slopes(options.slopes)?, options.peak_sensitivity);
     if !(1.05..=5.0).contains(&limit) {
-        return Err(Error { parameter: "peak_sensitivity", index: None, expected: "1.05 to 5", got: limit });
+        return Err(Error::domain("peak_sensitivity", None, "1.05 to 5", limit));
     }
     if dynamics.dead_time() > MAX_DEAD_TIME * check_positive("dt", None, options.dt)? {
         let got = dynamics.dead_time();
-        return Err(Error { parameter: "dead_time", index: None, expected: "at most 1000 samples", got });
+        return Err(Error::domain("dead_time", None, "at most 1000 samples", got));
     }
     let (transfer, static_gain) = resolved(dynamics, options.dt)?;
     let points = response(&transfer, static_gain);
@@ -83,7 +83,7 @@ pub fn loop_margins(dynamics: &LinearDynamics, dt: f64, kp: f64, ki: f64, slope:
     check_positive("ki", None, ki)?;
     check_positive("slope", None, slope)?;
     if !(0.0..=hysteresis_core::MAX_MAGNITUDE).contains(&kp) {
-        return Err(Error { parameter: "kp", index: None, expected: "a finite number, 0 or more", got: kp });
+        return Err(Error::domain("kp", None, "a finite number, 0 or more", kp));
     }
     let (transfer, static_gain) = resolved(dynamics, dt)?;
     Ok(margins(Gains { kp, ki_dt: ki * dt }, slope, &transfer, &response(&transfer, static_gain), dt))
@@ -99,11 +99,11 @@ fn resolved(dynamics: &LinearDynamics, dt: f64) -> Result<(PulseTransfer, f64), 
         let damping = -pole.re / rate;
         if damping < MIN_DAMPING {
             let expected = "1e-7 or more to tune for";
-            return Err(Error { parameter: "damping", index: None, expected, got: damping });
+            return Err(Error::domain("damping", None, expected, damping));
         }
         if rate * dt * MAX_SAMPLES_PER_RADIAN < 1.0 {
             let expected = "at least 1e-5 of 1 / (2 pi f) of the slowest part of dynamics and amplifier";
-            return Err(Error { parameter: "dt", index: None, expected, got: dt });
+            return Err(Error::domain("dt", None, expected, dt));
         }
     }
     Ok((transfer, static_gain))
@@ -112,7 +112,7 @@ fn resolved(dynamics: &LinearDynamics, dt: f64) -> Result<(PulseTransfer, f64), 
 fn check_slopes((min, max): (f64, f64)) -> Result<Slopes, Error> {
     check_positive("slopes", Some(0), min)?;
     if check_positive("slopes", Some(1), max)? < min {
-        return Err(Error { parameter: "slopes", index: Some(1), expected: "at least the first one", got: max });
+        return Err(Error::domain("slopes", Some(1), "at least the first one", max));
     }
     Ok(Slopes { min, max })
 }

@@ -41,7 +41,7 @@ impl Intervals {
         match options.dead_time {
             Setting::Fixed(dead_time) if !(dead_time >= 0.0 && dead_time < shortest) => {
                 let expected = "a number >= 0 below the length of the shortest record";
-                Err(Error::Domain { parameter: "dead_time", index: None, expected, got: dead_time })
+                Err(Error::domain("dead_time", None, expected, dead_time))
             }
             _ => Ok(intervals),
         }

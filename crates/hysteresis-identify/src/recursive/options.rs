@@ -40,7 +40,7 @@ impl Default for RecursiveOptions {
 
 impl RecursiveOptions {
     pub(super) fn check(&self) -> Result<(), Error> {
-        let domain = |parameter, expected, got| Err(Error::Domain { parameter, index: None, expected, got });
+        let domain = |parameter, expected, got| Err(Error::domain(parameter, None, expected, got));
         if !(0.5..=1.0).contains(&self.forgetting) {
             return domain("forgetting", "a number from 0.5 to 1", self.forgetting);
         }

@@ -67,7 +67,7 @@ impl Identification {
         let dead_time = self.chain.linear.dead_time;
         if dead_time >= shortest {
             let expected = "records that are longer than the dead time";
-            return Err(Error::Domain { parameter: "dead_time", index: None, expected, got: dead_time });
+            return Err(Error::domain("dead_time", None, expected, dead_time));
         }
         let loops = loops(records);
         if loops.len() < 2 {

@@ -6,7 +6,7 @@
 use std::fmt::{self, Display};
 use std::path::Path;
 
-use hysteresis_control::{linear, sampling, stage};
+use hysteresis_control::{sampling, stage};
 use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
 use hysteresis_simulate::plant;
@@ -131,12 +131,6 @@ impl Refusal for ActuatorError {
     }
 }
 
-impl Refusal for linear::Error {
-    fn parameter(&self) -> Option<&str> {
-        Some(self.parameter)
-    }
-}
-
 impl Refusal for sampling::Error {
     fn parameter(&self) -> Option<&str> {
         Some(sampling::Error::parameter(self))
@@ -159,39 +153,19 @@ impl Refusal for stage::Error {
 
 impl Refusal for plant::Error {
     fn parameter(&self) -> Option<&str> {
-        match self {
-            Self::Parameter(error) => error.parameter(),
-            Self::Stage(error) => error.parameter(),
-            Self::NoLimits { .. } => Some("limits"),
-            _ => None,
-        }
+        plant::Error::parameter(self)
     }
 }
 
 impl Refusal for RecordError {
     fn parameter(&self) -> Option<&str> {
-        match self {
-            Self::Length { argument, .. } | Self::NotFinite { argument, .. } | Self::Constant { argument, .. } => {
-                Some(argument)
-            }
-            Self::Skip { .. } => Some("skip"),
-            _ => None,
-        }
+        Some(RecordError::parameter(self))
     }
 }
 
 impl Refusal for identify::Error {
     fn parameter(&self) -> Option<&str> {
-        match self {
-            Self::NoRecords | Self::TooFewSamples { .. } | Self::TooFewLoops { .. } => Some("records"),
-            Self::Record { error, .. } => error.parameter(),
-            Self::NoOperators => Some("operators"),
-            Self::SplitConventional => Some("weights"),
-            Self::NoInterval { .. } => Some("dt"),
-            Self::Domain { parameter, .. } => Some(parameter),
-            Self::Core(error) => error.parameter(),
-            _ => None,
-        }
+        identify::Error::parameter(self)
     }
 
     fn is_not_invertible(&self) -> bool {

@@ -26,6 +26,18 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::Parameter(error) => error.parameter(),
+            Self::Stage(error) => error.parameter(),
+            Self::NoLimits { .. } => Some("limits"),
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

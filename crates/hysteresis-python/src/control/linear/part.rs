@@ -101,8 +101,7 @@ pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>
 
 /// The amplifier of a cut-off frequency in Hz.
 pub(crate) fn amplifier(bandwidth: f64) -> PyResult<linear::FirstOrder> {
-    let parameter = "amplifier_bandwidth";
-    linear::FirstOrder::new(bandwidth).map_err(|error| raise(linear::Error { parameter, ..error }))
+    linear::FirstOrder::new(bandwidth).map_err(|error| raise(error.renamed("amplifier_bandwidth", bandwidth)))
 }
 
 /// The keywords `dynamics`, `amplifier_bandwidth` and `dead_time`, as they came.
