@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 import mpi_hyst as mh
 from mpi_hyst._report.identify import findings
 from mpi_hyst._report.identify.choices import choices
@@ -81,30 +83,41 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
     offset = with_error(found.model.input_offset, found.input_offset_std, task.input.unit)
     pairs.append(("input offset", offset + given("input offset")))
-    pairs += _dynamics(found)
+    pairs += [*_dynamics(task, found), *_creep(found)]
     pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
     return pairs
 
 
-def _dynamics(found: mh.results.Identification) -> list[tuple[str, str]]:
-    pairs = []
-    if found.dynamics is not None:
-        frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
-        first = isinstance(found.dynamics, mh.plant.FirstOrder)
-        pairs.append(("bandwidth" if first else "natural frequency", frequency))
-    if isinstance(found.dynamics, mh.plant.SecondOrder):
-        damping = with_error(found.dynamics.damping, found.damping_std)
-        pairs.append(("damping ratio", damping))
-    if found.creep is not None:
-        amplitudes = "  ".join(
-            with_error(amplitude, std)
-            for amplitude, std in zip(found.creep.amplitudes, found.creep_std, strict=True)
-        )
-        times = "  ".join(digits(time) for time in found.creep.time_constants)
-        pairs += [("creep amplitudes", amplitudes), ("creep time constants", f"{times} s")]
-    return pairs
+def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+    if found.dynamics is None:
+        asked = "dynamics" in task.given
+        return [("dynamics", "none: a dead time fits as well")] if asked else []
+    frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
+    if isinstance(found.dynamics, mh.plant.FirstOrder):
+        return [("bandwidth", frequency)]
+    damping = with_error(found.dynamics.damping, found.damping_std)
+    return [("natural frequency", frequency), ("damping ratio", damping)]
+
+
+def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return the growth per decade of log-type creep, or else the amplitude of each term."""
+    if found.creep is None:
+        return []
+    amplitudes, times = found.creep.amplitudes, found.creep.time_constants
+    if len(found.creep_std) < len(amplitudes):
+        # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
+        growth = float(amplitudes[0] / np.log10(times[1] / times[0]))
+        percent = with_error(100.0 * growth, 100.0 * float(found.creep_std[0]), "%")
+        span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
+        return [("creep", f"{percent} of a step per decade"), ("creep time constants", span)]
+    pairs = zip(amplitudes, found.creep_std, strict=True)
+    shares = "  ".join(with_error(100.0 * share, 100.0 * std, "%") for share, std in pairs)
+    return [
+        ("creep", f"{shares} of a step"),
+        ("creep time constants", "  ".join(f"{digits(time)} s" for time in times)),
+    ]
 
 
 def dead_time(found: mh.results.Identification) -> str:

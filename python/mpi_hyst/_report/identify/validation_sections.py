@@ -54,7 +54,7 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
         "Loops left out",
         [
             "A loop reaches from one maximum of the input to the next. Each is predicted with "
-            "weights fitted to all others; thresholds, offset and dead time stay. Over all loops "
+            "weights fitted to all others; all other parameters stay. Over all loops "
             f"the rms error is {in_unit(fitted, shown, 3)} fitted and {in_unit(left, shown, 3)} "
             "predicted. A loop that is fitted well but predicted badly is unlike all others.",
         ],
@@ -83,8 +83,8 @@ def uncertainty(
         "uncertainty",
         "Uncertainty of the output",
         [
-            "The standard deviation of the prediction follows from the covariance of weights, "
-            f"ratios, offsets and dead time. It is {in_unit(mean, unit, 3)} rms on "
+            "The standard deviation of the prediction follows from the covariance of all fitted "
+            f"parameters. It is {in_unit(mean, unit, 3)} rms on "
             f"{traces[0].name} and at most {in_unit(largest, unit, 3)} on the records shown. It "
             "assumes that the model is right and that the errors of successive samples are "
             "independent. If the residuals above depend on input, rate or time, the error may be "
