@@ -117,7 +117,7 @@ def test_full_strokes_alone_are_named() -> None:
 
 
 def test_too_many_operators_are_named() -> None:
-    options = {"operators": 50, "weights": "free", "dead_time": 0.0}
+    options: dict[str, Any] = {"operators": 50, "weights": "free", "dead_time": 0.0}
     assert "collinear_operators" in names(fitted(DRIVE, measured(DRIVE, 5), **options))
 
 

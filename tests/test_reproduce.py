@@ -15,8 +15,9 @@ from mpi_hyst._cli.commands import commands
 from mpi_hyst._paper import published, saturation
 from mpi_hyst._paper.benchmark import (
     AMPLITUDE,
-    STAGE,
+    DT,
     TRIANGLE,
+    a1,
     assumptions,
     mismatch_percent,
     part,
@@ -198,7 +199,13 @@ def test_deviations_are_from_the_nearest_published_number() -> None:
 def test_the_mismatch_is_as_large_as_it_says() -> None:
     # an independent program found 0.76 % for a mismatch like this one
     assert mismatch_percent() == pytest.approx(0.76, abs=0.03)
-    assert assumptions()["wrong dynamics"].dynamics == mh.plant.SecondOrder(420.0, 0.76)
+    assert assumptions()["wrong dynamics"].stage.dynamics == mh.plant.SecondOrder(420.0, 0.76)
+
+
+def test_the_stage_of_a1_is_that_of_the_library() -> None:
+    drive = TRIANGLE.reference(0.5) * 150.0
+    ours, theirs = a1().plant(DT, seed=7), mh.paper.plant("A1", seed=7)
+    np.testing.assert_array_equal(ours.run(drive), theirs.run(drive))
 
 
 def test_motions_repeat_after_whole_periods() -> None:
@@ -210,7 +217,7 @@ def test_motions_repeat_after_whole_periods() -> None:
         np.testing.assert_allclose(two[: motion.samples], two[motion.samples :], atol=1e-12)
     assert whole_sine(15.0).samples == 667
     assert np.abs(TRIANGLE.reference(1.0)).max() == AMPLITUDE
-    period = whole_sine(20.0).period_of_target(STAGE)
+    period = whole_sine(20.0).period_of_target(a1())
     assert period.size == 500 and abs(period).max() > AMPLITUDE
 
 

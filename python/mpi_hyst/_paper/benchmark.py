@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,8 +20,9 @@ DT = 1.0 / RATE
 AMPLITUDE = 3.3  # um
 LIMITS = (-560.0, 560.0)  # V, of the plants
 NOISE = 0.016  # um rms, of plant A1
-STAGE = mh.plant.SecondOrder(400.0, 0.95)  # Hz, damping ratio, of plant A1
+DYNAMICS = mh.plant.SecondOrder(400.0, 0.95)  # Hz, damping ratio, of plant A1
 
+FeedForward: TypeAlias = mh.Forward | mh.Inverse | mh.StageInverse
 PlantName = Literal["A1", "P3"]
 PLANTS: tuple[PlantName, PlantName] = ("A1", "P3")
 
@@ -46,13 +47,13 @@ class Motion:
             return mh.signals.triangle(AMPLITUDE, frequency, seconds=seconds)
         return mh.trajectories.Sine(AMPLITUDE, frequency).sample(DT, seconds)[0]
 
-    def target(self, seconds: float, dynamics: mh.plant.SecondOrder) -> Samples:
-        """Return the output that the hysteresis must have: the reference through inverse dynamics."""
-        return mh.control.invert_dynamics(self.reference(seconds), DT, dynamics=dynamics)
+    def target(self, seconds: float, stage: mh.Stage) -> Samples:
+        """Return what the hysteresis must do: the reference through the inverse dynamics."""
+        return mh.control.invert_dynamics(self.reference(seconds), DT, dynamics=stage.dynamics)
 
-    def period_of_target(self, dynamics: mh.plant.SecondOrder) -> Samples:
+    def period_of_target(self, stage: mh.Stage) -> Samples:
         """Return one period of the target, away from the ends of the record."""
-        target = self.target(3.0 * self.samples * DT, dynamics)
+        target = self.target(3.0 * self.samples * DT, stage)
         return target[self.samples : 2 * self.samples]
 
 
@@ -71,27 +72,29 @@ def whole_sine(frequency: float) -> Motion:
 
 @dataclass(frozen=True)
 class Assumption:
-    """The model and the dynamics that a controller assumes."""
+    """The stage that a controller assumes."""
 
     name: str
-    model: mh.ModifiedPrandtlIshlinskii
-    dynamics: mh.plant.SecondOrder
+    stage: mh.Stage
 
-    def inverse(self, limits: tuple[float, float] = LIMITS) -> mh.Inverse:
-        """Return the exact inverse of the model."""
-        return self.model.inverse(limits)
+
+@cache
+def a1() -> mh.Stage:
+    """Return the stage of plant A1."""
+    actuator = mh.paper.table_1_recovered()
+    return mh.Stage(actuator, limits=LIMITS, dynamics=DYNAMICS, noise=NOISE)
 
 
 @cache
 def assumptions() -> dict[str, Assumption]:
     """Return the assumptions by name: exact, or wrong in model, dynamics or both."""
-    exact, wrong = mh.paper.table_1_recovered(), mismatched()
-    off = mh.plant.SecondOrder(1.05 * STAGE.frequency, 0.8 * STAGE.damping)
+    wrong = mh.Stage(mismatched(), limits=LIMITS, dynamics=DYNAMICS, noise=NOISE)
+    off = mh.plant.SecondOrder(1.05 * DYNAMICS.frequency, 0.8 * DYNAMICS.damping)
     named = (
-        Assumption("exact", exact, STAGE),
-        Assumption("wrong model", wrong, STAGE),
-        Assumption("wrong dynamics", exact, off),
-        Assumption("wrong model and dynamics", wrong, off),
+        Assumption("exact", a1()),
+        Assumption("wrong model", wrong),
+        Assumption("wrong dynamics", a1().replace(dynamics=off)),
+        Assumption("wrong model and dynamics", wrong.replace(dynamics=off)),
     )
     return {assumption.name: assumption for assumption in named}
 
@@ -108,10 +111,9 @@ def mismatched() -> mh.ModifiedPrandtlIshlinskii:
 
 def mismatch_percent() -> float:
     """Return the largest open-loop error of the wrong model, in % of the triangle's range."""
-    assumed = assumptions()
     target = TRIANGLE.reference(3.0)
-    drive = assumed["wrong model"].inverse().run(target)
-    position = assumed["exact"].model.forward().run(drive)
+    drive = assumptions()["wrong model"].stage.inverse(DT).run(target)
+    position = a1().replace(dynamics=None).forward(DT).run(drive)
     return float(100.0 * np.abs(position - target).max() / np.ptp(target))
 
 
@@ -122,7 +124,7 @@ def same_weights() -> mh.PrandtlIshlinskii:
 
 
 def controller(
-    feedforward: mh.Forward | mh.Inverse, gains: tuple[float, float], **options: Any
+    feedforward: FeedForward, gains: tuple[float, float], **options: Any
 ) -> mh.control.HybridController:
     """Return the hybrid controller, equation (8) of the paper, with the limits of the plants."""
     kp, ki = gains

@@ -15,6 +15,7 @@ import mpi_hyst as mh
 from mpi_hyst._types import Model, Samples
 
 RATE = 10_000  # Hz, the sampling rate of the paper
+DT = 1.0 / RATE
 NOISE = 0.015  # um rms, the noise of the paper's sensor
 LIMITS = (-500.0, 500.0)  # V
 _SEED = 2017
@@ -72,7 +73,7 @@ class Scheme:
 class Demo:
     """All results of the demo."""
 
-    actuator: mh.ModifiedPrandtlIshlinskii
+    actuator: mh.Stage
     records: tuple[Measurement, Measurement]
     conventional: mh.results.Identification
     modified: mh.results.Identification
@@ -93,22 +94,24 @@ def compute(watch: Watch = _unwatched) -> Demo:
 
     `watch` takes the name of a fit and a unit; its context gives the progress function.
     """
-    actuator = mh.paper.table_1_recovered()
+    actuator = mh.Stage(mh.paper.table_1_recovered(), limits=LIMITS, noise=NOISE)
     records = _records(actuator)
     learned = records[0]
     with watch("conventional model", "µm") as progress:
         conventional = mh.identify(
-            learned.drive, learned.measured, dt=1.0 / RATE, model="conventional", progress=progress
+            learned.drive, learned.measured, dt=DT, model="conventional", progress=progress
         )
     with watch("modified model", "µm") as progress:
-        modified = mh.identify(learned.drive, learned.measured, dt=1.0 / RATE, progress=progress)
+        modified = mh.identify(learned.drive, learned.measured, dt=DT, progress=progress)
     target = _target()
-    drives = _drives(actuator, conventional.model, modified.model, learned, target)
-    schemes = [Scheme(name, drive, actuator.forward().run(drive), target) for name, drive in drives]
+    drives = _drives(actuator, conventional.model, modified.stage, learned, target)
+    schemes = [
+        Scheme(name, drive, actuator.forward(DT).run(drive), target) for name, drive in drives
+    ]
     return Demo(actuator, records, conventional, modified, target, schemes)
 
 
-def _records(actuator: mh.ModifiedPrandtlIshlinskii) -> tuple[Measurement, Measurement]:
+def _records(actuator: mh.Stage) -> tuple[Measurement, Measurement]:
     noise = np.random.default_rng(_SEED)
     decaying = mh.signals.decaying_triangle(LIMITS[1], 5.0, cycles=6, rate=RATE)
     waves = [
@@ -118,7 +121,7 @@ def _records(actuator: mh.ModifiedPrandtlIshlinskii) -> tuple[Measurement, Measu
     unseen = np.sum(waves, axis=0)
 
     def measure(name: str, drive: Samples) -> Measurement:
-        position = actuator.forward().run(drive)
+        position = actuator.forward(DT).run(drive)
         measured = position + noise.normal(0.0, NOISE, drive.size)
         return Measurement(name, drive, measured, position)
 
@@ -134,9 +137,9 @@ def _target() -> Samples:
 
 
 def _drives(
-    actuator: mh.ModifiedPrandtlIshlinskii,
+    actuator: mh.Stage,
     conventional: Model,
-    modified: Model,
+    modified: mh.Stage,
     learned: Measurement,
     target: Samples,
 ) -> Sequence[tuple[str, Samples]]:
@@ -147,8 +150,11 @@ def _drives(
         ("constant gain (no model)", gain * target),
         ("conventional model, closed-form inverse", closed_form.forward().run(target)),
         ("Table II, parametric inverse", mh.paper.table_2().forward().run(target)),
-        ("identified model, exact inverse", modified.inverse(LIMITS).run(target)),
-        ("true model, exact inverse", actuator.inverse(LIMITS).run(target)),
+        (
+            "identified model, exact inverse",
+            modified.replace(limits=LIMITS).inverse(DT).run(target),
+        ),
+        ("true model, exact inverse", actuator.inverse(DT).run(target)),
     )
 
 

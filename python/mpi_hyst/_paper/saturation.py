@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._paper.benchmark import DT, TRIANGLE, assumptions, controller, median
+from mpi_hyst._paper.benchmark import DT, TRIANGLE, FeedForward, a1, controller, median
 
 DRIVE_LIMITS = (-500.0, 500.0)  # V
 REACHED = 2.5  # um: the actuator reaches this within its limits
@@ -32,9 +32,9 @@ class Saturation:
     shown: mh.plant.Run
 
 
-def cases() -> Sequence[tuple[str, str, Callable[[], mh.Forward | mh.Inverse], dict[str, Any]]]:
+def cases() -> Sequence[tuple[str, str, Callable[[], FeedForward], dict[str, Any]]]:
     """Return name, feed-forward and options of every law."""
-    table, exact = mh.paper.table_2().forward, lambda: assumptions()["exact"].inverse(DRIVE_LIMITS)
+    table, exact = mh.paper.table_2().forward, lambda: a1().inverse(DT, DRIVE_LIMITS)
     conditional = {"anti_windup": "conditional"}
     back = {"anti_windup": "back_calculation"}
     return (
@@ -74,7 +74,7 @@ class PrintedLaw:
     u(k) = u(k-1) + H^-1[r(k)] + kp (e(k) - e(k-1)) + ki dt e(k), kept within the limits.
     """
 
-    def __init__(self, feedforward: mh.Forward | mh.Inverse) -> None:
+    def __init__(self, feedforward: FeedForward) -> None:
         self._feedforward = feedforward
         self._drive, self._error = 0.0, 0.0
 
@@ -88,13 +88,13 @@ class PrintedLaw:
         return self._drive
 
 
-def _run(feedforward: mh.Forward | mh.Inverse, options: dict[str, Any], seed: int) -> mh.plant.Run:
+def _run(feedforward: FeedForward, options: dict[str, Any], seed: int) -> mh.plant.Run:
     law: mh.control.HybridController | PrintedLaw
     if options.get("law") == "printed":
         law = PrintedLaw(feedforward)
     else:
         law = controller(feedforward, mh.paper.gains("A1"), limits=DRIVE_LIMITS, **options)
-    return mh.plant.simulate(law, mh.paper.plant("A1", seed=seed), TRIANGLE.reference(_SECONDS))
+    return mh.plant.simulate(law, a1().plant(DT, seed), TRIANGLE.reference(_SECONDS))
 
 
 def _errors(run: mh.plant.Run) -> tuple[float, float, float, float]:

@@ -15,13 +15,10 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._paper.benchmark import (
     DT,
-    LIMITS,
-    NOISE,
     RATE,
-    STAGE,
     TRIANGLE,
-    Assumption,
     Motion,
+    a1,
     assumptions,
     controller,
     median,
@@ -81,26 +78,26 @@ def schemes() -> list[Scheme]:
         Scheme("published law: Table II + P-I", "-", _published),
         Scheme(f"{inverse} + same P-I", "exact", _without_dynamics),
         *(
-            Scheme(f"{full} + same P-I", assumption.name, _shaped(assumption))
+            Scheme(f"{full} + same P-I", assumption.name, _shaped(assumption.stage))
             for assumption in named.values()
         ),
-        Scheme(f"the same, {AHEAD} samples of preview", "exact", _previewed(exact)),
+        Scheme(f"the same, {AHEAD} samples of preview", "exact", _previewed(exact.stage)),
         *(
-            Scheme("tuned gains", assumption.name, _tuned(assumption, 1.0, 1.0))
+            Scheme("tuned gains", assumption.name, _tuned(assumption.stage, 1.0, 1.0))
             for assumption in (exact, both)
         ),
-        Scheme("half the tuned kp, a quarter of ki", both.name, _tuned(both, 0.5, 0.25)),
+        Scheme("half the tuned kp, a quarter of ki", both.name, _tuned(both.stage, 0.5, 0.25)),
         *(
-            Scheme("observer", assumption.name, _observed(assumption))
+            Scheme("observer", assumption.name, _observed(assumption.stage))
             for assumption in (exact, both)
         ),
-        Scheme("iterative learning, 3 periods", both.name, _learned(both)),
-        Scheme("repetitive control, 3 s", both.name, _repeated(both)),
+        Scheme("iterative learning, 3 periods", both.name, _learned(both.stage)),
+        Scheme("repetitive control, 3 s", both.name, _repeated(both.stage)),
         *(
-            Scheme("adaptation, 3 s", assumption.name, _adapted(assumption))
+            Scheme("adaptation, 3 s", assumption.name, _adapted(assumption.stage))
             for assumption in (model, both)
         ),
-        Scheme("bound: exact, without noise", "exact", _noiseless(exact)),
+        Scheme("bound: exact, without noise", "exact", _noiseless),
         Scheme("bound: sensor noise alone", "-", _sensor),
     ]
 
@@ -126,10 +123,6 @@ def outcomes_to_run() -> int:
     return len(schemes()) * len(MOTIONS)
 
 
-def _plant(seed: int) -> mh.plant.Plant:
-    return mh.paper.plant("A1", seed=seed)
-
-
 def _after_a_period(
     law: mh.control.HybridController,
     plant: mh.plant.Plant,
@@ -146,74 +139,69 @@ def _seconds(motion: Motion) -> float:
 
 def _published(motion: Motion, seed: int) -> Errors:
     law = controller(mh.paper.table_2().forward(), GAINS)
-    return Errors.of(_after_a_period(law, _plant(seed), motion))
+    return Errors.of(_after_a_period(law, a1().plant(DT, seed), motion))
 
 
 def _without_dynamics(motion: Motion, seed: int) -> Errors:
-    law = controller(assumptions()["exact"].inverse(), GAINS)
-    return Errors.of(_after_a_period(law, _plant(seed), motion))
+    law = controller(a1().inverse(DT), GAINS)
+    return Errors.of(_after_a_period(law, a1().plant(DT, seed), motion))
 
 
-def _shaped(
-    assumption: Assumption, gains: tuple[float, float] = GAINS
-) -> Callable[[Motion, int], Errors]:
+def _shaped(stage: mh.Stage, gains: tuple[float, float] = GAINS) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
-        target = motion.target(_seconds(motion), assumption.dynamics)
-        law = controller(assumption.inverse(), gains)
-        return Errors.of(_after_a_period(law, _plant(seed), motion, target))
+        target = motion.target(_seconds(motion), stage)
+        law = controller(stage.inverse(DT), gains)
+        return Errors.of(_after_a_period(law, a1().plant(DT, seed), motion, target))
 
     return run
 
 
-def _previewed(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+def _previewed(stage: mh.Stage) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
-        preview = mh.control.preview(assumption.dynamics, DT, ahead=AHEAD)
-        law = controller(assumption.inverse(), GAINS, preview=preview)
+        preview = stage.preview(DT, AHEAD)
+        law = controller(stage.inverse(DT), GAINS, preview=preview)
         # The end of the record is left out: there is no preview, and the reference has a corner.
         reference = motion.reference(_seconds(motion) + 4 * AHEAD * DT)
-        done = mh.plant.simulate(law, _plant(seed), reference)
+        done = mh.plant.simulate(law, a1().plant(DT, seed), reference)
         return Errors.of(part(done, motion.samples, -4 * AHEAD))
 
     return run
 
 
-def _tuned(assumption: Assumption, of_kp: float, of_ki: float) -> Callable[[Motion, int], Errors]:
-    tuned = mh.control.tune(assumption.model, dt=DT, dynamics=assumption.dynamics)
-    return _shaped(assumption, (of_kp * tuned.kp, of_ki * tuned.ki))
+def _tuned(stage: mh.Stage, of_kp: float, of_ki: float) -> Callable[[Motion, int], Errors]:
+    tuned = stage.tune(DT)
+    return _shaped(stage, (of_kp * tuned.kp, of_ki * tuned.ki))
 
 
-def _observed(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+def _observed(stage: mh.Stage) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
         seconds = _seconds(motion)
-        observer = mh.control.Observer(
-            assumption.model, dynamics=assumption.dynamics, noise=NOISE, drift=DRIFT, dt=DT
-        )
         done = mh.plant.simulate(
-            controller(assumption.inverse(), GAINS),
-            _plant(seed),
+            controller(stage.inverse(DT), GAINS),
+            a1().plant(DT, seed),
             motion.reference(seconds),
-            target=motion.target(seconds, assumption.dynamics),
-            observer=observer,
+            target=motion.target(seconds, stage),
+            observer=stage.observer(DT, drift=DRIFT),
         )
         return Errors.of(part(done, motion.samples))
 
     return run
 
 
-def _slope(assumption: Assumption) -> float:
-    return sum(assumption.model.slope_range) / 2.0
+def _slope(stage: mh.Stage) -> float:
+    return sum(stage.slope_range) / 2.0
 
 
-def _learned(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+def _learned(stage: mh.Stage) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
-        law, plant = controller(assumption.inverse(), GAINS), _plant(seed)
+        law, plant = controller(stage.inverse(DT), GAINS), a1().plant(DT, seed)
         reference = motion.reference(motion.samples * DT)
         learning = mh.control.IterativeLearning(
-            motion.period_of_target(assumption.dynamics),
+            motion.period_of_target(stage),
             kp=law.kp,
             ki=law.ki,
-            slope=_slope(assumption),
-            dynamics=assumption.dynamics,
+            slope=_slope(stage),
+            dynamics=stage.dynamics,
             bandwidth=BANDWIDTH,
             dt=DT,
         )
@@ -231,24 +219,24 @@ def _learned(assumption: Assumption) -> Callable[[Motion, int], Errors]:
     return run
 
 
-def _repeated(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+def _repeated(stage: mh.Stage) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
-        law = controller(assumption.inverse(), GAINS)
+        law = controller(stage.inverse(DT), GAINS)
         repetitive = mh.control.RepetitiveControl(
             motion.samples,
             kp=law.kp,
             ki=law.ki,
-            slope=_slope(assumption),
-            dynamics=assumption.dynamics,
+            slope=_slope(stage),
+            dynamics=stage.dynamics,
             bandwidth=BANDWIDTH,
             dt=DT,
         )
         seconds = LEARNING + EVALUATED
         done = mh.plant.simulate(
             law,
-            _plant(seed),
+            a1().plant(DT, seed),
             motion.reference(seconds),
-            target=motion.target(seconds, assumption.dynamics),
+            target=motion.target(seconds, stage),
             repetitive=repetitive,
         )
         return Errors.of(part(done, round(LEARNING * RATE)))
@@ -256,16 +244,16 @@ def _repeated(assumption: Assumption) -> Callable[[Motion, int], Errors]:
     return run
 
 
-def _adapted(assumption: Assumption) -> Callable[[Motion, int], Errors]:
+def _adapted(stage: mh.Stage) -> Callable[[Motion, int], Errors]:
     def run(motion: Motion, seed: int) -> Errors:
         seconds = LEARNING + EVALUATED
         done = mh.plant.simulate(
-            controller(assumption.inverse(), GAINS),
-            _plant(seed),
+            controller(stage.inverse(DT), GAINS),
+            a1().plant(DT, seed),
             motion.reference(seconds),
-            target=motion.target(seconds, assumption.dynamics),
+            target=motion.target(seconds, stage),
             identifier=mh.RecursiveIdentifier(
-                assumption.model, forgetting=FORGETTING, dynamics=assumption.dynamics, dt=DT
+                stage.hysteresis, forgetting=FORGETTING, dynamics=stage.dynamics, dt=DT
             ),
         )
         return Errors.of(part(done, round(LEARNING * RATE)))
@@ -273,35 +261,30 @@ def _adapted(assumption: Assumption) -> Callable[[Motion, int], Errors]:
     return run
 
 
-def _noiseless(assumption: Assumption) -> Callable[[Motion, int], Errors]:
-    def run(motion: Motion, _: int) -> Errors:
-        plant = mh.plant.Plant(mh.paper.table_1_recovered(), dynamics=STAGE, limits=LIMITS, dt=DT)
-        target = motion.target(_seconds(motion), assumption.dynamics)
-        law = controller(assumption.inverse(), GAINS)
-        return Errors.of(_after_a_period(law, plant, motion, target))
-
-    return run
+def _noiseless(motion: Motion, _: int) -> Errors:
+    plant = a1().replace(noise=None).plant(DT)
+    target = motion.target(_seconds(motion), a1())
+    return Errors.of(_after_a_period(controller(a1().inverse(DT), GAINS), plant, motion, target))
 
 
 def _sensor(_: Motion, seed: int) -> Errors:
     """Return the errors at rest, which are noise alone."""
     resting = np.zeros(round(EVALUATED * RATE))
-    measured, position = _plant(seed).run(resting)
+    measured, position = a1().plant(DT, seed).run(resting)
     return Errors.of(mh.plant.Run(measured, measured, position, resting).metrics)
 
 
 def example(motion: Motion) -> Sequence[tuple[str, mh.plant.Run]]:
     """Return one run of the published law and one of the full scheme, for a figure."""
-    exact = assumptions()["exact"]
     seconds = _seconds(motion)
     reference = motion.reference(seconds)
-    target = motion.target(seconds, exact.dynamics)
+    target = motion.target(seconds, a1())
     paper = controller(mh.paper.table_2().forward(), GAINS)
-    full = controller(exact.inverse(), GAINS)
+    full = controller(a1().inverse(DT), GAINS)
     return (
-        ("published law", mh.plant.simulate(paper, _plant(0), reference)),
+        ("published law", mh.plant.simulate(paper, a1().plant(DT), reference)),
         (
             "exact inverse and inverse dynamics",
-            mh.plant.simulate(full, _plant(0), reference, target=target),
+            mh.plant.simulate(full, a1().plant(DT), reference, target=target),
         ),
     )

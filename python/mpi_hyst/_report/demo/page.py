@@ -243,17 +243,19 @@ def _residuals(traces: list[plots.Trace]) -> Section:
 def _model(demo: Demo) -> Section:
     banks = [
         plots.Bank("modified, identified", canvas.BLUE, demo.modified.model),
-        plots.Bank("true actuator", canvas.INK, demo.actuator, "D"),
+        plots.Bank("true actuator", canvas.INK, demo.actuator.hysteresis, "D"),
         plots.Bank("conventional, identified", canvas.ORANGE, demo.conventional.model, "s"),
     ]
     found = ", ".join(f"{ratio:.4f}" for ratio in demo.modified.ratios)
-    first = 1e3 * demo.modified.model.weights[0]
+    first, true = (
+        1e3 * model.weights[0] for model in (demo.modified.model, demo.actuator.hysteresis)
+    )
     pairs = [
         ("ratios ra/r, rb/r, rc/r", f"{found}  (true 0.95, 0.30, 0.35)"),
         ("input offset", f"{demo.modified.model.input_offset:.3f} V  (true 0)"),
         ("output offset", f"{1e3 * demo.modified.model.output_offset:.2f} nm  (true 0)"),
         ("dead time", f"{1e3 * (demo.modified.dead_time or 0.0):.4f} ms  (true 0)"),
-        ("first weight", f"{first:.4f} nm/V  (true {1e3 * demo.actuator.weights[0]:.4f})"),
+        ("first weight", f"{first:.4f} nm/V  (true {true:.4f})"),
     ]
     return Section(
         "model",
@@ -321,7 +323,7 @@ def _memory(demo: Demo) -> Section:
         ],
         [
             Figure(
-                canvas.data_uri(figures.memory(demo.actuator, "V")),
+                canvas.data_uri(figures.memory(demo.actuator.hysteresis, "V")),
                 "Drive in steps, remembered reversals as lines, and their number",
                 "Decreasing steps add reversals. Increasing steps erase them in pairs.",
             )
