@@ -205,6 +205,9 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["overwritten"],
         ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
+        (["record.csv", *COLUMNS, "--operators", "5000"], ["--operators: expected at most"]),
+        (["record.csv", *COLUMNS, "--limits", "5,-5"], ["--limits: expected", "got -5.0"]),
+        (["record.csv", *COLUMNS, "--slew", "0"], ["--slew: expected", "got 0.0"]),
         (["record.csv", *COLUMNS, "--dead-time", "-1"], ["--dead-time: expected", "-1"]),
         (["record.csv", *COLUMNS, "--dead-time", "1e9"], ["--dead-time: expected", "got"]),
         (["record.csv", *COLUMNS, "--input-offset", "nan"], ["--input-offset", "NaN"]),
@@ -297,6 +300,36 @@ def test_seconds_to_skip_need_a_time_column(there: Path) -> None:
     before = names_in(there)
     result = run("identify", "untimed.csv", *COLUMNS, "--skip", "1s", "-o", "out.json")
     assert_refused(result, there, before, "untimed.csv", "--time")
+
+
+@pytest.mark.parametrize("option", ["--dynamics", "--creep", "--dead-time"])
+def test_what_is_in_seconds_needs_a_time_column(there: Path, option: str) -> None:
+    write_csv(there / "untimed.csv", "drive_v,position_um", [row[1:] for row in record_rows()])
+    before = names_in(there)
+    result = run("identify", "untimed.csv", *COLUMNS, option, "1", "-o", "out.json")
+    said = f"untimed.csv: {option} needs a time column (--time) or --rate"
+    assert_refused(result, there, before, said)
+
+
+def test_a_dead_time_in_samples_is_said_to_be_left_out(
+    there: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    rows = record_rows()
+    late = [[row[1], other[2]] for row, other in zip(rows[1:], rows, strict=False)]
+    write_csv(there / "untimed.csv", "drive_v,position_um", late)
+    result = run("identify", "untimed.csv", *COLUMNS, "--operators", "4", "-o", "out.json")
+    assert result.exit_code == 0, result.output
+    assert "without the dead time: its records have no time column" in result.stdout
+    assert result.stderr == "" and not recwarn.list
+
+
+def test_the_stage_has_the_limits_and_the_slew_rate_that_are_given(there: Path) -> None:
+    options = ["--operators", "4", "--limits", "-350,300", "--slew", "2e4", "-o", "found.json"]
+    assert run("identify", "record.csv", *COLUMNS, *options).exit_code == 0
+    stage = mh.load(there / "found.json")
+    assert isinstance(stage, mh.Stage)
+    assert (stage.limits, stage.slew) == ((-350.0, 300.0), 2e4)
+    assert stage.identified is not None and stage.identified["records"]
 
 
 def test_records_of_different_rates_are_refused(there: Path) -> None:

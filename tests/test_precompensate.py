@@ -29,7 +29,8 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, starting from rest at a drive of 0" in result.stdout
+    assert "300, starting from rest at a drive of 0 V" in result.stdout
+    assert "lead-in" not in result.stdout
 
 
 def test_precompensate_tells_what_the_limits_held_back(there: Path) -> None:
@@ -44,7 +45,7 @@ def test_precompensate_tells_what_the_limits_held_back(there: Path) -> None:
     assert (drive.min(), drive.max()) == (-150.0, 200.0)
     missed = np.abs(actuator().forward().run(drive) - target)
     assert missed[~at_limit].max() < 1e-14 < missed[at_limit].min()
-    assert f"-150 to 200, reached by {at_limit.sum()} of 300 samples" in result.stdout
+    assert f"-150 to 200 V, reached by {at_limit.sum()} of 300 samples" in result.stdout
     assert f"warning: trajectory.csv: {at_limit.sum()} of 300 drives were held" in result.stdout
 
 
@@ -75,14 +76,62 @@ def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
     write_csv(there / "offset.csv", "time_s,target_um", rows)
     given = ("precompensate", "stage.json", "offset.csv", "-o", "drive.csv")
     before = names_in(there)
-    assert_refused(run(*given), there, before, "offset.csv, sample 0: expected the position")
+    refused = run(*given)
+    assert_refused(refused, there, before, "offset.csv, sample 0: expected the position")
+    assert "give --lead-in SECONDS for" in refused.stderr and "or --start (" in refused.stderr
     result = run(*given, "--lead-in", "0.25")
     assert result.exit_code == 0, result.output
     drive, times = column(there / "drive.csv", "drive"), column(there / "drive.csv", "time_s")
-    assert drive.size == 350 and "after 50 samples of lead-in" in result.stdout
+    assert drive.size == 350 and "50 rows in front of the samples" in result.stdout
     np.testing.assert_allclose(times, 2.0 + (np.arange(350) - 50) / RATE)
     position = actuator().forward().run(drive)[50:]
     np.testing.assert_allclose(position, [row[1] for row in rows], atol=1e-12)
+
+
+def test_a_slew_rate_is_kept_and_told(there: Path) -> None:
+    result = run(
+        *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", "--slew", "1000")
+    )
+    assert result.exit_code == 0, result.output
+    drive = column(there / "drive.csv", "drive")
+    # the times in the file are rounded, and with them the sampling interval
+    assert np.abs(np.diff(drive, prepend=0.0)).max() == pytest.approx(1000.0 / RATE)
+    assert "slew rate             1000 V/s" in result.stdout
+    assert "trajectory.csv: " in result.stdout and "held back by the slew rate" in result.stdout
+
+
+def test_the_drive_starts_from_the_limit_nearest_to_zero(there: Path) -> None:
+    dynamics = mh.plant.SecondOrder(40.0, 0.7)
+    stage = mh.Stage(actuator(), limits=(50.0, 400.0), dynamics=dynamics, units=("mV", "um"))
+    stage.save(there / "stage.json")
+    rest = stage.forward(1.0 / RATE).settle(50.0)
+    rows = [[k / RATE, rest + 0.004 * k] for k in range(200)]
+    write_csv(there / "ramp.csv", "time_s,target_um", rows)
+    result = run("precompensate", "stage.json", "ramp.csv", "-o", "drive.csv")
+    assert result.exit_code == 0, result.output
+    told = {line[2:22].strip(): line[22:].strip() for line in result.stdout.splitlines()}
+    assert told["samples"].endswith("from rest at a drive of 50 mV")
+    first = column(there / "drive.csv", "drive")[0]
+    assert first > 51.0
+    assert told["first step"].endswith(" mV")
+    assert float(told["first step"].split()[0]) == pytest.approx(first - 50.0, rel=1e-3)
+    assert told["limits"].startswith("50 to 400 mV, ")
+    assert float(told["max |model - target|"].split()[0]) < 0.01
+
+
+def test_the_stage_rests_at_the_drive_that_is_given(there: Path) -> None:
+    stage = mh.Stage(actuator(), dynamics=mh.plant.SecondOrder(40.0, 0.7))
+    stage.save(there / "stage.json")
+    rest = stage.forward(1.0 / RATE).settle(120.0)
+    rows = [[k / RATE, rest - 0.2 * (1.0 - np.cos(k / 20.0))] for k in range(300)]
+    write_csv(there / "wave.csv", "time_s,target_um", rows)
+    given = ("precompensate", "stage.json", "wave.csv", "-o", "drive.csv", "--start")
+    result = run(*given, "120")
+    assert result.exit_code == 0, result.output
+    told = {line[2:22].strip(): line[22:].strip() for line in result.stdout.splitlines()}
+    assert told["samples"].endswith("from rest at a drive of 120 V")
+    assert abs(float(told["first step"].split()[0])) < 2.0
+    assert float(told["max |model - target|"].split()[0]) < 0.01
 
 
 def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
@@ -100,6 +149,9 @@ def test_precompensate_says_what_dynamics_cannot_follow(there: Path) -> None:
     [
         (["--dynamics", "0,0.7"], ["--dynamics: expected a finite number above 0"]),
         (["--dynamics", "400"], ["FREQUENCY,DAMPING"]),
+        (["--slew", "0"], ["--slew: expected a finite number > 0, got 0.0"]),
+        (["--start", "inf"], ["--start: expected"]),
+        (["--lead-in", "-1"], ["--lead-in: expected a finite number above 0"]),
         (["--dead-time", "-1"], ["--dead-time: expected 0 s or more, got -1.0"]),
         (["--dead-time", "1e9"], ["--dead-time: expected at most 2^20 sampling intervals"]),
         (

@@ -85,6 +85,16 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert errors(*delayed) < 0.2 * errors(*delayed, "--feedforward", "inverse")
 
 
+@pytest.mark.parametrize("feedforward", ["inverse", "none"])
+def test_the_slew_rate_is_kept(here: Path, feedforward: str) -> None:
+    options = [*STAGE, "--slew", "5000", "--feedforward", feedforward, "-o", "run.csv"]
+    result = run(*SIMULATE, *options)
+    assert result.exit_code == 0, result.output
+    steps = np.abs(np.diff(column(here / "run.csv", "drive"), prepend=0.0))
+    # the time column gives the sampling interval but for rounding
+    assert steps.max() == pytest.approx(5000.0 / RATE)
+
+
 def test_saturated_samples_and_the_rate_are_told(here: Path) -> None:
     arguments = ["--limits", "-100,100", "--rate", "10000", "--noise", "0.01"]
     result = run(*SIMULATE[:2], "bare.csv", *arguments, *STAGE, "-o", "run.csv")

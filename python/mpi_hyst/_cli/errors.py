@@ -1,11 +1,17 @@
-"""Errors of the command line: one line that names the file, column or option."""
+"""Errors of the command line: one line that names the file, column or option.
+
+A message of the library begins with the place: "record 1: u[3]: expected ...". The error carries
+the name of the argument as `parameter`. The command line names a file, column or option instead.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 
 from mpi_hyst._text import printable
 
+_RECORD = re.compile(r"record (\d+): ")
 _LONGEST = 1000  # characters; a message may quote a file of any length
 
 
@@ -25,3 +31,27 @@ def short_line(text: str) -> str:
     """Return the text on one line, without control characters, shortened if it is very long."""
     line = printable(" ".join(text[: 2 * _LONGEST].split()))
     return line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ..."
+
+
+def parameter(error: BaseException) -> str:
+    """Return the name of the argument that the library refuses; empty if it names none."""
+    return str(getattr(error, "parameter", ""))
+
+
+def renamed(message: str, argument: str, shown: str) -> str:
+    """Put `shown` in place of the argument that a message begins with.
+
+    An index counts samples of a file or column; an option of two numbers is named without it.
+    """
+    place, colon, rest = message.partition(":")
+    name, _, index = place.partition("[")
+    if name != argument:
+        return message
+    sample = f", sample {index.rstrip(']')}" if index and not shown.startswith("-") else ""
+    return f"{shown}{sample}{colon}{rest}"
+
+
+def without_record(message: str) -> tuple[int | None, str]:
+    """Split off the number of the record that a message begins with, if there is one."""
+    found = _RECORD.match(message)
+    return (None, message) if found is None else (int(found[1]), message[found.end() :])

@@ -56,6 +56,16 @@ def limits(default: str = "") -> Callable[[Function], Function]:
     )
 
 
+def slew(default: str) -> Callable[[Function], Function]:
+    """Return the option for the slew rate of the drive."""
+    return click.option(
+        "--slew",
+        type=float,
+        metavar="V/s",
+        help=f"How fast the drive may change.  [default: {default}]",
+    )
+
+
 def time_column(function: Function) -> Function:
     """Add the option that names the time column."""
     return click.option("--time", help="Time column.  [default: time_s or time, if present]")(
@@ -104,6 +114,7 @@ def stage(function: Function) -> Function:
             metavar="SECONDS",
             help="Dead time of the stage, without the hold of the converter.",
         ),
+        slew("that of the stage"),
     )(function)
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, parameter, renamed
 from mpi_hyst._types import Model
 
 _OPTIONS = {
@@ -19,16 +20,18 @@ _OPTIONS = {
     "dead_time": "--dead-time",
     "noise": "--noise",
     "limits": "--limits",
+    "slew": "--slew",
 }
 
 
 @dataclass(frozen=True)
 class StageOptions:
-    """Dynamics, amplifier bandwidth and dead time, each None where it was not given."""
+    """What replaces parts of the stage, each None where it was not given."""
 
     dynamics: tuple[float, float] | None = None
     amplifier_bandwidth: float | None = None
     dead_time: float | None = None
+    slew: float | None = None
 
     @classmethod
     def split(cls, given: Mapping[str, Any]) -> tuple[StageOptions, dict[str, Any]]:
@@ -43,6 +46,7 @@ class StageOptions:
             "dynamics": None if self.dynamics is None else mh.plant.SecondOrder(*self.dynamics),
             "amplifier_bandwidth": self.amplifier_bandwidth,
             "dead_time": self.dead_time,
+            "slew": self.slew,
         }
         return {name: value for name, value in options.items() if value is not None}
 
@@ -67,7 +71,7 @@ def load_stage(path: Path, options: StageOptions) -> mh.Stage:
     except mh.NotInvertibleError as error:
         raise CommandError(f"{path}: {error}") from error
     except (ValueError, TypeError) as error:
-        raise CommandError(name_options(str(error), {})) from error
+        raise CommandError(name_options(error)) from error
 
 
 def is_static(stage: mh.Stage) -> bool:
@@ -76,10 +80,8 @@ def is_static(stage: mh.Stage) -> bool:
     return parts == (None, None, None) and stage.dead_time == 0.0
 
 
-def name_options(message: str, others: Mapping[str, str]) -> str:
-    """Name options and files in a message of the library, which names arguments."""
-    name, colon, rest = message.partition(":")
-    argument, bracket, index = name.partition("[")
+def name_options(error: Exception, others: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the message of the library with the option or file in place of the argument."""
+    argument = parameter(error)
     shown = {**_OPTIONS, **others}.get(argument, argument)
-    sample = f", sample {index.rstrip(']')}" if bracket and argument == "reference" else ""
-    return f"{shown}{sample}{colon}{rest}"
+    return renamed(str(error), argument, shown)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, parameter, renamed
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
@@ -70,7 +70,7 @@ def design(request: Request) -> Drive:
             values, reversals = made.drive, made.reversals.size
             initialization_samples = made.initialization_samples
     except (ValueError, TypeError) as error:
-        raise CommandError(_name_options(str(error))) from error
+        raise CommandError(_name_options(error)) from error
     return Drive(
         values,
         Quantity(request.column),
@@ -98,9 +98,9 @@ def _next_step(drive: Drive, request: Request) -> str:
     )
 
 
-def _name_options(message: str) -> str:
-    """Name options in a message of the library, which names arguments."""
-    argument, _, rest = message.partition(": ")
+def _name_options(error: Exception) -> str:
+    """Return the message of the library with the option in front, or in place of the argument."""
+    argument = parameter(error)
     if argument in ("low", "high"):
-        return f"--limits: {argument}: {rest}"
-    return f"--{argument}: {rest}" if argument in _OPTIONS else message
+        return f"--limits: {error}"
+    return renamed(str(error), argument, f"--{argument}") if argument in _OPTIONS else str(error)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import click
 
 from mpi_hyst._cli.interrupts import STATUS
-from mpi_hyst._cli.options import FILE, numbers, options, report, time_column
+from mpi_hyst._cli.options import FILE, limits, numbers, options, report, slew, time_column
 from mpi_hyst._cli.terminal import say
 
 _MOST_OPERATORS = 100_000
@@ -174,6 +174,8 @@ def _creep(
         callback=_creep,
         help="Fit creep as well: the number of terms, a decade apart.  [default: none]",
     ),
+    limits("none"),
+    slew("none"),
     click.option(
         "--keep-partial",
         is_flag=True,
@@ -183,9 +185,10 @@ def _creep(
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in CSV files.
 
-    The stage is written with -o: hysteresis, dead time, and dynamics and creep if they are asked
-    for. A record must start from rest, or its start must be skipped with --skip. Ctrl-C writes no
-    files unless --keep-partial is given; the exit status is 130.
+    The stage is written with -o: hysteresis, dead time, dynamics and creep if they are asked for,
+    and the limits and slew rate of its drive if they are given. A record must start from rest, or
+    its start must be skipped with --skip. Ctrl-C writes no files unless --keep-partial is given;
+    the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run

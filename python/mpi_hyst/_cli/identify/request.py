@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
+import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.outputs import check_outputs
+from mpi_hyst._cli.stage import name_options
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report.identify.records import Records, Task
 
@@ -31,6 +33,8 @@ class Request:
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
     validate_from: tuple[str, ...] = ()
+    limits: tuple[float, float] | None = None
+    slew: float | None = None
     keep_partial: bool = False
     fit: dict[str, Any] = field(default_factory=dict)
     """What goes to `mh.identify` under its own name; what was not given is not in it."""
@@ -59,6 +63,11 @@ class Request:
         """The kind of model."""
         return "conventional" if self.fit.get("model") == "conventional" else "modified"
 
+    def bench(self) -> dict[str, Any]:
+        """Return what the stage gets besides what is fitted."""
+        given = {"limits": self.limits, "slew": self.slew}
+        return {name: value for name, value in given.items() if value is not None}
+
     def task(self, records: Records) -> Task:
         """Return what the reports need to know about the request."""
         given = [name.replace("_", " ") for name in self.fit]
@@ -77,3 +86,8 @@ class Request:
             raise CommandError("--validate and --validate-from: give one of both")
         if self.validate_skip and not self.validate:
             raise CommandError("--validate-skip: no --validate file is given")
+        try:
+            # The stage of a fit is made after the work; any hysteresis shows now what it refuses.
+            mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), **self.bench())
+        except (ValueError, TypeError) as error:
+            raise CommandError(name_options(error)) from error

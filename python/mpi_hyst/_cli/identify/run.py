@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
+import warnings
 from collections.abc import Sequence
+from pathlib import Path
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
 from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
 from mpi_hyst._cli.outputs import Output, write_file, write_outputs
@@ -60,7 +61,7 @@ def fit(
         # A split model is compared with a conventional one of free weights: that has no split.
         if options.get("weights") == "split":
             options["weights"] = "free"
-    _check_dead_time(options.get("dead_time", 0.0), records)
+    _check_time(records, request)
     ends = [record.skip for record in records.held_out] if records.ends else None
     whole = records.held_out if records.ends else records.fitted
     try:
@@ -75,20 +76,30 @@ def fit(
             **options,
         )
     except (ValueError, TypeError) as error:
-        raise CommandError(_name_options(str(error), request)) from error
+        raise CommandError(_name_options(error, request)) from error
 
 
-def _check_dead_time(seconds: float, records: Records) -> None:
-    if seconds != 0.0 and records.dt is None:
-        name = records.fitted[0].name
-        raise CommandError(f"{name}: --dead-time needs a time column (--time) or --rate")
+def _check_time(records: Records, request: Request) -> None:
+    """Refuse files without times for what is fitted or given in seconds."""
+    if records.dt is not None:
+        return
+    for name in ("dead_time", "dynamics", "creep"):
+        if request.fit.get(name, 0.0) != 0.0:
+            option = f"--{name.replace('_', '-')}"
+            raise CommandError(
+                f"{_listed(request.data)}: {option} needs a time column (--time) or --rate"
+            )
 
 
 def _stage(found: mh.results.Identification, records: Records, request: Request) -> mh.Stage:
-    """Return the stage with units and with the names and SHA-256 of its records."""
+    """Return the stage with units, limits, and the names and SHA-256 of its records."""
     units = (request.input.suffix or "V", request.output.suffix or "um")
     sources = [(printable(record.name), record.sha256) for record in records.fitted]
-    return found.stage.replace(units=units).with_records(sources)
+    with warnings.catch_warnings():
+        # The library warns of a dead time in samples, which a stage cannot hold: _left_out says it.
+        warnings.simplefilter("ignore")
+        stage = found.stage
+    return stage.replace(units=units, **request.bench()).with_records(sources)
 
 
 def loops_left_out(
@@ -101,7 +112,8 @@ def loops_left_out(
             skip=[record.skip for record in records.fitted],
         )
     except ValueError as error:
-        if str(error).startswith("records: expected at least two loops"):
+        # The fit took these records, so they lack nothing but a second loop.
+        if parameter(error) == "records":
             return []
         raise
 
@@ -136,20 +148,25 @@ def _left_out(found: mh.results.Identification) -> str:
     return ""
 
 
-def _name_options(message: str, request: Request) -> str:
-    """Name files, columns and options in a message of the library, which names arguments."""
-    paths = request.data
-    if message.startswith("validate: "):
+def _name_options(error: Exception, request: Request) -> str:
+    """Return the message of the library with files, columns and options in place of arguments."""
+    argument, message, paths = parameter(error), str(error), request.data
+    if argument == "validate":
         paths, message = request.validate or paths, message.removeprefix("validate: ")
-    if match := re.match(r"record (\d+): ", message):
-        paths, message = (paths[int(match[1])],), message[match.end() :]
-    argument, _, rest = message.partition(": ")
+    record, message = without_record(message)
+    if record is not None:
+        paths = (paths[record],)
     if argument in ("skip", *request.fit):
-        return f"--{argument.replace('_', '-')}: {rest}"
+        return renamed(message, argument, f"--{argument.replace('_', '-')}")
     if argument in ("ra", "rb", "rc"):
         return f"--ratios: {message}"
-    columns = {"u": request.input_column, "y": request.output_column}
-    files = ", ".join(map(str, paths))
-    if argument in columns:
-        return f"{files}: column {columns[argument]}: {rest}"
-    return f"{files}: {rest if argument == 'records' else message}"
+    if argument == "dt" and request.rate is not None:
+        return renamed(message, argument, "--rate")
+    # A message about a record for validation names u or y as well.
+    for name, column in (("u", request.input_column), ("y", request.output_column)):
+        message = renamed(message, name, f"column {column}")
+    return f"{_listed(paths)}: {message.removeprefix('records: ')}"
+
+
+def _listed(paths: Sequence[Path]) -> str:
+    return ", ".join(map(str, paths))

@@ -21,7 +21,7 @@ from mpi_hyst._cli.terminal import say
         "--start",
         type=float,
         metavar="V",
-        help="Drive at which the stage rests before.  [default: 0 if within the limits]",
+        help="Drive at which the stage rests before.  [default: 0, or the limit nearest to it]",
     ),
     click.option(
         "--lead-in",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, renamed
 from mpi_hyst._cli.inputs import known_interval, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, is_static, load_stage, name_options
@@ -22,6 +23,13 @@ from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
 _DRIVE = "drive"
+_HINTS = {
+    "lead_in (seconds)": "--lead-in SECONDS",
+    "give lead_in": "give --lead-in",
+    "or start (": "or --start (",
+}
+"""How hints of the library name options, and how the command line does."""
+
 _MAX_MISS = 5e-3
 """Share of the range of a trajectory by which the stage itself may miss it without a warning."""
 
@@ -83,18 +91,19 @@ def _design(
 ) -> tuple[Samples, Samples, list[str]]:
     """Return the drive, the error of the stage itself under it, and warnings for the summary."""
     names = {"reference": str(request.trajectory), "start": "--start", "lead_in": "--lead-in"}
+    names["dt"] = "--rate" if request.rate is not None else names["reference"]
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             drive = stage.precompensate(
                 reference, dt, limits=request.limits, start=request.start, lead_in=request.lead_in
             )
-        residual = _residual(stage, reference, drive, dt, request)
+        residual = _residual(stage, reference, drive, dt, _start(stage, request))
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
-        raise CommandError(name_options(str(error), names)) from error
-    notes = [f"warning: {name_options(str(one.message), names)}" for one in caught]
+        raise CommandError(_hinted(name_options(error, names))) from error
+    notes = [f"warning: {_hinted(_named(str(one.message), names))}" for one in caught]
     worst = int(residual.argmax())
     if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
         miss = in_unit(float(residual[worst]), unit, 3)
@@ -119,35 +128,61 @@ def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:
 
 
 def _residual(
-    stage: mh.Stage, reference: Samples, drive: Samples, dt: float, request: Request
+    stage: mh.Stage, reference: Samples, drive: Samples, dt: float, start: float
 ) -> Samples:
     """Return the magnitude of the error of the stage itself under this drive."""
     stream = stage.forward(dt)
-    if request.start is not None:
-        stream.settle(request.start)
+    stream.settle(start)
     return np.abs(stream.run(drive)[-reference.size :] - reference)
+
+
+def _start(stage: mh.Stage, request: Request) -> float:
+    """Return the drive at which the stage rests before: 0, or the limit nearest to it."""
+    if request.start is not None:
+        return request.start
+    low, high = request.limits or stage.drive_range or (0.0, 0.0)
+    return min(max(0.0, low), high)
+
+
+def _named(warning: str, names: Mapping[str, str]) -> str:
+    """Name files and options in a warning, which begins with the name of an argument."""
+    for argument, shown in {**names, "limits": "--limits"}.items():
+        warning = renamed(warning, argument, shown)
+    return warning
+
+
+def _hinted(message: str) -> str:
+    """Name the options in the hints of the library, which name its arguments."""
+    for argument, option in _HINTS.items():
+        message = message.replace(argument, option)
+    return message
 
 
 def _summary(
     request: Request, stage: mh.Stage, quantity: Quantity, drive: Samples, residual: Samples
 ) -> str:
-    start = 0.0 if request.start is None else request.start
-    before = drive.size - residual.size
-    samples = f"{residual.size}, starting from rest at a drive of {start:g}"
+    unit, _ = stage.units
+    start, before = _start(stage, request), drive.size - residual.size
+    low, high = digits(float(drive.min())), digits(float(drive.max()))
+    step = in_unit(float(drive[0]) - start, unit)
     pairs = [
-        ("samples", samples + (f", after {before} samples of lead-in" if before else "")),
+        ("samples", f"{residual.size}, starting from rest at a drive of {start:g} {unit}".rstrip()),
+        *([("lead-in", f"{before} rows in front of the samples")] if before else []),
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
-        ("drive", f"{digits(float(drive.min()))} to {digits(float(drive.max()))}"),
-        ("limits", _limits(request.limits or stage.drive_range, drive)),
+        ("drive", f"{low} to {high} {unit}".rstrip()),
+        ("first step", step),
+        ("limits", _limits(request.limits or stage.drive_range, unit, drive)),
+        *([] if stage.slew is None else [("slew rate", f"{stage.slew:g} {unit}/s")]),
         ("max |model - target|", in_unit(float(residual.max()), quantity.unit, 3)),
     ]
     title = f"{request.drive_path}: drive for {quantity.column} of {request.trajectory}"
     return f"{title}\n\n{text_pairs(pairs)}"
 
 
-def _limits(limits: tuple[float, float] | None, drive: Samples) -> str:
+def _limits(limits: tuple[float, float] | None, unit: str, drive: Samples) -> str:
     if limits is None:
         return "none"
     low, high = limits
     count = int(((drive <= low) | (drive >= high)).sum())
-    return f"{low:g} to {high:g}, reached by {count} of {drive.size} samples"
+    span = f"{low:g} to {high:g} {unit}".rstrip()
+    return f"{span}, reached by {count} of {drive.size} samples"

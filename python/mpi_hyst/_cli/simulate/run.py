@@ -87,7 +87,7 @@ def simulate(columns: Columns, column: str, request: Request) -> Outcome:
     except CommandError:
         raise
     except (ValueError, TypeError) as error:
-        raise CommandError(_name_options(str(error), request)) from error
+        raise CommandError(_name_options(error, request)) from error
     setup = _setup(request, plant_stage, controller)
     return Outcome(done, dt, Quantity(column), setup)
 
@@ -108,7 +108,9 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
     else:
         kp, ki = request.gains
     if request.feedforward == "none":
-        return mh.control.HybridController(None, kp=kp, ki=ki, dt=dt, limits=limits)
+        return mh.control.HybridController(
+            None, kp=kp, ki=ki, dt=dt, limits=limits, slew=stage.slew
+        )
     return stage.controller(dt, limits, request.feedforward, kp=kp, ki=ki)
 
 
@@ -127,7 +129,7 @@ def _setup(request: Request, plant: mh.Stage, controller: mh.control.HybridContr
     )
 
 
-def _name_options(message: str, request: Request) -> str:
+def _name_options(error: Exception, request: Request) -> str:
     others = {
         "seed": "--seed",
         "kp": "--gains",
@@ -136,7 +138,7 @@ def _name_options(message: str, request: Request) -> str:
         "reference": str(request.trajectory),
         "model": str(request.stage_path),
     }
-    return name_options(message, others)
+    return name_options(error, others)
 
 
 def _table(columns: Columns, outcome: Outcome, request: Request) -> dict[str, Samples]:
