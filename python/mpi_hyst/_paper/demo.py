@@ -55,7 +55,7 @@ class Error:
 
 
 @dataclass(frozen=True)
-class Scheme:
+class OpenLoopScheme:
     """A way to compute the drive for the target, and the resulting position."""
 
     name: str
@@ -78,7 +78,7 @@ class Demo:
     conventional: mh.results.Identification
     modified: mh.results.Identification
     target: Samples
-    schemes: list[Scheme]
+    schemes: list[OpenLoopScheme]
 
     def modelled(self, found: mh.results.Identification, record: Measurement) -> Samples:
         """Return the prediction of a record."""
@@ -106,7 +106,8 @@ def compute(watch: Watch = _unwatched) -> Demo:
     target = _target()
     drives = _drives(actuator, conventional.model, modified.stage, learned, target)
     schemes = [
-        Scheme(name, drive, actuator.forward(DT).run(drive), target) for name, drive in drives
+        OpenLoopScheme(name, drive, actuator.forward(DT).run(drive), target)
+        for name, drive in drives
     ]
     return Demo(actuator, records, conventional, modified, target, schemes)
 
@@ -158,6 +159,6 @@ def _drives(
     )
 
 
-def exact(demo: Demo) -> Scheme:
+def exact(demo: Demo) -> OpenLoopScheme:
     """Return the recommended scheme: the exact inverse of the identified model."""
     return demo.schemes[-2]

@@ -15,7 +15,7 @@ from mpi_hyst._cli.stage import StageOptions, load, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import read_trajectory, write_table
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._report.simulate.outcome import BASE, Outcome, Setup, errors, facts
+from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import text_pairs, text_table
 from mpi_hyst._types import Samples
@@ -56,22 +56,22 @@ def run(request: Request) -> str:
     if request.report_path is not None:
         require_report_packages("--report")
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
-    outcome = simulate(columns, column, request)
+    simulation = simulate(columns, column, request)
     outputs = []
     if request.result_path is not None:
-        table = write_table(_table(columns, outcome, request))
+        table = write_table(_table(columns, simulation, request))
         outputs.append(Output.of_text(request.result_path, table))
     if request.report_path is not None:
         from mpi_hyst._report.simulate.page import report
 
-        outputs.append(Output.of_text(request.report_path, report(outcome)))
+        outputs.append(Output.of_text(request.report_path, report(simulation)))
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
-    parts = [title, text_pairs(facts(outcome)), text_table(*errors(outcome)) + f"\n  {BASE}"]
+    parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]
     return "\n\n".join([*parts, *(f"written  {output.path}" for output in outputs)])
 
 
-def simulate(columns: Columns, column: str, request: Request) -> Outcome:
+def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     """Simulate the closed loop."""
     stage = load_stage(request.stage_path, request.stage)
     other = stage if request.plant_path is None else _other(request.plant_path, stage)
@@ -89,7 +89,7 @@ def simulate(columns: Columns, column: str, request: Request) -> Outcome:
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(error, request)) from error
     setup = _setup(request, plant_stage, controller)
-    return Outcome(done, dt, Quantity(column), setup)
+    return Simulation(done, dt, Quantity(column), setup)
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:
@@ -141,12 +141,12 @@ def _name_options(error: Exception, request: Request) -> str:
     return name_options(error, others)
 
 
-def _table(columns: Columns, outcome: Outcome, request: Request) -> dict[str, Samples]:
-    unit = f"_{outcome.quantity.suffix}" if outcome.quantity.suffix else ""
-    run, time = outcome.run, columns.time_column
+def _table(columns: Columns, simulation: Simulation, request: Request) -> dict[str, Samples]:
+    unit = f"_{simulation.quantity.suffix}" if simulation.quantity.suffix else ""
+    run, time = simulation.run, columns.time_column
     table = [
-        (time or "time_s", outcome.seconds if time is None else columns[time]),
-        (outcome.quantity.column, run.reference),
+        (time or "time_s", simulation.seconds if time is None else columns[time]),
+        (simulation.quantity.column, run.reference),
         ("drive", run.drive),
         (f"measured{unit}", run.measured),
         (f"position{unit}", run.position),

@@ -8,14 +8,14 @@ from matplotlib.figure import Figure as Canvas
 
 from mpi_hyst._report import canvas
 from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.simulate.outcome import BASE, Outcome, errors, facts
+from mpi_hyst._report.simulate.simulation import BASE, Simulation, errors, facts
 from mpi_hyst._text import in_unit
 
 
-def report(outcome: Outcome) -> str:
+def report(simulation: Simulation) -> str:
     """Return the HTML text."""
-    setup, metrics, unit = outcome.setup, outcome.run.metrics, outcome.quantity.unit
-    rows = facts(outcome)
+    setup, metrics, unit = simulation.setup, simulation.run.metrics, simulation.quantity.unit
+    rows = facts(simulation)
     named = dict(rows)
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
@@ -28,19 +28,19 @@ def report(outcome: Outcome) -> str:
         "noise listed below. Anything else that a real stage does is not included."
     ]
     figure = Figure(
-        canvas.data_uri(_figure(outcome)),
+        canvas.data_uri(_figure(simulation)),
         "Reference and position, error, and drive over time",
         "At the start the controller changes over from rest to the reference without a jump of "
         "the drive.",
     )
     blocks: list[Block] = [
         figure,
-        Table("Errors", *errors(outcome), note=f"{BASE}."),
+        Table("Errors", *errors(simulation), note=f"{BASE}."),
         Pairs("Conditions", rows),
     ]
     return render(
         Report(
-            title=f"Simulated tracking of {outcome.quantity.name}",
+            title=f"Simulated tracking of {simulation.quantity.name}",
             subtitle=f"{Path(setup.reference).name} on {Path(setup.stage).name}",
             cards=cards,
             sections=[Section("tracking", "Tracking", text, blocks)],
@@ -49,15 +49,15 @@ def report(outcome: Outcome) -> str:
     )
 
 
-def _figure(outcome: Outcome) -> Canvas:
-    run, time = outcome.run, outcome.seconds
+def _figure(simulation: Simulation) -> Canvas:
+    run, time = simulation.run, simulation.seconds
     figure = canvas.new_figure(7.2)
     positions, errors_over_time, drives = figure.subplots(3, 1, sharex=True)
     kept = canvas.envelope(run.position)
     soft, blue = canvas.SOFT, canvas.BLUE
     positions.plot(time[kept], run.reference[kept], color=soft, linewidth=2.0, label="reference")
     positions.plot(time[kept], run.position[kept], color=blue, linewidth=1.0, label="true position")
-    if outcome.setup.noise:
+    if simulation.setup.noise:
         measured = run.reference - run.measured
         kept = canvas.envelope(measured)
         errors_over_time.plot(
@@ -68,16 +68,16 @@ def _figure(outcome: Outcome) -> Canvas:
     errors_over_time.plot(time[kept], error[kept], color=blue, linewidth=1.0)
     kept = canvas.envelope(run.drive)
     drives.plot(time[kept], run.drive[kept], color=canvas.ORANGE, linewidth=1.0, label="drive")
-    for limit in outcome.setup.limits:
+    for limit in simulation.setup.limits:
         drives.axhline(limit, color=soft, linewidth=0.8, linestyle="--")
-    canvas.dress(positions, "reference and position", "", outcome.quantity.label)
+    canvas.dress(positions, "reference and position", "", simulation.quantity.label)
     canvas.dress(
         errors_over_time,
         "error: reference − position",
         "",
-        f"error{outcome.quantity.in_parentheses}",
+        f"error{simulation.quantity.in_parentheses}",
     )
     canvas.dress(drives, "drive and its limits", "time (s)", "drive")
-    drives.set_xlim(time[0], time[-1] if time.size > 1 else outcome.dt)
+    drives.set_xlim(time[0], time[-1] if time.size > 1 else simulation.dt)
     canvas.top_legend(figure, positions, errors_over_time)
     return figure

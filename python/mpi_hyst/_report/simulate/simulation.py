@@ -33,7 +33,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Simulation:
     """A run and what it was made with."""
 
     run: mh.plant.Run
@@ -47,9 +47,9 @@ class Outcome:
         return np.arange(len(self.run), dtype=np.float64) * self.dt
 
 
-def facts(outcome: Outcome) -> list[tuple[str, str]]:
+def facts(simulation: Simulation) -> list[tuple[str, str]]:
     """Return the facts about stage, controller and drive as names and values."""
-    run, metrics, setup = outcome.run, outcome.run.metrics, outcome.setup
+    run, metrics, setup = simulation.run, simulation.run.metrics, simulation.setup
     low, high = setup.limits
     kp, ki = setup.gains
     feedforward = {
@@ -58,8 +58,8 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
         "none": "none",
     }[setup.feedforward]
     return [
-        ("samples", f"{len(run)} at {1.0 / outcome.dt:.6g} Hz, starting from rest"),
-        ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(outcome)])),
+        ("samples", f"{len(run)} at {1.0 / simulation.dt:.6g} Hz, starting from rest"),
+        ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(simulation)])),
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
         ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
@@ -67,16 +67,16 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
     ]
 
 
-def _noise(outcome: Outcome) -> list[str]:
-    setup = outcome.setup
+def _noise(simulation: Simulation) -> list[str]:
+    setup = simulation.setup
     if not setup.noise:
         return []
-    return [f"noise {in_unit(setup.noise, outcome.quantity.unit)} rms (seed {setup.seed})"]
+    return [f"noise {in_unit(setup.noise, simulation.quantity.unit)} rms (seed {setup.seed})"]
 
 
-def errors(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
+def errors(simulation: Simulation) -> tuple[list[str], list[list[str]]]:
     """Return the errors of the true and of the measured position as a table."""
-    metrics, unit = outcome.run.metrics, outcome.quantity.in_parentheses
+    metrics, unit = simulation.run.metrics, simulation.quantity.in_parentheses
     header = ["error", f"max{unit}", f"rms{unit}", "max (%)", "rms (%)", f"base{unit}"]
     rows = []
     for name, largest, rms in (
