@@ -116,6 +116,8 @@ class Play:
         """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
     def reset(self) -> None:
         """Back to the start: at rest, or at the initial outputs that were given."""
+    def follow(self, inputs: ArrayLike) -> None:
+        """Takes over the inputs before, oldest first."""
     @property
     def state(self) -> float:
         """The last output z: the whole memory. Set it to continue from there."""
@@ -168,6 +170,8 @@ class CoupledPlay:
         """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
     def reset(self) -> None:
         """Back to the start: at rest, or at the initial outputs that were given."""
+    def follow(self, inputs: ArrayLike) -> None:
+        """Takes over the inputs before, oldest first."""
     @property
     def state(self) -> float:
         """The last output z: the whole memory. Set it to continue from there."""
@@ -645,6 +649,8 @@ class ForwardArray:
 
         Raises ValueError that names what differs; the stream is as before then.
         """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over rows of drives that were put out before, oldest row first."""
     def reset(self) -> None:
         """Every actuator back to rest."""
     @property
@@ -703,6 +709,8 @@ class InverseArray:
 
         Raises ValueError that names what differs; the stream is as before then.
         """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over rows of drives that were put out before, oldest row first."""
     def reset(self) -> None:
         """Every actuator back to rest."""
     @property
@@ -1335,6 +1343,8 @@ class RecursiveIdentifier:
         A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
         same.
         """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over the drives before, oldest first: operators and dynamics move, nothing is learned."""
     @property
     def model(self) -> _Model:
         """The model as of the last sample: the given one with other weights and output offset."""
@@ -1384,6 +1394,8 @@ class Preview:
         c_j, that of the newest reference first.
     ahead : int
         How many samples the references are early: less than there are taps.
+    dt : float, optional
+        The sampling interval in seconds for which the window was made: a controller of another one then refuses it.
 
     Raises
     ------
@@ -1402,10 +1414,13 @@ class Preview:
     (2.0, 2.5)
     """
 
-    def __new__(cls, coefficients: ArrayLike, ahead: int) -> Preview: ...
+    def __new__(cls, coefficients: ArrayLike, ahead: int, dt: float | None = None) -> Preview: ...
     @property
     def coefficients(self) -> _Vector:
         """The coefficients c_j, read-only."""
+    @property
+    def dt(self) -> float | None:
+        """The sampling interval in seconds for which it was made, or None: a controller of another one refuses it."""
     @property
     def ahead(self) -> int:
         """How many samples the references are early."""
@@ -1547,6 +1562,12 @@ class HybridController:
         preview: Preview | None = None,
         start_drive: float | None = None,
     ) -> HybridController: ...
+    @property
+    def measurement_range(self) -> tuple[float, float] | None:
+        """Measurements outside this range (low, high) count as missing; None without such a gate."""
+    @property
+    def max_measurement_step(self) -> float | None:
+        """Measurements farther than this from the last good one count as missing; None without such a gate."""
     @property
     def preview(self) -> Preview | None:
         """The preview, or None."""
@@ -2368,7 +2389,7 @@ class Stage:
         default `drive_range`.
         """
     def bracket(self, limits: Sequence[float] | None = None) -> Bracket:
-        """How uncertain the output of the hysteresis is when its history between the limits is unknown."""
+        """How uncertain the position is when the history between the limits is unknown, without creep and dynamics."""
     def precompensate(
         self,
         reference: ArrayLike | _Trajectory,
@@ -2443,9 +2464,10 @@ class Stage:
             The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples early,
             through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
         kp, ki : float, optional
-            Gains in V/um and V/um/s instead of tuned ones.
+            Gains in V/um and V/um/s instead of tuned ones, both or none.
         ahead : int, optional
-            How many samples early references come, for "preview"; by default 4 more than the dead time.
+            How many samples early references come, for "preview"; by default as many as
+            the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
 
         Examples
         --------
@@ -2562,6 +2584,9 @@ class StageForward:
     def dt(self) -> float:
         """The sampling interval in seconds."""
     @property
+    def clamped(self) -> int:
+        """How many drives lay beyond the limits of the stage and were clamped."""
+    @property
     def position(self) -> float:
         """The last position."""
     @property
@@ -2636,11 +2661,12 @@ class StageInverse:
 
 @final
 class Bracket:
-    """How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
+    """How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or
     `stage.bracket()`.
 
     Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
-    shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more.
+    shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a stage
+    are part of it, its creep and dynamics are not.
 
     Examples
     --------
@@ -2876,6 +2902,8 @@ class Plant:
         """Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
         is put out.
         """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, oldest drive first, one per sampling interval."""
     def reset(self) -> None:
         """Back to the start, at rest: the same drives give the same measurements again, noise included."""
     @property
@@ -3134,7 +3162,9 @@ def load(path: str | PathLike[str]) -> _Model | Stage:
     """
 
 def write_file(path: str | PathLike[str], text: str) -> None:
-    """Writes text to a file that appears only when it is complete: to a temporary neighbour first, then renamed."""
+    """Writes text to a file that appears only when it is complete: to a neighbour with a random name first, which is flushed to
+    the disk and renamed. A replaced file passes on its permissions; what is no regular file is refused.
+    """
 
 def table_1() -> ModifiedPrandtlIshlinskii:
     """Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
@@ -3654,8 +3684,9 @@ def invert_dynamics(
 ) -> _Vector:
     """What must enter linear dynamics so that the position follows a reference: stable inversion over the whole record.
 
-    Minimises sum (y - r)^2 and a small share of the second differences of the input, from rest to rest, exactly sampled. So
-    the input is bounded for any stable dynamics, also with zeros in the right half plane, and does not ring between samples.
+    Minimises sum (y - r)^2 and a small share of the second differences of the input, from rest, exactly sampled. So the input
+    is bounded for any stable dynamics, also with zeros in the right half plane, and does not ring between samples. A
+    reference that is in motion at its end is taken to go on.
 
     Parameters
     ----------
@@ -3689,7 +3720,7 @@ def invert_dynamics(
     >>> scan = mh.trajectories.Sine(3.3, 20.0)
     >>> held = mh.control.invert_dynamics(scan, 1e-4, dynamics=mode)
     >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
-    >>> bool(abs(error[100:-50]).max() < 1e-6)  # um, once the start is over and before the end
+    >>> bool(abs(error[100:]).max() < 1e-6)  # um, once the start is over
     True
     """
 

@@ -42,9 +42,10 @@ pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ra
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 pub use quasistatic::{
-    CreepTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
+    Bracket, BracketState, CreepTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward, QuasiStaticInverse,
+    QuasiStaticState,
 };
-pub use stream::{ActuatorError, Bracket, BracketState, Forward, Inverse, StreamArray, StreamState};
+pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.
 #[cfg(doctest)]

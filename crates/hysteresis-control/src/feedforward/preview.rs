@@ -144,6 +144,12 @@ impl PreviewCoefficients {
         &self.coefficients
     }
 
+    /// The sampling interval T in seconds.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
     /// How many samples ahead the newest reference is.
     #[must_use]
     pub fn ahead(&self) -> usize {

@@ -59,6 +59,12 @@ pub struct RepetitiveControl {
 }
 
 impl RepetitiveControl {
+    /// The sampling interval in seconds.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
     /// Learns a period of `period` samples, with a model of the loop it works in.
     ///
     /// # Errors

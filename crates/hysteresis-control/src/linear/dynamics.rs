@@ -299,3 +299,23 @@ impl From<StateSpace> for Section {
         Self::StateSpace(matrices)
     }
 }
+
+impl FirstOrder {
+    /// The block for a sampling interval in seconds, at rest at zero.
+    ///
+    /// # Errors
+    /// As for [`LinearDynamics::block`].
+    pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
+        LinearDynamics::from(*self).block(dt)
+    }
+}
+
+impl SecondOrder {
+    /// The block for a sampling interval in seconds, at rest at zero.
+    ///
+    /// # Errors
+    /// As for [`LinearDynamics::block`].
+    pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
+        LinearDynamics::from(*self).block(dt)
+    }
+}

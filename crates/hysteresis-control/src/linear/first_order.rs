@@ -2,8 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use super::Error;
 use super::error::check_positive;
-use super::{Error, LinearBlock, LinearDynamics};
 
 /// A first-order lag of unit static gain: tau y' + y = u, tau = 1 / (2 pi f).
 ///
@@ -51,13 +51,5 @@ impl FirstOrder {
     #[must_use]
     pub fn time_constant(&self) -> f64 {
         1.0 / (TAU * self.frequency)
-    }
-
-    /// The block for a sampling interval in seconds, at rest at zero.
-    ///
-    /// # Errors
-    /// As for [`LinearDynamics::block`].
-    pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
-        LinearDynamics::from(*self).block(dt)
     }
 }

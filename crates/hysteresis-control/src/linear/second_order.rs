@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use nalgebra::Complex;
 
+use super::Error;
 use super::error::check_positive;
-use super::{Error, LinearBlock, LinearDynamics};
 
 /// Second-order dynamics of unit static gain: y'' + 2 zeta w y' + w^2 y = w^2 u, w = 2 pi f.
 ///
@@ -54,14 +54,6 @@ impl SecondOrder {
     /// w = 2 pi f, in radians per second.
     pub(super) fn radians(self) -> f64 {
         TAU * self.frequency
-    }
-
-    /// The block for a sampling interval in seconds, at rest at zero.
-    ///
-    /// # Errors
-    /// As for [`LinearDynamics::block`].
-    pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
-        LinearDynamics::from(*self).block(dt)
     }
 
     /// The two poles; far from each other without cancellation.

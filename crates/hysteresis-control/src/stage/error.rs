@@ -24,6 +24,10 @@ pub enum Error {
         /// The dead time in seconds.
         got: f64,
     },
+    /// A stage whose position falls where the drive rises, under feedback.
+    Falling,
+    /// A stage without limits, where something would drive it.
+    NoLimits,
     /// A stage without a noise of the sensor, where one is needed.
     NoNoise,
     /// A file that is no stage.
@@ -41,6 +45,8 @@ impl Error {
             Self::Core(error) => error.parameter(),
             Self::Start { .. } => Some("reference"),
             Self::NegativeDeadTime { .. } => Some("dead_time"),
+            Self::Falling => Some("output_map"),
+            Self::NoLimits => Some("limits"),
             Self::NoNoise => Some("noise"),
             Self::File { .. } => None,
         }
@@ -61,6 +67,12 @@ impl fmt::Display for Error {
                 "dead_time: expected 0 s or more, got {got:?}: the records pair each drive with a position that was read \
                  later; shift the positions down by one row and identify again"
             ),
+            Self::Falling => write!(
+                f,
+                "output_map: expected a position that rises with the drive, got one that falls: the gains of a feedback are \
+                 positive; reverse the sign of the drive or of the position"
+            ),
+            Self::NoLimits => write!(f, "limits: expected (low, high), got None, and the stage has none"),
             Self::NoNoise => write!(f, "noise: expected the rms noise of the sensor, got none: the stage states none"),
             Self::File { message } => write!(f, "not a stage file: {message}"),
         }

@@ -3,7 +3,8 @@
 use core::f64::consts::TAU;
 
 use hysteresis_core::{
-    CompiledModel, Error as CoreError, Fingerprint, Process, QuasiStaticForward, QuasiStaticState, is_admissible,
+    CompiledModel, Error as CoreError, Fingerprint, MAX_MAGNITUDE, Process, QuasiStaticForward, QuasiStaticState,
+    is_admissible,
 };
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,7 @@ use crate::saved::{check_model, check_same};
 ///
 /// [`step`](Process::step) returns the row y(k) of a record: the position at the moment at which u(k) is put out.
 /// [`advance`](Self::advance) returns the position one interval later, just before the next drive: what a controller
-/// reads next. Neither allocates, locks or panics.
+/// reads next. Neither allocates, locks or panics. A drive beyond the limits of the stage is clamped and counted.
 ///
 /// An amplifier in front of hysteresis and modes makes the voltage between samples an exponential. What the hysteresis
 /// makes of it has no closed form, so each sampling interval then has sub-steps that hold the mean of the outputs of the
@@ -32,6 +33,9 @@ pub struct StageForward {
     position: f64,
     drive: f64,
     rejected: u64,
+    /// The limits of the drive.
+    limits: (f64, f64),
+    clamped: u64,
     dt: f64,
     /// Of amplifier, modes and dead time.
     fingerprint: u64,
@@ -59,6 +63,8 @@ pub struct StageState {
     pub drive: f64,
     /// How many drives were rejected.
     pub rejected: u64,
+    /// How many drives were clamped.
+    pub clamped: u64,
 }
 
 /// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis: 16 per radian of the faster
@@ -103,6 +109,8 @@ impl StageForward {
             position: 0.0,
             drive: 0.0,
             rejected: 0,
+            limits: parts.limits.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE)),
+            clamped: 0,
             dt,
             fingerprint: fingerprint(parts),
         };
@@ -117,12 +125,21 @@ impl StageForward {
             return self.reject();
         }
         if let Some(amplifier) = &mut self.amplifier {
-            amplifier.settle(drive);
+            amplifier.settle(drive.max(self.limits.0).min(self.limits.1));
         }
-        self.displacement = self.quasi_static.settle(drive);
+        self.drive = drive.max(self.limits.0).min(self.limits.1);
+        self.displacement = self.quasi_static.settle(self.drive);
         self.position = self.linear.settle(self.displacement);
-        self.drive = drive;
         self.position
+    }
+
+    /// The drive within the limits of the stage; one beyond them is counted.
+    #[inline]
+    fn take(&mut self, drive: f64) -> f64 {
+        let within = drive.max(self.limits.0).min(self.limits.1);
+        self.clamped = self.clamped.saturating_add(u64::from(within != drive));
+        self.drive = within;
+        within
     }
 
     #[cold]
@@ -138,7 +155,7 @@ impl StageForward {
         if !is_admissible(drive) {
             return self.reject();
         }
-        self.drive = drive;
+        let drive = self.take(drive);
         if self.amplifier.is_none() {
             self.displacement = self.quasi_static.step(drive);
             self.position = self.linear.advance(self.displacement);
@@ -190,6 +207,12 @@ impl StageForward {
         self.rejected
     }
 
+    /// How many drives lay beyond the limits of the stage and were clamped.
+    #[must_use]
+    pub fn clamped(&self) -> u64 {
+        self.clamped
+    }
+
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
     ///
     /// # Errors
@@ -226,6 +249,7 @@ impl StageForward {
             position: self.position,
             drive: self.drive,
             rejected: self.rejected,
+            clamped: self.clamped,
         }
     }
 
@@ -249,7 +273,7 @@ impl StageForward {
             return Err(CoreError::State { expected: "finite positions and drives" }.into());
         }
         [next.displacement, next.position, next.drive] = numbers;
-        next.rejected = state.rejected;
+        (next.rejected, next.clamped) = (state.rejected, state.clamped);
         *self = next;
         Ok(())
     }
@@ -262,7 +286,7 @@ impl Process for StageForward {
         if !is_admissible(drive) {
             return self.reject();
         }
-        self.drive = drive;
+        let drive = self.take(drive);
         if self.amplifier.is_none() {
             self.displacement = self.quasi_static.step(drive);
             self.position = self.linear.step(self.displacement);
@@ -281,13 +305,14 @@ impl Process for StageForward {
         if !is_admissible(drive) {
             return self.position;
         }
+        let drive = drive.max(self.limits.0).min(self.limits.1);
         let displacement = if self.amplifier.is_none() { self.quasi_static.peek(drive) } else { self.displacement };
         self.linear.output(displacement)
     }
 
     /// Back to rest at the drive 0: [`settle`](StageForward::settle) at another one.
     fn reset(&mut self) {
-        self.rejected = 0;
+        (self.rejected, self.clamped) = (0, 0);
         self.settle(0.0);
     }
 }

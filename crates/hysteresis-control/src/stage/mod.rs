@@ -300,14 +300,14 @@ impl Stage {
         Ok(inverse)
     }
 
-    /// Where the position must lie when nothing is known of the history but its limits: two streams of the hysteresis. Their
-    /// outputs are those of the hysteresis, in front of the output map.
+    /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and hysteresis.
+    /// Creep and modes are left out.
     ///
     /// # Errors
     /// [`Error`] for a model with a negative weight, or without limits.
     pub fn bracket(&self, limits: Option<(f64, f64)>) -> Result<Bracket, Error> {
         let limits = self.limits(limits)?.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
-        Ok(Bracket::new(&self.model, limits)?)
+        Ok(Bracket::of_stage(&self.rigid, limits)?)
     }
 
     /// The lowest and the highest slope dy/du, creep at its end included.

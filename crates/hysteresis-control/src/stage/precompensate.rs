@@ -10,6 +10,15 @@ use crate::linear::check_positive;
 /// fitted output offset may be wrong by.
 const SAME_POSITION: f64 = 2e-3;
 
+/// What rounding may take a target beyond the limits, relative to it.
+const ROUNDING: f64 = 1e-9;
+
+/// How far behind the beginning of a reference in motion the run-up to it begins: this share of the range of positions.
+const RUN_UP: f64 = 0.02;
+
+/// How many samples count as the beginning of a drive.
+const BEGINNING: usize = 20;
+
 /// A difference that small fades over this time, in seconds, so that even then no drive jumps.
 const FADE: f64 = 0.005;
 
@@ -32,6 +41,8 @@ pub struct Precompensated {
     pub drive: Vec<f64>,
     /// How many samples in front of the reference the lead-in takes.
     pub lead_in_samples: usize,
+    /// The step from the start drive to the first drive: large for a reference that begins in motion without a lead-in.
+    pub first_step: f64,
     /// How many targets lay beyond the limits.
     pub saturated_count: u64,
     /// How many drives the slew rate of the stage held back.
@@ -65,9 +76,11 @@ impl Stage {
         let gain = self.parts().dynamics.static_gain();
         let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (gain * level, start))?;
         let targets = self.invert_dynamics(path, dt)?;
-        let mut found = Precompensated { drive: targets, lead_in_samples, saturated_count: 0, slewing_count: 0 };
+        let mut found =
+            Precompensated { drive: targets, lead_in_samples, first_step: 0.0, saturated_count: 0, slewing_count: 0 };
         let step = self.parts().slew.map_or(f64::INFINITY, |slew| slew * dt);
         found.walk(&mut inverse, step);
+        found.first_step = found.drive[0] - start;
         Ok(found)
     }
 
@@ -94,14 +107,14 @@ impl Stage {
     ) -> Result<(Vec<f64>, usize), Error> {
         let difference = position - reference[0];
         let mut path = Vec::new();
+        let span = self.position_range().unwrap_or_else(|| bounds(reference));
         if let Some(seconds) = lead_in {
             let samples = lead_in_samples(seconds, dt)?;
             reserve(&mut path, reference.len().saturating_add(samples), "lead_in")?;
-            path.extend((0..samples).map(|k| reference[0] + difference * (1.0 - smooth(k, samples))));
+            path.extend(lead_in_path(reference, difference, samples, span));
             path.extend_from_slice(reference);
             return Ok((path, samples));
         }
-        let span = self.position_range().unwrap_or_else(|| bounds(reference));
         if difference.abs() > SAME_POSITION * (span.1 - span.0).abs() {
             return Err(Error::Start { position, drive, got: reference[0] });
         }
@@ -113,6 +126,16 @@ impl Stage {
 }
 
 impl Precompensated {
+    /// Whether the drive begins with a step that stands out: more than a quarter of the span of the drives, and half as much
+    /// again as any later one.
+    #[must_use]
+    pub fn begins_with_a_jump(&self) -> bool {
+        let (low, high) = bounds(&self.drive);
+        // The inverse may need a few samples to catch up; what it does then belongs to the beginning.
+        let later = self.drive.windows(2).skip(BEGINNING).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        self.first_step.abs() > (0.25 * (high - low)).max(1.5 * later)
+    }
+
     /// Turns targets into drives.
     fn walk(&mut self, inverse: &mut QuasiStaticInverse, step: f64) {
         for sample in &mut self.drive {
@@ -120,14 +143,46 @@ impl Precompensated {
             let wanted = inverse.peek(*sample);
             let allowed = wanted.max(last - step).min(last + step);
             if allowed == wanted {
-                *sample = inverse.step(*sample);
-                self.saturated_count += u64::from(inverse.saturated());
+                let target = *sample;
+                *sample = inverse.step(target);
+                // A target at the very limit is within reach but for rounding.
+                let missed =
+                    inverse.saturated() && (inverse.position() - target).abs() > ROUNDING * (1.0 + target.abs());
+                self.saturated_count += u64::from(missed);
             } else {
                 *sample = inverse.follow_drive(allowed);
                 self.slewing_count += 1;
             }
         }
     }
+}
+
+/// The way to the beginning of a reference, from rest at `difference` from there: it arrives with the velocity of the
+/// reference, so that nothing is left to catch up with.
+///
+/// First a smooth step to the beginning less half the run-up, then the run-up, a polynomial of degree five: at rest where it
+/// begins, at the velocity v and without acceleration where it ends, v T / 2 farther.
+#[expect(clippy::cast_precision_loss, reason = "no array has 2^53 samples")]
+fn lead_in_path(reference: &[f64], difference: f64, samples: usize, span: (f64, f64)) -> impl Iterator<Item = f64> {
+    let velocity = match reference {
+        // Through the first three samples; a corner there has no velocity of its own.
+        [a, b, c, ..] if (c - 2.0 * b + a).abs() <= 0.5 * (b - a).abs() => 1.5 * (b - a) - 0.5 * (c - b),
+        _ => 0.0,
+    };
+    let first = reference[0];
+    let samples_behind = 2.0 * RUN_UP * (span.1 - span.0) / velocity.abs();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    let run_up = (samples_behind as usize).min(samples / 2);
+    let behind = 0.5 * velocity * run_up as f64;
+    // At the end of the range there is no room behind.
+    let has_room = span.0 <= first - behind && first - behind <= span.1;
+    let (run_up, behind) = if has_room { (run_up, behind) } else { (0, 0.0) };
+    let step = samples - run_up;
+    (0..samples).map(move |k| {
+        let way = first + difference - (difference + behind) * smooth(k, step);
+        let t = k.saturating_sub(step) as f64 / run_up.max(1) as f64;
+        way + velocity * run_up as f64 * t * t * t * (1.0 - 0.5 * t)
+    })
 }
 
 /// The polynomial of least jerk from 0 at sample 0 to 1 at `samples`, at rest at both ends.

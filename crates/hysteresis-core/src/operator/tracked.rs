@@ -48,6 +48,20 @@ impl<O: Operator> Tracked<O> {
         Ok(())
     }
 
+    /// Takes over the inputs before, oldest first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
+    pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
+        for (index, input) in inputs.iter().enumerate() {
+            check_finite("inputs", Some(index), *input)?;
+        }
+        for input in inputs {
+            self.step(*input);
+        }
+        Ok(())
+    }
+
     /// How many inputs were not finite (or beyond 1e100) and left output and state as they were.
     pub fn rejected(&self) -> u64 {
         self.rejected

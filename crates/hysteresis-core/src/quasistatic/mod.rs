@@ -3,11 +3,13 @@
 //! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, and creep adds slow first-order lags.
 //! Each part may be missing.
 
+mod bracket;
 mod creep;
 mod forward;
 mod inverse;
 mod map;
 
+pub use bracket::{Bracket, BracketState};
 pub use creep::CreepTerms;
 pub use forward::QuasiStaticForward;
 pub use inverse::QuasiStaticInverse;
@@ -75,6 +77,12 @@ impl QuasiStatic {
     pub fn with_creep(mut self, creep: CreepTerms) -> Self {
         self.creep = Some(Arc::new(creep));
         self
+    }
+
+    /// The same without creep.
+    #[must_use]
+    pub fn without_creep(&self) -> Self {
+        Self { creep: None, ..self.clone() }
     }
 
     /// A stream from drives to positions, at rest at the input offset of the hysteresis.

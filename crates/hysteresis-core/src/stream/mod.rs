@@ -1,13 +1,11 @@
 //! Streams: a model paired with its memory, one sample at a time or in blocks, alone or many side by side.
 
 mod array;
-mod bracket;
 mod forward;
 mod inverse;
 mod segment;
 
 pub use array::{ActuatorError, StreamArray};
-pub use bracket::{Bracket, BracketState};
 pub use forward::Forward;
 pub use inverse::Inverse;
 pub(crate) use inverse::check_limits;

@@ -141,6 +141,21 @@ impl RecursiveIdentifier {
         self.last_error
     }
 
+    /// Takes over the inputs before, oldest first: operators and dynamics move, nothing is learned.
+    ///
+    /// # Errors
+    /// [`Error::Core`] for an input that is not finite; nothing is taken then.
+    pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
+        if let Some(index) = inputs.iter().position(|input| !is_admissible(*input)) {
+            let expected = "a finite number (at most 1e100 in magnitude)";
+            return Err(Error::domain("inputs", Some(index), expected, inputs[index]));
+        }
+        for input in inputs {
+            self.regressors.advance(input - self.input_offset, |_, _| {});
+        }
+        Ok(())
+    }
+
     fn learn(&mut self, u: f64, y: f64) -> Option<Frozen> {
         if !is_admissible(u) {
             return Some(Frozen::NotFinite);

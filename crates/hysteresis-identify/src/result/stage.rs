@@ -61,16 +61,24 @@ impl Identification {
             max_error: self.fit.max_error,
             parameters: self.covariance.parameters.clone(),
             covariance: self.covariance.matrix.clone(),
-            warnings: self.warnings.iter().map(warning).chain(self.left_out_dead_time()).collect(),
+            warnings: self.warnings.iter().map(warning).chain(self.left_out_warning()).collect(),
             records: Vec::new(),
         }
     }
 }
 
+/// A dead time of less than that many samples is none that a stage would miss.
+const MIN_LEFT_OUT: f64 = 0.05;
+
 impl Identification {
-    /// What a stage of records without a sampling interval lacks.
-    fn left_out_dead_time(&self) -> Option<StageWarning> {
-        let samples = self.dead_time_samples.filter(|samples| self.dead_time.is_none() && *samples != 0.0)?;
+    /// The dead time in samples that the stage lacks, as its records have no sampling interval.
+    #[must_use]
+    pub fn left_out_dead_time(&self) -> Option<f64> {
+        self.dead_time_samples.filter(|samples| self.dead_time.is_none() && samples.abs() >= MIN_LEFT_OUT)
+    }
+
+    fn left_out_warning(&self) -> Option<StageWarning> {
+        let samples = self.left_out_dead_time()?;
         Some(StageWarning {
             code: "dead_time_left_out".to_owned(),
             message: format!(

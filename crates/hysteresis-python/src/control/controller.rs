@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::controller_options::{Given, as_keywords, mode_name, unknown};
 use super::preview::Preview;
-use super::source::source;
+use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
@@ -95,7 +95,8 @@ impl HybridController {
         preview: Option<Py<Preview>>,
         options: &ControllerOptions,
     ) -> PyResult<Self> {
-        let (feedforward, source) = source(feedforward)?;
+        let (feedforward, source) = source(feedforward, options.dt)?;
+        check_interval("preview", preview.as_ref().and_then(|made| made.get().dt()), options.dt)?;
         let window = preview.as_ref().map(|made| made.get().preview.clone());
         let controller = core::HybridController::new(feedforward, window, options).map_err(raise)?;
         Ok(Self { controller, source, preview })
@@ -143,6 +144,18 @@ impl HybridController {
         };
         let options = given.over(ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
         Self::of(feedforward, preview, &options)
+    }
+
+    /// Measurements outside this range (low, high) count as missing; None without such a gate.
+    #[getter]
+    fn measurement_range(&self) -> Option<(f64, f64)> {
+        self.controller.options().measurement_range
+    }
+
+    /// Measurements farther than this from the last good one count as missing; None without such a gate.
+    #[getter]
+    fn max_measurement_step(&self) -> Option<f64> {
+        self.controller.options().max_measurement_step
     }
 
     /// The preview, or None.

@@ -10,7 +10,7 @@ use super::source::source;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
 use crate::model::object::kernel_of;
 
 #[pymethods]
@@ -38,7 +38,8 @@ impl HybridController {
     /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
     /// first moves to the last target; a change to "given" repeats the drive for one sample.
     fn set_feedforward(slf: &Bound<'_, Self>, feedforward: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let (feedforward, source) = source(feedforward)?;
+        let dt = shared(slf)?.controller.options().dt;
+        let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
         this.controller.set_feedforward(feedforward).map_err(raise)?;
         this.source = source;

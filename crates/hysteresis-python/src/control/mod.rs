@@ -12,7 +12,7 @@ pub(crate) mod preview;
 pub(crate) mod preview_window;
 pub(crate) mod reference;
 pub(crate) mod repetitive;
-mod source;
+pub(crate) mod source;
 pub(crate) mod terms;
 pub(crate) mod trajectories;
 pub(crate) mod tuning;

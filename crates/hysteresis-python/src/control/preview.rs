@@ -25,6 +25,8 @@ use crate::convert::pickling::{Reduced, keywords, reduce};
 ///     c_j, that of the newest reference first.
 /// ahead : int
 ///     How many samples the references are early: less than there are taps.
+/// dt : float, optional
+///     The sampling interval in seconds for which the window was made: a controller of another one then refuses it.
 ///
 /// Raises
 /// ------
@@ -46,22 +48,37 @@ pub(crate) struct Preview {
     pub(crate) preview: core::Preview,
     /// What it was made of, if it was made by `preview`.
     made: Option<PreviewCoefficients>,
+    /// The sampling interval for which it was made, if that is known.
+    dt: Option<f64>,
 }
 
 impl Preview {
     pub(crate) fn made(made: PreviewCoefficients) -> PyResult<Self> {
         let preview = core::Preview::new(made.coefficients(), made.ahead()).map_err(raise)?;
-        Ok(Self { preview, made: Some(made) })
+        Ok(Self { preview, dt: Some(made.dt()), made: Some(made) })
+    }
+
+    /// The sampling interval for which it was made, if that is known.
+    pub(crate) fn dt(&self) -> Option<f64> {
+        self.dt
     }
 }
 
 #[pymethods]
 impl Preview {
     #[new]
-    fn new(coefficients: &Bound<'_, PyAny>, ahead: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (coefficients, ahead, dt=None))]
+    fn new(coefficients: &Bound<'_, PyAny>, ahead: &Bound<'_, PyAny>, dt: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(dt);
         let coefficients = vector("coefficients", coefficients)?;
         let preview = core::Preview::new(coefficients.as_slice()?, whole("ahead", ahead)?);
-        Ok(Self { preview: preview.map_err(raise)?, made: None })
+        Ok(Self { preview: preview.map_err(raise)?, made: None, dt })
+    }
+
+    /// The sampling interval in seconds for which it was made, or None: a controller of another one refuses it.
+    #[getter(dt)]
+    fn sampling_interval(&self) -> Option<f64> {
+        self.dt
     }
 
     /// The coefficients c_j, read-only.
@@ -87,7 +104,7 @@ impl Preview {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead()), keywords!(py), None)
+        reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead(), self.dt), keywords!(py), None)
     }
 
     fn __repr__(&self) -> String {

@@ -3,6 +3,7 @@
 //! What an argument is refused for is a ValueError or TypeError whose message begins with the name of the argument, and
 //! whose attribute `parameter` is that name.
 
+use std::ffi::CString;
 use std::fmt::{self, Display};
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
 use hysteresis_simulate::plant;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -77,6 +78,11 @@ pub(crate) fn unexpected<'a>(place: impl Into<Place<'a>>, expected: impl Display
 /// An object or array that a call uses which has not returned: of another thread, or of a function that this call calls.
 pub(crate) fn in_use(what: impl Display) -> PyErr {
     PyRuntimeError::new_err(format!("{what} is in use by a call that has not returned"))
+}
+
+/// A UserWarning, which shows the line that calls.
+pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)
 }
 
 /// What the crates refuse.

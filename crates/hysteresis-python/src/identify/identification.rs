@@ -15,7 +15,7 @@ use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics;
 use crate::convert::arrays::{read_only, vector};
-use crate::convert::errors::{self, raise, record};
+use crate::convert::errors::{self, raise, record, warn};
 use crate::convert::pickling::result_methods;
 use crate::model::object::object;
 use crate::stage::object::Stage;
@@ -52,7 +52,10 @@ result_methods!(Identification {
     ///
     /// A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
     #[getter]
-    fn stage(&self) -> PyResult<Stage> {
+    fn stage(&self, py: Python<'_>) -> PyResult<Stage> {
+        if let Some(samples) = self.found.left_out_dead_time() {
+            warn(py, &format!("dead_time: {samples:.3} samples are not part of the stage: identify with dt"))?;
+        }
         self.found.stage().map(Stage).map_err(raise)
     }
 

@@ -9,6 +9,7 @@ use pythonize::{depythonize, pythonize};
 use super::options::setting;
 use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::exclusive;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -105,6 +106,12 @@ impl RecursiveIdentifier {
     /// same.
     fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.0.update(u, y))
+    }
+
+    /// Takes over the drives before, oldest first: operators and dynamics move, nothing is learned.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.0.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// The model as of the last sample: the given one with other weights and output offset.

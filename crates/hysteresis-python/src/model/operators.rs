@@ -5,6 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::convert::arguments::numbers;
+use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::exclusive;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -58,6 +59,12 @@ process_methods!(Play, 0 {
     #[getter]
     fn r(&self) -> f64 {
         self.0.operator().r()
+    }
+
+    /// Takes over the inputs before, oldest first.
+    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+        let inputs = vector("inputs", inputs)?;
+        exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
 
     /// The last output z: the whole memory. Set it to continue from there.
@@ -120,6 +127,12 @@ process_methods!(CoupledPlay, 0 {
     #[getter]
     fn rc(&self) -> f64 {
         self.0.operator().rc()
+    }
+
+    /// Takes over the inputs before, oldest first.
+    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+        let inputs = vector("inputs", inputs)?;
+        exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
 
     /// The last output z: the whole memory. Set it to continue from there.

@@ -156,6 +156,12 @@ impl Plant {
         Ok((measured, position))
     }
 
+    /// Takes over what was driven before, oldest drive first, one per sampling interval.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.plant.follow(drives.as_slice()?).map_err(raise)
+    }
+
     /// Back to the start, at rest: the same drives give the same measurements again, noise included.
     fn reset(&mut self) {
         self.plant.reset();

@@ -11,6 +11,7 @@ use super::run::Run;
 use crate::control::controller::HybridController;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
+use crate::control::source::check_interval;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
@@ -135,12 +136,11 @@ impl Around<'_> {
         plant: &Bound<'_, Plant>,
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<Run> {
-        let (expected, got) = (shared(plant)?.plant.dt(), controller.options().dt);
-        // Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
-        if (got / expected - 1.0).abs() > 1e-9 {
-            let expected = format!("the sampling interval of the plant, {expected:?} s");
-            return Err(errors::value("controller", format_args!("expected {expected}, got {got:?} s")));
-        }
+        let dt = shared(plant)?.plant.dt();
+        check_interval("controller", Some(controller.options().dt), dt)?;
+        check_interval("observer", self.observer.as_ref().map(|observer| observer.observer.dt()), dt)?;
+        check_interval("repetitive", self.repetitive.as_ref().map(|repetitive| repetitive.control.dt()), dt)?;
+        check_limits(controller.options().limits, shared(plant)?.plant.limits())?;
         if self.repetitive.is_some() && self.target.is_none() && controller.preview().is_some() {
             return Err(errors::value("target", "expected one where repetitive corrects a preview, got None"));
         }
@@ -166,6 +166,17 @@ impl Around<'_> {
             Ok(())
         };
         tracking.run_with(task, &mut exclusive(plant)?.plant, adapt, watch).map(Run)
+    }
+}
+
+/// Limits of the controller beyond those of the plant would wind up what the plant never gets.
+fn check_limits(got: (f64, f64), plant: Option<(f64, f64)>) -> PyResult<()> {
+    match plant {
+        Some((low, high)) if got.0 < low || got.1 > high => {
+            let expected = format!("limits within those of the plant, ({low:?}, {high:?})");
+            Err(errors::value("controller", format_args!("expected {expected}, got {got:?}")))
+        }
+        _ => Ok(()),
     }
 }
 

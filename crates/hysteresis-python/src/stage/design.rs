@@ -25,14 +25,10 @@ use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
 
-/// How many samples a preview looks ahead of the dead time, unless told.
-const AHEAD: f64 = 4.0;
-
 impl Stage {
     /// How many samples a preview of this stage looks ahead, unless told.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
-    fn ahead(&self, dt: f64) -> usize {
-        (AHEAD + self.0.parts().dead_time / dt).ceil() as usize
+    fn ahead(&self, dt: f64) -> PyResult<usize> {
+        self.0.preview_ahead(dt).map_err(raise)
     }
 
     fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
@@ -48,9 +44,13 @@ impl Stage {
         gains: (Option<f64>, Option<f64>),
         ahead: Option<usize>,
     ) -> PyResult<HybridController> {
+        if ahead.is_some() && feedforward != "preview" {
+            return Err(errors::value("ahead", "expected None without feedforward=\"preview\""));
+        }
         let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
-        options.kp = gains.0.unwrap_or(options.kp);
-        options.ki = gains.1.unwrap_or(options.ki);
+        if let Some((kp, ki)) = both(gains)? {
+            (options.kp, options.ki) = (kp, ki);
+        }
         let source = match feedforward {
             "inverse" | "preview" => {
                 let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
@@ -64,7 +64,7 @@ impl Stage {
         };
         let preview = match feedforward {
             "preview" => {
-                let options = PreviewOptions::new(ahead.unwrap_or_else(|| self.ahead(dt)));
+                let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
                 Some(Py::new(py, self.made_preview(dt, &options)?)?)
             }
             _ => None,
@@ -79,11 +79,21 @@ impl Stage {
 
     /// Gains that were given, or tuned ones.
     fn gains(&self, dt: f64, kp: Option<f64>, ki: Option<f64>) -> PyResult<(f64, f64)> {
-        if let (Some(kp), Some(ki)) = (kp, ki) {
-            return Ok((kp, ki));
+        if let Some(given) = both((kp, ki))? {
+            return Ok(given);
         }
         let tuned = self.0.tune(dt, PEAK_SENSITIVITY).map_err(raise)?;
-        Ok((kp.unwrap_or(tuned.kp), ki.unwrap_or(tuned.ki)))
+        Ok((tuned.kp, tuned.ki))
+    }
+}
+
+/// Gains are found together: one of them beside a tuned other one may make the loop unstable.
+fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
+    match gains {
+        (Some(kp), Some(ki)) => Ok(Some((kp, ki))),
+        (None, None) => Ok(None),
+        (Some(kp), None) => Err(errors::value("ki", format_args!("expected a number beside kp = {kp:?}, got None"))),
+        (None, Some(ki)) => Err(errors::value("kp", format_args!("expected a number beside ki = {ki:?}, got None"))),
     }
 }
 
@@ -112,7 +122,7 @@ impl Stage {
     ) -> PyResult<Preview> {
         numbers!(dt);
         let options = PreviewOptions {
-            ahead: ahead.map_or_else(|| Ok(self.ahead(dt)), |ahead| samples("ahead", ahead))?,
+            ahead: ahead.map_or_else(|| self.ahead(dt), |ahead| samples("ahead", ahead))?,
             window: window.map(|window| samples("window", window)).transpose()?,
             degree: degree.map(|degree| samples("degree", degree)).transpose()?,
             band: None,
@@ -132,9 +142,10 @@ impl Stage {
     ///     The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples early,
     ///     through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
     /// kp, ki : float, optional
-    ///     Gains in V/um and V/um/s instead of tuned ones.
+    ///     Gains in V/um and V/um/s instead of tuned ones, both or none.
     /// ahead : int, optional
-    ///     How many samples early references come, for "preview"; by default 4 more than the dead time.
+    ///     How many samples early references come, for "preview"; by default as many as
+    ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
     ///
     /// Examples
     /// --------

@@ -1,14 +1,11 @@
 //! The drive for a reference.
 
-use std::ffi::CString;
-
 use hysteresis_control::stage::{PrecompensateOptions, Precompensated, Stage};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
 use crate::control::reference::samples;
 use crate::convert::arguments::{Given, pair};
-use crate::convert::errors::raise;
+use crate::convert::errors::{raise, warn};
 
 /// The keywords of `precompensate`, as they came.
 #[derive(FromPyObject)]
@@ -34,10 +31,6 @@ pub(crate) fn checked_limits(stage: &Stage, given: Option<&Bound<'_, PyAny>>) ->
     Ok(Some(limits))
 }
 
-fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)
-}
-
 /// The drives for a reference, samples or a trajectory; warns of drives that were held back.
 pub(crate) fn precompensate(
     stage: &Stage,
@@ -53,7 +46,17 @@ pub(crate) fn precompensate(
     let reference_samples = samples("reference", reference, dt)?;
     let py = reference.py();
     let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
-    for (count, what) in [(found.saturated_count, "the limits"), (found.slewing_count, "the slew rate")] {
+    if found.begins_with_a_jump() {
+        let (step, unit) = (found.first_step, &stage.parts().units.drive);
+        warn(
+            py,
+            &format!("reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give lead_in"),
+        )?;
+    }
+    let limits = stage.limits(options.limits).map_err(raise)?.map_or(String::new(), |limits| format!(" {limits:?}"));
+    for (count, what) in
+        [(found.saturated_count, format!("the limits{limits}")), (found.slewing_count, "the slew rate".into())]
+    {
         if count > 0 {
             warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
         }

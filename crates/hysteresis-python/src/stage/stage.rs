@@ -16,7 +16,7 @@ use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::numbers;
-use crate::convert::errors::{raise, wrong_type};
+use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
@@ -165,17 +165,15 @@ impl Stage {
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
-    /// How uncertain the output of the hysteresis is when its history between the limits is unknown.
+    /// How uncertain the position is when the history between the limits is unknown, without creep and dynamics.
     #[pyo3(signature = (limits=None))]
-    fn bracket(&self, py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
-        let limits = checked_limits(&self.0, limits)?;
-        let limits = self
-            .0
-            .limits(limits)
-            .map_err(raise)?
-            .ok_or_else(|| wrong_type("limits", "expected (low, high), got None"))?;
-        let model = Bound::new(py, self.hysteresis())?;
-        Bracket::of(model.as_any(), self.0.model(), limits)
+    fn bracket(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
+        let stage = &slf.get().0;
+        let limits = checked_limits(stage, limits)?;
+        if stage.limits(limits).map_err(raise)?.is_none() {
+            return Err(wrong_type("limits", "expected (low, high), got None"));
+        }
+        Ok(Bracket::made(slf.as_any(), stage.bracket(limits).map_err(raise)?))
     }
 
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
@@ -250,6 +248,7 @@ impl Stage {
         };
         let stage = slf.get_type().call((hysteresis,), Some(&keywords))?;
         let identified = slf.get().0.parts().identified.clone();
+        check_lag(&slf.get().0, changes)?;
         let made = stage.cast::<Self>()?.get().0.parts().clone();
         let made = stage::Stage::new(StageParts { identified, ..made }).map_err(raise)?;
         Ok(Bound::new(slf.py(), Self(made))?.into_any())
@@ -290,6 +289,21 @@ impl Stage {
         let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
         reduce(make, (self.0.to_json(),), keywords!(py), None)
     }
+}
+
+/// A dead time that was identified without dynamics holds their lag: dynamics that are added would count it twice.
+fn check_lag(stage: &stage::Stage, changes: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    let (parts, Some(changes)) = (stage.parts(), changes) else { return Ok(()) };
+    let lumped = parts.identified.is_some() && parts.dynamics.order() == 0 && parts.dead_time != 0.0;
+    let adds = |name| Ok::<_, PyErr>(changes.get_item(name)?.is_some_and(|part| !part.is_none()));
+    if lumped && adds("dynamics")? && !changes.contains("dead_time")? {
+        let dead_time = parts.dead_time;
+        let expected = format!(
+            "dead_time beside it: the {dead_time:.3e} s of this stage were identified without dynamics and hold their lag"
+        );
+        return Err(errors::value("dynamics", format_args!("expected {expected}; give what is left of it")));
+    }
+    Ok(())
 }
 
 /// The keywords of the constructor.

@@ -112,6 +112,12 @@ stage_stream!(StageForward {
         Ok(exclusive(slf)?.stream.advance(drive))
     }
 
+    /// How many drives lay beyond the limits of the stage and were clamped.
+    #[getter]
+    fn clamped(&self) -> u64 {
+        self.stream.clamped()
+    }
+
     /// The last position.
     #[getter]
     fn position(&self) -> f64 {

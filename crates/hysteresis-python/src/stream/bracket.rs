@@ -11,11 +11,12 @@ use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
-/// How uncertain the output of the hysteresis is when its history is unknown: made by `model.bracket(limits)` or
+/// How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or
 /// `stage.bracket()`.
 ///
 /// Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
-/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more.
+/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a stage
+/// are part of it, its creep and dynamics are not.
 ///
 /// Examples
 /// --------
@@ -28,14 +29,19 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct Bracket {
     bracket: core::Bracket,
-    model: Py<PyAny>,
+    /// The model or stage that made it.
+    made_of: Py<PyAny>,
 }
 
 impl Bracket {
     /// The bracket of `model`, whose kernel it is.
     pub(crate) fn of(model: &Bound<'_, PyAny>, kernel: &CompiledModel, limits: (f64, f64)) -> PyResult<Self> {
-        let bracket = core::Bracket::new(kernel, limits).map_err(raise)?;
-        Ok(Self { bracket, model: model.clone().unbind() })
+        Ok(Self::made(model, core::Bracket::new(kernel, limits).map_err(raise)?))
+    }
+
+    /// A bracket that `made_of` has made.
+    pub(crate) fn made(made_of: &Bound<'_, PyAny>, bracket: core::Bracket) -> Self {
+        Self { bracket, made_of: made_of.clone().unbind() }
     }
 }
 
@@ -94,7 +100,7 @@ impl Bracket {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let make = this.model.bind(py).getattr(intern!(py, "bracket"))?;
+        let make = this.made_of.bind(py).getattr(intern!(py, "bracket"))?;
         reduce(make, (this.limits(),), keywords!(py), Some(this.state(py)?))
     }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use hysteresis_core::{self as core, StreamArray};
-use numpy::ndarray::{Array2, Dimension};
+use hysteresis_core::{self as core, ActuatorError, StreamArray};
+use numpy::ndarray::{Array2, Dimension, Ix2};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
 };
@@ -105,26 +105,27 @@ impl MadeOf {
 
 /// One sample for each of M actuators.
 fn one_each<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    columns(input, actuators, format_args!("an array of shape ({actuators},)"))
+    columns("input", input, actuators, format_args!("an array of shape ({actuators},)"))
 }
 
 /// Rows of one sample for each of M actuators.
 fn rows<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonlyArray2<'py, f64>> {
-    columns(input, actuators, format_args!("an array of shape (samples, {actuators})"))
+    columns("input", input, actuators, format_args!("an array of shape (samples, {actuators})"))
 }
 
 /// Samples of as many dimensions as D has, the last of which counts M actuators.
 fn columns<'py, D: Dimension>(
+    name: &str,
     input: &Bound<'py, PyAny>,
     actuators: usize,
     expected: fmt::Arguments<'_>,
 ) -> PyResult<PyReadonlyArray<'py, f64, D>> {
-    let samples = array::<D>("input", input, expected)?;
+    let samples = array::<D>(name, input, expected)?;
     if samples.shape().last() == Some(&actuators) {
         Ok(samples)
     } else {
         let shape = samples.getattr(intern!(input.py(), "shape"))?;
-        Err(errors::value("input", format_args!("expected {expected}, got shape {shape}")))
+        Err(errors::value(name, format_args!("expected {expected}, got shape {shape}")))
     }
 }
 
@@ -200,6 +201,19 @@ macro_rules! stream_array_methods {
                 apply(samples, out, |block| {
                     block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0))
                 })
+            }
+
+            /// Takes over rows of drives that were put out before, oldest row first.
+            fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+                let mut restored = shared(slf)?.stream.clone();
+                let rows = columns::<Ix2>("drives", drives, restored.len(), format_args!("an array of shape (samples, {})", restored.len()))?;
+                let rows = rows.as_array();
+                for (actuator, stream) in restored.streams_mut().iter_mut().enumerate() {
+                    let drives = rows.column(actuator).to_vec();
+                    stream.follow(&drives).map_err(|error| raise(ActuatorError { actuator, error }))?;
+                }
+                exclusive(slf)?.stream = restored;
+                Ok(())
             }
 
             /// Every actuator back to rest.

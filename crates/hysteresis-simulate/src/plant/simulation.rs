@@ -159,6 +159,21 @@ impl Plant {
         self.measured
     }
 
+    /// Takes over what was driven before, oldest drive first, one per sampling interval.
+    ///
+    /// # Errors
+    /// [`CoreError::Domain`] for a drive that is not finite; nothing is taken then.
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), CoreError> {
+        if let Some(index) = drives.iter().position(|drive| !is_admissible(*drive)) {
+            let (expected, got) = (Bound::Finite, drives[index]);
+            return Err(CoreError::Domain { parameter: "drives", index: Some(index), expected, got });
+        }
+        for drive in drives {
+            self.step(*drive);
+        }
+        Ok(())
+    }
+
     /// Takes a block of drives and writes the rows of a record: measurement and position at t_k, the moment at which drive k
     /// is put out. Modes have not answered to it yet; a plant without modes and dead time shows it at once. Afterwards the
     /// plant is where repeated [`step`](Self::step) leaves it.

@@ -28,10 +28,20 @@ fn own(value: &Bound<'_, PyAny>) -> Option<LinearDynamics> {
 /// Matrices or polynomials of another package (scipy.signal, control), in continuous time, if it has any.
 fn foreign(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<LinearDynamics>> {
     let py = value.py();
+    let dt = value.getattr_opt("dt")?.filter(|dt| !dt.is_none()).map(|dt| dt.extract::<f64>()).transpose()?;
+    if let Some(dt) = dt.filter(|dt| *dt != 0.0) {
+        let got = format!("dynamics that are sampled every {dt} s");
+        return Err(errors::value(name, format_args!("expected dynamics in continuous time, got {got}")));
+    }
     let flat = |attribute: &str| value.getattr(attribute)?.call_method0("ravel");
     let matrices = ["A", "B", "C", "D"];
     let made = if matrices.iter().all(|matrix| value.hasattr(*matrix).unwrap_or(false)) {
         let d = py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "ravel"), (value.getattr("D")?,))?;
+        if d.len()? != 1 {
+            let shape = value.getattr("D")?.getattr("shape")?;
+            let got = format!("dynamics whose D has the shape {shape}");
+            return Err(errors::value(name, format_args!("expected one input and one output, got {got}")));
+        }
         let arguments = (value.getattr("A")?, flat("B")?, flat("C")?, d.get_item(0)?);
         py.get_type::<StateSpace>().call1(arguments)?
     } else if value.hasattr("num")? && value.hasattr("den")? {
@@ -44,13 +54,6 @@ fn foreign(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<LinearDynami
     } else {
         return Ok(None);
     };
-    let dt = value.getattr_opt("dt")?.filter(|dt| !dt.is_none()).map(|dt| dt.extract::<f64>()).transpose()?;
-    if let Some(dt) = dt.filter(|dt| *dt != 0.0) {
-        return Err(errors::value(
-            name,
-            format_args!("expected dynamics in continuous time, got a sampling of {dt} s"),
-        ));
-    }
     Ok(own(&made))
 }
 

@@ -1,14 +1,16 @@
-use super::{Forward, StreamState, check_limits};
+use super::{QuasiStatic, QuasiStaticForward, QuasiStaticState};
 use crate::engine::CompiledModel;
 use crate::error::{Bound, Error, check_within_limits};
 use crate::process::Process;
+use crate::stream::check_limits;
 
 /// Where the output must lie when the history of the input is unknown: two streams that bracket the truth.
 ///
 /// With no negative weight every operator, and so the output, grows with its state. The stream that has come down from
 /// the upper limit is nowhere below the truth, the one that has come up from the lower limit nowhere above it, whatever
 /// the input did between the limits before. The width shrinks as the motion wipes history out. It is zero after a full
-/// stroke, unless thresholds are so large that no stroke between the limits wipes them out.
+/// stroke, unless thresholds are so large that no stroke between the limits wipes them out. Strictly monotone maps in front of
+/// and behind the hysteresis keep all that; creep is left out.
 ///
 /// ```
 /// use hysteresis_core::{Bracket, CompiledModel, Offsets, PrandtlIshlinskii};
@@ -22,8 +24,10 @@ use crate::process::Process;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Bracket {
-    low: Forward,
-    high: Forward,
+    /// Came from the lower limit.
+    from_low: QuasiStaticForward,
+    /// Came from the upper limit.
+    from_high: QuasiStaticForward,
     limits: (f64, f64),
 }
 
@@ -32,9 +36,9 @@ pub struct Bracket {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct BracketState {
     /// The stream that came up from the lower limit.
-    pub low: StreamState,
+    pub from_low: QuasiStaticState,
     /// The stream that came down from the upper limit.
-    pub high: StreamState,
+    pub from_high: QuasiStaticState,
 }
 
 impl Bracket {
@@ -43,11 +47,20 @@ impl Bracket {
     /// # Errors
     /// [`Error::Domain`] for a negative weight, or unless the limits are finite and low < high.
     pub fn new(model: &CompiledModel, limits: (f64, f64)) -> Result<Self, Error> {
-        if let Some(got) = model.negative_weight() {
+        Self::of_stage(&QuasiStatic::new(model), limits)
+    }
+
+    /// The same of a hysteresis between maps, whose creep is left out.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn of_stage(stage: &QuasiStatic, limits: (f64, f64)) -> Result<Self, Error> {
+        if let Some(got) = stage.hysteresis().negative_weight() {
             return Err(Error::Domain { parameter: "weights", index: None, expected: Bound::NonNegative, got });
         }
         let limits = check_limits(Some(limits))?;
-        let mut bracket = Self { low: Forward::new(model), high: Forward::new(model), limits };
+        let stream = stage.without_creep().forward();
+        let mut bracket = Self { from_low: stream.clone(), from_high: stream, limits };
         bracket.reset();
         Ok(bracket)
     }
@@ -58,7 +71,7 @@ impl Bracket {
     pub fn step(&mut self, input: f64) -> (f64, f64) {
         let within = input.max(self.limits.0).min(self.limits.1);
         let input = if input.is_nan() { input } else { within };
-        (self.low.step(input), self.high.step(input))
+        sorted(self.from_low.step(input), self.from_high.step(input))
     }
 
     /// Takes over what was driven before, oldest input first.
@@ -67,20 +80,21 @@ impl Bracket {
     /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
     pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
         check_within_limits("inputs", inputs, self.limits)?;
-        self.low.follow(inputs)?;
-        self.high.follow(inputs)
+        self.from_low.follow(inputs)?;
+        self.from_high.follow(inputs)
     }
 
     /// The lowest and the highest output that there can be now.
     #[must_use]
     pub fn outputs(&self) -> (f64, f64) {
-        (self.low.output(), self.high.output())
+        sorted(self.from_low.output(), self.from_high.output())
     }
 
     /// How uncertain the output is: the highest minus the lowest.
     #[must_use]
     pub fn width(&self) -> f64 {
-        self.high.output() - self.low.output()
+        let (low, high) = self.outputs();
+        high - low
     }
 
     /// The limits (low, high) between which the unknown history lies.
@@ -91,27 +105,33 @@ impl Bracket {
 
     /// Nothing is known of the history.
     pub fn reset(&mut self) {
-        self.low.reset();
-        self.high.reset();
-        self.low.step(self.limits.0);
-        self.high.step(self.limits.1);
+        self.from_low.reset();
+        self.from_high.reset();
+        self.from_low.step(self.limits.0);
+        self.from_high.step(self.limits.1);
     }
 
     /// Everything that the bracket remembers. Allocates.
     #[must_use]
     pub fn state(&self) -> BracketState {
-        BracketState { low: self.low.state(), high: self.high.state() }
+        BracketState { from_low: self.from_low.state(), from_high: self.from_high.state() }
     }
 
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// As [`Forward::set_state`]; the bracket is as before then.
+    /// As [`QuasiStaticForward::set_state`]; the bracket is as before then.
     pub fn set_state(&mut self, state: &BracketState) -> Result<(), Error> {
-        let mut low = self.low.clone();
-        low.set_state(&state.low)?;
-        self.high.set_state(&state.high)?;
-        self.low = low;
+        let mut from_low = self.from_low.clone();
+        from_low.set_state(&state.from_low)?;
+        self.from_high.set_state(&state.from_high)?;
+        self.from_low = from_low;
         Ok(())
     }
+}
+
+/// Maps that fall turn the two round.
+#[inline]
+fn sorted(one: f64, other: f64) -> (f64, f64) {
+    if one <= other { (one, other) } else { (other, one) }
 }

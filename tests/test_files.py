@@ -1,0 +1,89 @@
+"""Files of models and stages: written whole or not at all, and only where a file may be."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import mpi_hyst as mh
+import pytest
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="permissions, links and pipes")
+
+SAVES: list[Callable[[Path], None]] = [
+    mh.paper.table_1().save,
+    mh.Stage(mh.paper.table_1()).save,
+    mh.ActuatorArray([mh.paper.table_1()]).save,
+]
+
+
+@pytest.mark.parametrize("save", SAVES)
+def test_a_replaced_file_keeps_its_permissions(
+    tmp_path: Path, save: Callable[[Path], None]
+) -> None:
+    path = tmp_path / "stage.json"
+    path.write_text("old")
+    path.chmod(0o600)
+    save(path)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert path.read_text() != "old" and [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("save", SAVES)
+def test_what_is_no_regular_file_stays_what_it_is(
+    tmp_path: Path, save: Callable[[Path], None]
+) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="pipe: is not a regular file"):
+        save(pipe)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    target, link = tmp_path / "target.json", tmp_path / "link.json"
+    target.write_text("old")
+    link.symlink_to(target)
+    mh.paper.table_1().save(link)
+    assert link.is_symlink() and mh.load(target) == mh.paper.table_1()
+
+
+def test_a_full_disk_leaves_the_old_file_and_nothing_new(tmp_path: Path) -> None:
+    path = tmp_path / "stage.json"
+    mh.paper.table_1().save(path)
+    old = path.read_bytes()
+    code = """
+import resource, signal, sys
+import mpi_hyst as mh
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+try:
+    mh.paper.table_2().save(sys.argv[1])
+except OSError as error:
+    sys.exit(0 if error.filename == sys.argv[1] else 1)
+sys.exit(2)
+"""
+    assert subprocess.run([sys.executable, "-c", code, str(path)], check=False).returncode == 0
+    assert path.read_bytes() == old and [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
+def test_no_name_of_a_copy_can_be_foreseen(tmp_path: Path) -> None:
+    # A link planted where a predictable copy would be is not written through.
+    code = "import os, sys, mpi_hyst as mh; print(os.getpid(), flush=True); input(); "
+    code += "mh.paper.table_1().save(sys.argv[1])"
+    path, victim = tmp_path / "stage.json", tmp_path / "victim"
+    victim.write_text("untouched")
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as running:
+        assert running.stdout is not None
+        (tmp_path / f"stage.json.{running.stdout.readline().strip()}.tmp").symlink_to(victim)
+        running.communicate("\n", timeout=60)
+    assert running.returncode == 0 and victim.read_text() == "untouched"
