@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::riccati::riccati;
 use crate::linear::{Error, LinearDynamics, check_finite, check_positive};
 
-/// How many samples beyond the dead time the end of a reference matters: of what lies so far ahead 1e-6 is left.
+/// For how many samples a reference goes on beyond its end: of what lies farther ahead 1e-6 is left.
 const LOOK_AHEAD: usize = 16;
 
 /// What a second difference of the input costs, relative to an error of the position.
@@ -123,7 +123,7 @@ impl DynamicsInverse {
         let Some(first) = reference.first() else { return Ok(Vec::new()) };
         let start = start.unwrap_or(*first);
         check_finite("start", &[start]).map_err(|error| error.renamed("start", start))?;
-        let (beyond, last) = self.beyond(reference);
+        let (beyond, last) = beyond(reference);
         let mut inputs = Vec::new();
         #[expect(clippy::cast_precision_loss, reason = "only shown")]
         inputs.try_reserve_exact(reference.len() + beyond.len()).map_err(|_| {
@@ -137,23 +137,6 @@ impl DynamicsInverse {
         inputs.truncate(reference.len());
         self.drive(start - last, last, &mut inputs);
         Ok(inputs)
-    }
-
-    /// How a reference goes on, and where that ends.
-    fn beyond(&self, reference: &[f64]) -> (Vec<f64>, f64) {
-        let end = reference.last().copied().unwrap_or(0.0);
-        let [.., a, b, c] = *reference else { return (Vec::new(), end) };
-        let (mut velocity, acceleration) = (c - b, c - 2.0 * b + a);
-        if acceleration.abs() > 0.5 * velocity.abs() {
-            return (Vec::new(), end);
-        }
-        let mut last = end;
-        let beyond = (0..LOOK_AHEAD + self.whole).map(|_| {
-            velocity += acceleration;
-            last += velocity;
-            last
-        });
-        (beyond.collect(), last)
     }
 
     /// From the end to the start: what each choice must add for the references to come. Where nothing comes any more, the
@@ -186,6 +169,25 @@ impl DynamicsInverse {
             *drive = (s[n] + last) / self.gain;
         }
     }
+}
+
+/// How a reference goes on, and where that ends.
+fn beyond(reference: &[f64]) -> (Vec<f64>, f64) {
+    let end = reference.last().copied().unwrap_or(0.0);
+    let [.., a, b, c] = *reference else { return (Vec::new(), end) };
+    let (mut velocity, acceleration) = (c - b, c - 2.0 * b + a);
+    if acceleration.abs() > 0.5 * velocity.abs() {
+        return (Vec::new(), end);
+    }
+    let mut last = end;
+    let beyond: Vec<f64> = (0..LOOK_AHEAD)
+        .map(|_| {
+            velocity += acceleration;
+            last += velocity;
+            last
+        })
+        .collect();
+    (beyond, last)
 }
 
 impl Model {
