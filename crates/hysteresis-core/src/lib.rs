@@ -3,7 +3,7 @@
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, "Modeling and Tracking Control for Piezoelectric Actuator Based on a New
 //! Asymmetric Hysteresis Model", IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017. Equation and table numbers are those
-//! of the paper; its misprints are corrected as listed in the project's README.
+//! of the paper; its misprints are corrected as listed in docs/paper.md.
 //!
 //! Parameters are immutable and shared, state is a separate plain value, and a stream pairs the two. Everything that
 //! can fail fails at construction: [`Process::step`] and [`Process::peek`] never allocate, lock, panic, log or read a

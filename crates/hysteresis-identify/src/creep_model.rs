@@ -126,6 +126,16 @@ fn terms_of(start: f64, end: f64) -> usize {
     (2.0 * (end / start).log10()).ceil().max(1.0) as usize
 }
 
+/// An error of time constants that came as the option `creep`.
+fn as_creep(error: hysteresis_core::Error) -> Error {
+    match error {
+        hysteresis_core::Error::Domain { index, got, .. } => {
+            Error::domain("creep", index, "time constants in seconds, finite, above 0 and strictly increasing", got)
+        }
+        other => other.into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,15 +176,5 @@ mod tests {
         assert!(message(&[1.0, 0.5]).starts_with("creep[1]: expected time constants in seconds"));
         assert!(message(&[1.0; 13]).starts_with("creep: expected at most 12"));
         assert!(message(&[-1.0]).starts_with("creep[0]"));
-    }
-}
-
-/// An error of time constants that came as the option `creep`.
-fn as_creep(error: hysteresis_core::Error) -> Error {
-    match error {
-        hysteresis_core::Error::Domain { index, got, .. } => {
-            Error::domain("creep", index, "time constants in seconds, finite, above 0 and strictly increasing", got)
-        }
-        other => other.into(),
     }
 }

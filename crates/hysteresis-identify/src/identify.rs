@@ -56,7 +56,7 @@ use crate::result::standard_errors::StandardErrors;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Domain`] for bad thresholds, offset or delay,
+/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Core`] for bad thresholds, offset or delay,
 /// [`Error::Core`] for bad ratios, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights,
 /// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said to stop and discard.
 pub fn identify(

@@ -16,6 +16,10 @@ use crate::record::Record;
 /// that white noise feigns somewhere among N / 2 frequencies takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
 
+/// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
+/// for: two standard deviations.
+const SAME_EVIDENCE: f64 = 4.0;
+
 /// The fit, and how it was found.
 pub(crate) struct Found {
     pub(crate) fit: JointFit,
@@ -125,14 +129,14 @@ impl JointSearch<'_> {
         }
         monitor.begin(Span { from: 0.9, to: 0.95 });
         let without = self.problem.without_dynamics(fit, monitor)?;
-        let evidence = evidence(&without);
+        let beside = |damped: &JointFit| evidence(damped) - evidence(&without);
         let best = match damped(monitor)? {
-            Some(damped) if damped.fit.objective < without.fit.objective => damped,
+            Some(damped) if beside(&damped) < SAME_EVIDENCE => damped,
             // Of first order, a lag has as many parameters as a dead time.
-            None if evidence > 0.0 && fit.dead_time_samples() == 0.0 => return Ok(None),
-            _ => without,
+            None if evidence(&without) > 0.0 && fit.dead_time_samples() == 0.0 => return Ok(None),
+            _ => return Ok(Some(Simple { evidence: evidence(&without), fit: without })),
         };
-        Ok(Some(Simple { evidence, fit: best }))
+        Ok(Some(Simple { evidence: evidence(&without), fit: best }))
     }
 
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.

@@ -56,7 +56,7 @@ impl<'a> Record<'a> {
     /// The same record with a sampling interval of its own, in seconds; the others have that of the options.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless it is finite and above 0.
+    /// [`Error::Core`] unless it is finite and above 0.
     pub fn sampled_every(self, dt: f64) -> Result<Self, Error> {
         check_interval(dt)?;
         Ok(Self { dt: Some(dt), ..self })

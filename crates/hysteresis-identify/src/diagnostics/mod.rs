@@ -40,7 +40,7 @@ use survey::Survey;
 ///
 /// # Errors
 /// [`Error::NoRecords`], [`Error::NoInterval`] if some records have a sampling interval and others not, and
-/// [`Error::Domain`] for a dead time that is negative or not below the length of every record.
+/// [`Error::Core`] for a dead time that is negative or not below the length of every record.
 pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result<Vec<Finding>, Error> {
     let Some(first) = records.first() else {
         return Err(Error::NoRecords);

@@ -113,7 +113,7 @@ impl DynamicsIdentification {
 /// ```
 ///
 /// # Errors
-/// [`Error::Domain`] for a bad sampling interval, dead time or creep, [`Error::Record`] if the model's output does not vary,
+/// [`Error::Core`] for a bad sampling interval, dead time or creep, [`Error::Record`] if the model's output does not vary,
 /// [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns, [`Error::Interrupted`] when `proceed` said
 /// so.
 pub fn identify_dynamics(

@@ -25,7 +25,7 @@ pub(crate) struct Intervals {
 impl Intervals {
     /// # Errors
     /// [`Error::NoInterval`] if some intervals are known and others not, or one is needed and not known;
-    /// [`Error::Domain`] for a dead time that is given and longer than a record.
+    /// [`Error::Core`] for a dead time that is given and longer than a record.
     pub(crate) fn of(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let all: Vec<Option<f64>> = records.iter().map(|record| record.dt().or(options.dt)).collect();
         let are_seconds = all.iter().any(Option::is_some);

@@ -53,7 +53,7 @@ pub(crate) struct Space {
 
 impl Space {
     /// # Errors
-    /// As [`Intervals::of`], and [`Error::Domain`] for creep that the records cannot tell.
+    /// As [`Intervals::of`], and [`Error::Core`] for creep that the records cannot tell.
     pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let intervals = Intervals::of(records, options)?;
         let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;

@@ -91,7 +91,7 @@ impl RecursiveIdentifier {
     /// An identifier of the weights of `model`, which must be invertible, at rest.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an option outside its domain, [`Error::Core`] for a model that may not be invertible.
+    /// [`Error::Core`] for an option outside its domain or a model that may not be invertible.
     pub fn new(model: &Model, options: &RecursiveOptions) -> Result<Self, Error> {
         options.check()?;
         let offsets = match model {

@@ -58,7 +58,7 @@ impl Identification {
     /// every loop.
     ///
     /// # Errors
-    /// [`Error::TooFewLoops`] for fewer than two, [`Error::Domain`] if the dead time is not below the length of every
+    /// [`Error::TooFewLoops`] for fewer than two, [`Error::Core`] if the dead time is not below the length of every
     /// record.
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
         let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
