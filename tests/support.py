@@ -211,3 +211,9 @@ def used(streams: list[Stream]) -> list[Stream]:
     for stream in streams:
         stream.run(WALK)
     return streams
+
+
+def parameter_of(error: BaseException) -> str | None:
+    """The argument that an error names; no class of Python declares the attribute."""
+    found: str | None = getattr(error, "parameter", None)
+    return found

@@ -11,6 +11,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from support import parameter_of
 
 MODEL = mh.paper.table_1_recovered()
 LIMITS = (-500.0, 500.0)
@@ -144,7 +145,7 @@ def test_errors_name_the_argument(
 ) -> None:
     with pytest.raises(kind) as caught:
         call()
-    assert caught.value.parameter == parameter  # type: ignore[attr-defined]
+    assert parameter_of(caught.value) == parameter
     assert parameter in str(caught.value)
 
 

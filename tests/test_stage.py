@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import reference
 from reference.stages import ReferenceStage
-from support import Array
+from support import Array, parameter_of
 
 DT = 1e-4
 
@@ -122,7 +122,7 @@ def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
         ValueError, match=r"reference\[0\]: expected the position .* lead_in"
     ) as raised:
         stage.precompensate(reference, DT)
-    assert raised.value.parameter == "reference"  # type: ignore[attr-defined]
+    assert parameter_of(raised.value) == "reference"
     drive = stage.precompensate(reference, DT, lead_in=0.05)
     assert drive.size == reference.size + 500
     # Smooth from rest into the motion of the raster, so that there is nothing to catch up with.

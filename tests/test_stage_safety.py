@@ -9,6 +9,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from support import parameter_of
 
 DT = 1e-4
 MODEL = mh.paper.table_1_recovered()
@@ -35,7 +36,7 @@ def test_a_stage_that_falls_is_refused_under_feedback(falls: Any) -> None:
     for use in (falling.tune, falling.controller):
         with pytest.raises(ValueError, match="output_map: expected a position") as raised:
             use(DT)
-        assert raised.value.parameter == "output_map"  # type: ignore[attr-defined]
+        assert parameter_of(raised.value) == "output_map"
     # open loop it is followed as any other
     reference = 1.0 - np.cos(0.01 * np.arange(2000))
     drive = falling.precompensate(reference, DT)
@@ -112,7 +113,7 @@ def test_gains_come_together_and_ahead_with_a_preview() -> None:
     for gains, missing in cases:
         with pytest.raises(ValueError, match=f"{missing}: expected a number beside") as raised:
             stage().controller(DT, **gains)
-        assert raised.value.parameter == missing  # type: ignore[attr-defined]
+        assert parameter_of(raised.value) == missing
     with pytest.raises(ValueError, match="ahead: expected None without feedforward"):
         stage().controller(DT, ahead=4)
 

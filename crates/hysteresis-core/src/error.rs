@@ -287,6 +287,21 @@ pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f
     if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
 }
 
+/// Checks that all numbers are admissible, or names the first that is not.
+///
+/// ```
+/// use hysteresis_core::check_all_finite;
+/// assert!(check_all_finite("drives", &[1.0, 2.0]).is_ok());
+/// let error = check_all_finite("drives", &[1.0, f64::NAN]).unwrap_err();
+/// assert_eq!(error.to_string(), "drives[1]: expected a finite number (at most 1e100 in magnitude), got NaN");
+/// ```
+///
+/// # Errors
+/// [`Error::Domain`] for a number that is not finite, or beyond 1e100.
+pub fn check_all_finite(parameter: &'static str, numbers: &[f64]) -> Result<(), Error> {
+    numbers.iter().enumerate().try_for_each(|(index, got)| check_finite(parameter, Some(index), *got).map(drop))
+}
+
 /// Checks that drives lie within limits, or names the first that does not.
 pub(crate) fn check_within_limits(
     parameter: &'static str,

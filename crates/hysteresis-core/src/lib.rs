@@ -34,7 +34,7 @@ pub use control::{
     HybridController, Law, LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
-pub use error::{Bound, Error, MAX_MAGNITUDE, is_admissible};
+pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, is_admissible};
 pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};

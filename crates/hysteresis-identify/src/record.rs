@@ -4,6 +4,7 @@ use hysteresis_core::is_admissible;
 
 use crate::error::{Error, RecordError};
 use crate::options::check_interval;
+use crate::signal::bounds;
 
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
 ///
@@ -114,8 +115,4 @@ pub(crate) fn check_finite(argument: &'static str, values: &[f64]) -> Result<(),
         Some(index) => Err(RecordError::NotFinite { argument, index, got: values[index] }),
         None => Ok(()),
     }
-}
-
-fn bounds(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }

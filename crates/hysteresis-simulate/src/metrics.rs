@@ -1,6 +1,6 @@
 //! How well a plant followed its reference.
 
-use hysteresis_core::{Bound, Error, is_admissible};
+use hysteresis_core::{Bound, Error, check_all_finite};
 
 use crate::plant::check_range;
 
@@ -86,7 +86,7 @@ impl Run {
             if samples.len() != expected {
                 return Err(Error::Length { parameter, expected, got: samples.len() });
             }
-            check_samples(parameter, samples)?;
+            check_all_finite(parameter, samples)?;
         }
         let limits = limits.map(|limits| check_range("limits", limits)).transpose()?;
         Ok(Self { record, limits, period })
@@ -179,7 +179,7 @@ pub(crate) fn check_reference(reference: &[f64], period: Option<f64>) -> Result<
     if reference.is_empty() {
         return Err(Error::Empty { parameter: "reference" });
     }
-    check_samples("reference", reference)?;
+    check_all_finite("reference", reference)?;
     let Some(got) = period else { return Ok(()) };
     #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
     let high = (reference.len() - 1) as f64;
@@ -188,15 +188,5 @@ pub(crate) fn check_reference(reference: &[f64], period: Option<f64>) -> Result<
     } else {
         let expected = Bound::Between { low: 0.0, high };
         Err(Error::Domain { parameter: "period", index: None, expected, got })
-    }
-}
-
-fn check_samples(parameter: &'static str, samples: &[f64]) -> Result<(), Error> {
-    match samples.iter().position(|x| !is_admissible(*x)) {
-        Some(index) => {
-            let (index, expected, got) = (Some(index), Bound::Finite, samples[index]);
-            Err(Error::Domain { parameter, index, expected, got })
-        }
-        None => Ok(()),
     }
 }

@@ -1,9 +1,10 @@
 //! Feed-forward for a reference whose samples are all known.
 
+use hysteresis_core::check_all_finite;
 use nalgebra::{DMatrix, DVector};
 
 use super::riccati::riccati;
-use crate::linear::{Error, LinearDynamics, check_finite, check_positive};
+use crate::linear::{Error, LinearDynamics, check_positive};
 
 /// For how many samples a reference goes on beyond its end: of what lies farther ahead 1e-6 is left.
 const LOOK_AHEAD: usize = 16;
@@ -119,10 +120,10 @@ impl DynamicsInverse {
     /// # Errors
     /// [`Error`] for samples or a start that are not finite, or a reference of which memory holds no second one.
     pub fn invert(&self, reference: &[f64], start: Option<f64>) -> Result<Vec<f64>, Error> {
-        check_finite("reference", reference)?;
+        check_all_finite("reference", reference)?;
         let Some(first) = reference.first() else { return Ok(Vec::new()) };
         let start = start.unwrap_or(*first);
-        check_finite("start", &[start]).map_err(|error| error.renamed("start", start))?;
+        check_all_finite("start", &[start]).map_err(|error| error.renamed("start", start))?;
         let (beyond, last) = beyond(reference);
         let mut inputs = Vec::new();
         #[expect(clippy::cast_precision_loss, reason = "only shown")]

@@ -1,7 +1,8 @@
 //! What runs linear dynamics, sample by sample.
 
+use hysteresis_core::check_all_finite;
+
 use super::discrete::Discrete;
-use super::error::check_finite;
 use super::history::History;
 use super::{Block, Error};
 
@@ -86,8 +87,8 @@ impl LinearBlock {
                 return Err(Error::domain(parameter, None, expected, got as f64));
             }
         }
-        check_finite("deviation", deviation)?;
-        check_finite("past", past)?;
+        check_all_finite("deviation", deviation)?;
+        check_all_finite("past", past)?;
         self.deviation.copy_from_slice(deviation);
         self.past.restore(past);
         Ok(())

@@ -1,6 +1,8 @@
 //! Creep.
 
-use super::error::{check_finite, check_positive};
+use hysteresis_core::check_all_finite;
+
+use super::error::check_positive;
 use super::{Block, Error};
 
 /// Euler's constant (0.5772...), to the precision of a double.
@@ -42,7 +44,7 @@ impl Creep {
             let got = time_constants.len() as f64;
             return Err(Error::domain("time_constants", None, expected, got));
         }
-        check_finite("amplitudes", amplitudes)?;
+        check_all_finite("amplitudes", amplitudes)?;
         check_time_constants(time_constants)?;
         Ok(Self { amplitudes: amplitudes.into(), time_constants: time_constants.into() })
     }
@@ -172,7 +174,7 @@ impl CreepBlock {
             let (expected, got) = ("as many as creep has terms", lags.len() as f64);
             return Err(Error::domain("lags", None, expected, got));
         }
-        check_finite("lags", lags)?;
+        check_all_finite("lags", lags)?;
         for (term, lag) in self.terms.iter_mut().zip(lags) {
             term.lag = *lag;
         }

@@ -1,6 +1,6 @@
 //! Numbers that no linear block can have.
 
-use hysteresis_core::{Error, MAX_MAGNITUDE, is_admissible};
+use hysteresis_core::{Error, MAX_MAGNITUDE};
 
 /// The number, if it is finite and above zero by more than the reciprocal of the largest admissible magnitude.
 pub(crate) fn check_positive(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
@@ -17,16 +17,5 @@ pub(crate) fn check_dead_time(got: f64) -> Result<f64, Error> {
         Ok(got)
     } else {
         Err(Error::domain("dead_time", None, "a finite number of seconds, 0 or more", got))
-    }
-}
-
-/// The numbers, if all are finite and at most 1e100 in magnitude.
-pub(crate) fn check_finite(parameter: &'static str, numbers: &[f64]) -> Result<(), Error> {
-    match numbers.iter().position(|number| !is_admissible(*number)) {
-        None => Ok(()),
-        Some(index) => {
-            let expected = "a finite number (at most 1e100 in magnitude)";
-            Err(Error::domain(parameter, Some(index), expected, numbers[index]))
-        }
     }
 }

@@ -37,7 +37,7 @@ pub use creep::{Creep, CreepBlock};
 pub use delay::{Delay, DelayBlock};
 pub(crate) use discrete::Discrete;
 pub use dynamics::{LinearDynamics, Section};
-pub(crate) use error::{check_finite, check_positive};
+pub(crate) use error::check_positive;
 pub use first_order::FirstOrder;
 pub use hysteresis_core::Error;
 pub use modes::Modes;

@@ -1,8 +1,8 @@
 //! Modes in parallel.
 
+use hysteresis_core::check_all_finite;
 use nalgebra::Complex;
 
-use super::error::check_finite;
 use super::{Error, SecondOrder, StateSpace};
 
 /// Second-order modes in parallel: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1).
@@ -37,7 +37,7 @@ impl Modes {
             #[expect(clippy::cast_precision_loss, reason = "only shown")]
             return Err(Error::domain("gains", None, expected, gains.len() as f64));
         }
-        check_finite("gains", gains)?;
+        check_all_finite("gains", gains)?;
         let (sum, size) = (gains.iter().sum::<f64>(), gains.iter().map(|gain| gain.abs()).sum::<f64>());
         if sum.abs() <= super::state_space::NO_GAIN * size {
             return Err(Error::domain("gains", None, "a sum that is not 0", sum));

@@ -2,11 +2,12 @@
 
 use core::f64::consts::TAU;
 
+use hysteresis_core::check_all_finite;
 use nalgebra::linalg::Schur;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::error::{check_finite, check_positive};
+use super::error::check_positive;
 use super::{Error, FirstOrder};
 
 /// The most states: what is larger is a model of a structure, to be reduced first.
@@ -62,10 +63,10 @@ impl StateSpace {
                 return Err(Error::domain(parameter, None, expected, got as f64));
             }
         }
-        check_finite("a", a.as_slice())?;
-        check_finite("b", b.as_slice())?;
-        check_finite("c", c.as_slice())?;
-        check_finite("d", &[d])?;
+        check_all_finite("a", a.as_slice())?;
+        check_all_finite("b", b.as_slice())?;
+        check_all_finite("c", c.as_slice())?;
+        check_all_finite("d", &[d])?;
         let poles = stable_eigenvalues("a", &a)?;
         let rest = rest(&a, &b);
         let (gain, size) = (d + c.dot(&rest), d.abs() + c.abs().dot(&rest.abs()));

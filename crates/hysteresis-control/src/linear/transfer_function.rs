@@ -1,10 +1,10 @@
 //! Dynamics from the polynomials of a transfer function, and the zeros of any.
 
 use hysteresis_core::MAX_MAGNITUDE;
+use hysteresis_core::check_all_finite;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Error;
-use super::error::check_finite;
 use super::state_space::{MAX_STATES, StateSpace, eigenvalues, rest, stable_eigenvalues};
 
 /// A Markov parameter below this share of what it is made of is rounding.
@@ -31,8 +31,8 @@ impl StateSpace {
     /// [`Error`] that names the polynomial: unless all coefficients are finite, the denominator is not 0, its degree is
     /// at most 64 and not below the numerator's, all its roots have negative real parts and G(0) is not 0.
     pub fn from_transfer_function(numerator: &[f64], denominator: &[f64]) -> Result<Self, Error> {
-        check_finite("numerator", numerator)?;
-        check_finite("denominator", denominator)?;
+        check_all_finite("numerator", numerator)?;
+        check_all_finite("denominator", denominator)?;
         let wrong = |parameter, expected, got| Error::domain(parameter, None, expected, got);
         let (numerator, denominator) = (trimmed(numerator), trimmed(denominator));
         let Some((leading, tail)) = denominator.split_first() else {

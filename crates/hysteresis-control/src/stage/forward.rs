@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use hysteresis_core::{
     CompiledModel, Error as CoreError, Fingerprint, MAX_MAGNITUDE, Process, QuasiStaticForward, QuasiStaticState,
-    is_admissible,
+    check_all_finite, is_admissible,
 };
 use serde::{Deserialize, Serialize};
 
@@ -124,19 +124,25 @@ impl StageForward {
         if !is_admissible(drive) {
             return self.reject();
         }
+        self.drive = self.within(drive);
         if let Some(amplifier) = &mut self.amplifier {
-            amplifier.settle(drive.max(self.limits.0).min(self.limits.1));
+            amplifier.settle(self.drive);
         }
-        self.drive = drive.max(self.limits.0).min(self.limits.1);
         self.displacement = self.quasi_static.settle(self.drive);
         self.position = self.linear.settle(self.displacement);
         self.position
     }
 
-    /// The drive within the limits of the stage; one beyond them is counted.
+    /// The drive, or the limit of the stage nearest to it.
+    #[inline]
+    fn within(&self, drive: f64) -> f64 {
+        drive.max(self.limits.0).min(self.limits.1)
+    }
+
+    /// Takes the drive within the limits; one beyond them is counted.
     #[inline]
     fn take(&mut self, drive: f64) -> f64 {
-        let within = drive.max(self.limits.0).min(self.limits.1);
+        let within = self.within(drive);
         self.clamped = self.clamped.saturating_add(u64::from(within != drive));
         self.drive = within;
         within
@@ -218,10 +224,7 @@ impl StageForward {
     /// # Errors
     /// [`CoreError::Domain`] for a drive that is not finite; nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), CoreError> {
-        if let Some(index) = drives.iter().position(|drive| !is_admissible(*drive)) {
-            let (expected, got) = (hysteresis_core::Bound::Finite, drives[index]);
-            return Err(CoreError::Domain { parameter: "drives", index: Some(index), expected, got });
-        }
+        check_all_finite("drives", drives)?;
         for drive in drives {
             self.advance(*drive);
         }
@@ -305,7 +308,7 @@ impl Process for StageForward {
         if !is_admissible(drive) {
             return self.position;
         }
-        let drive = drive.max(self.limits.0).min(self.limits.1);
+        let drive = self.within(drive);
         let displacement = if self.amplifier.is_none() { self.quasi_static.peek(drive) } else { self.displacement };
         self.linear.output(displacement)
     }

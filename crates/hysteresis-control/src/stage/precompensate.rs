@@ -1,6 +1,6 @@
 //! The drive for a reference that is known beforehand.
 
-use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, is_admissible};
+use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, check_all_finite};
 
 use super::{Error, Stage, rest_drive};
 use crate::feedforward::DynamicsInverse;
@@ -216,13 +216,7 @@ fn check_samples(reference: &[f64]) -> Result<(), Error> {
     if reference.is_empty() {
         return Err(CoreError::Empty { parameter: "reference" }.into());
     }
-    match reference.iter().position(|sample| !is_admissible(*sample)) {
-        None => Ok(()),
-        Some(index) => {
-            let (expected, got) = (Bound::Finite, reference[index]);
-            Err(CoreError::Domain { parameter: "reference", index: Some(index), expected, got }.into())
-        }
-    }
+    Ok(check_all_finite("reference", reference)?)
 }
 
 fn check_start(start: f64, limits: Option<(f64, f64)>) -> Result<(), Error> {

@@ -1,4 +1,4 @@
-use crate::error::{Error, check_finite, is_admissible};
+use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
 
 /// A rate-independent operator whose whole memory is its last output.
@@ -53,9 +53,7 @@ impl<O: Operator> Tracked<O> {
     /// # Errors
     /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
     pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
-        for (index, input) in inputs.iter().enumerate() {
-            check_finite("inputs", Some(index), *input)?;
-        }
+        check_all_finite("inputs", inputs)?;
         for input in inputs {
             self.step(*input);
         }

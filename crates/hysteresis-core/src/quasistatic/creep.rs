@@ -1,7 +1,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_finite};
+use crate::error::{Bound, Error, check_all_finite, check_finite};
 
 /// Creep at the samples: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k).
 ///
@@ -117,7 +117,7 @@ impl CreepMemory {
             let (expected, got) = (self.terms.len(), states.len());
             return Err(Error::Length { parameter: "state.creep", expected, got });
         }
-        states.iter().enumerate().try_for_each(|(j, q)| check_finite("state.creep", Some(j), *q).map(drop))
+        check_all_finite("state.creep", states)
     }
 
     /// Continues from states that were checked.

@@ -1,8 +1,8 @@
 use super::creep::CreepMemory;
 use super::map::MapPiece;
-use super::{QuasiStatic, QuasiStaticState, check_drives, first_piece, mapped};
+use super::{QuasiStatic, QuasiStaticState, first_piece, mapped};
 use crate::engine::CompiledModel;
-use crate::error::{Error, check_finite, is_admissible};
+use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
 use crate::stream::{Forward, check_model};
 
@@ -96,7 +96,7 @@ impl QuasiStaticForward {
     /// # Errors
     /// [`Error::Domain`] for a drive that is not finite; nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_drives(drives)?;
+        check_all_finite("drives", drives)?;
         for drive in drives {
             self.step(*drive);
         }

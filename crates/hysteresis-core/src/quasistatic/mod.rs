@@ -20,7 +20,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::engine::CompiledModel;
-use crate::error::{Error, check_finite};
+use crate::error::Error;
 use crate::fingerprint::Fingerprint;
 use crate::stream::StreamState;
 
@@ -174,9 +174,4 @@ fn first_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
 
 fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
     map.map_or_else(MapPiece::identity, |map| map.inverse_piece_at(0.0))
-}
-
-/// Checks drives that were put out before, all of them before the first is taken.
-fn check_drives(drives: &[f64]) -> Result<(), Error> {
-    drives.iter().enumerate().try_for_each(|(index, drive)| check_finite("drives", Some(index), *drive).map(drop))
 }

@@ -1,7 +1,7 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
 use crate::engine::{CompiledModel, Memory, Method, check_same};
-use crate::error::{Error, check_finite, is_admissible};
+use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -93,9 +93,7 @@ impl Forward {
     /// # Errors
     /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
     pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
-        for (index, input) in inputs.iter().enumerate() {
-            check_finite("inputs", Some(index), *input)?;
-        }
+        check_all_finite("inputs", inputs)?;
         for input in inputs {
             self.step(*input);
         }

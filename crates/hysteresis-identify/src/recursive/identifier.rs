@@ -1,6 +1,6 @@
 //! The recursion, sample by sample.
 
-use hysteresis_core::{MAX_MAGNITUDE, Model, Offsets, is_admissible};
+use hysteresis_core::{MAX_MAGNITUDE, Model, Offsets, check_all_finite, is_admissible};
 
 use super::bounds::Bounds;
 use super::covariance::{Covariance, dot};
@@ -146,10 +146,7 @@ impl RecursiveIdentifier {
     /// # Errors
     /// [`Error::Core`] for an input that is not finite; nothing is taken then.
     pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
-        if let Some(index) = inputs.iter().position(|input| !is_admissible(*input)) {
-            let expected = "a finite number (at most 1e100 in magnitude)";
-            return Err(Error::domain("inputs", Some(index), expected, inputs[index]));
-        }
+        check_all_finite("inputs", inputs)?;
         for input in inputs {
             self.regressors.advance(input - self.input_offset, |_, _| {});
         }

@@ -114,7 +114,7 @@ pub(crate) fn stage_output(model: &ModifiedPrandtlIshlinskii, behind: &Behind, d
             position = block.advance(*p);
         }
     }
-    #[allow(clippy::cast_possible_truncation, reason = "a few samples")]
+    #[expect(clippy::cast_possible_truncation, reason = "a few samples")]
     let back = (behind.dead_time * 20.0).round() as isize;
     let last = fine.len() - 1;
     let at = |k: usize| fine[(k * STEPS).saturating_add_signed(-back).min(last)];

@@ -1,6 +1,8 @@
 //! A controller, a plant and a reference.
 
-use hysteresis_core::{CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii};
+use hysteresis_core::{
+    CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
+};
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::intern;
@@ -212,14 +214,8 @@ fn checked_target(target: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64
         let got = target.len();
         return Err(errors::value("target", format_args!("expected {samples} samples as in the reference, got {got}")));
     }
-    match target.iter().position(|y| !hysteresis_core::is_admissible(*y)) {
-        Some(k) => {
-            let (place, expected) = (format!("target[{k}]"), "a finite number (at most 1e100 in magnitude)");
-            let place = Place::part("target", &place);
-            Err(errors::value(place, format_args!("expected {expected}, got {:?}", target[k])))
-        }
-        None => Ok(target),
-    }
+    check_all_finite("target", &target).map_err(raise)?;
+    Ok(target)
 }
 
 /// Looks at signals and tells the fraction done.

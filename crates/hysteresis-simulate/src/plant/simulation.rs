@@ -1,5 +1,5 @@
 use hysteresis_control::stage::{Stage, StageForward};
-use hysteresis_core::{Bound, Error as CoreError, MAX_MAGNITUDE, Process, is_admissible};
+use hysteresis_core::{Bound, Error as CoreError, MAX_MAGNITUDE, Process, check_all_finite, is_admissible};
 use serde::{Deserialize, Serialize};
 
 use super::error::Error;
@@ -164,10 +164,7 @@ impl Plant {
     /// # Errors
     /// [`CoreError::Domain`] for a drive that is not finite; nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), CoreError> {
-        if let Some(index) = drives.iter().position(|drive| !is_admissible(*drive)) {
-            let (expected, got) = (Bound::Finite, drives[index]);
-            return Err(CoreError::Domain { parameter: "drives", index: Some(index), expected, got });
-        }
+        check_all_finite("drives", drives)?;
         for drive in drives {
             self.step(*drive);
         }

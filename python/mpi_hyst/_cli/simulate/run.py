@@ -102,16 +102,17 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
     limits = request.limits or stage.drive_range
     if limits is None:
         raise CommandError(f"--limits: expected LOW,HIGH, as {request.stage_path} has no limits")
-    if request.gains is None:
-        tuned = stage.tune(dt)
-        kp, ki = tuned.kp, tuned.ki
-    else:
-        kp, ki = request.gains
-    if request.feedforward == "none":
-        return mh.control.HybridController(
-            None, kp=kp, ki=ki, dt=dt, limits=limits, slew=stage.slew
-        )
-    return stage.controller(dt, limits, request.feedforward, kp=kp, ki=ki)
+    if request.feedforward != "none":
+        # Gains that are not given are tuned there.
+        kp, ki = request.gains or (None, None)
+        return stage.controller(dt, limits, request.feedforward, kp=kp, ki=ki)
+    kp, ki = request.gains or _tuned(stage, dt)
+    return mh.control.HybridController(None, kp=kp, ki=ki, dt=dt, limits=limits, slew=stage.slew)
+
+
+def _tuned(stage: mh.Stage, dt: float) -> tuple[float, float]:
+    tuned = stage.tune(dt)
+    return tuned.kp, tuned.ki
 
 
 def _setup(request: Request, plant: mh.Stage, controller: mh.control.HybridController) -> Setup:

@@ -1,21 +1,18 @@
 //! What all linear dynamics offer: responses in time and over frequency, poles and zeros.
 
 use hysteresis_control::linear::{LinearDynamics, Stream};
-use hysteresis_core::{Process, is_admissible};
+use hysteresis_core::{Process, check_all_finite};
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 
 use crate::convert::arrays::{numbers, vector};
-use crate::convert::errors::{self, Place, raise};
+use crate::convert::errors::raise;
 use crate::stream::blocks::{Single, run};
 
 /// The response of a stream to finite inputs.
 pub(super) fn response<'py>(mut stream: impl Process, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let input = vector("u", u)?;
-    if let Some((index, got)) = input.as_slice()?.iter().enumerate().find(|(_, u)| !is_admissible(**u)) {
-        let (place, expected) = (format!("u[{index}]"), "a finite number (at most 1e100 in magnitude)");
-        return Err(errors::value(Place::part("u", &place), format_args!("expected {expected}, got {got:?}")));
-    }
+    check_all_finite("u", input.as_slice()?).map_err(raise)?;
     run(&input, None, |block| block.through(u.py(), &mut Single(&mut stream)))
 }
 
