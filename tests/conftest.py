@@ -13,7 +13,7 @@ import pytest
 from commands import HEADER, RATE, actuator, record_rows, write_csv
 from hypothesis import HealthCheck, settings
 
-for name, examples in (("default", 60), ("random", 1000)):
+for name, examples in (("default", 40), ("random", 1000)):
     settings.register_profile(
         name,
         max_examples=examples,

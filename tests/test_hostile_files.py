@@ -17,14 +17,13 @@ from test_report import parsed, words
 posix = pytest.mark.skipif(os.name == "nt", reason="devices, and names that are not UTF-8")
 
 COMMAND = [sys.executable, "-m", "mpi_hyst._cli"]
-NAMES = {
-    "formula": "$$",
-    "broken formula": r"$\frac{$",
-    "escape sequence": "\x1b[31mred\x1b[0m",
-    "mirrored": "\u202edrive",
-    "long": "drive" * 400,
-    "other script": "駆動電圧",
-}
+# Of the drive and of the position: a formula, a broken one; an escape sequence, a text that runs
+# from right to left; a long one, another script.
+NAMES = [
+    ("$$", r"$\frac{$"),
+    ("\x1b[31mred\x1b[0m", "\u202eposition"),
+    ("drive" * 400, "駆動電圧"),
+]
 
 
 def operators(path: Path) -> int:
@@ -33,12 +32,13 @@ def operators(path: Path) -> int:
     return stage.hysteresis.operators
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_name_cannot_break_the_report(there: Path, name: str) -> None:
-    header = HEADER.replace("drive_v", NAMES[name])
+@pytest.mark.parametrize("names", NAMES, ids=["formula", "control", "script"])
+def test_a_name_cannot_break_the_report(there: Path, names: tuple[str, str]) -> None:
+    drive, position = names
+    header = HEADER.replace("drive_v", drive).replace("position_um", position)
     write_csv(there / "named.csv", header, record_rows())
     result = run(
-        *("identify", "named.csv", "--input", NAMES[name], "--output", "position_um"),
+        *("identify", "named.csv", "--input", drive, "--output", position),
         *("--operators", "4", "-o", "found.json", "--report", "page.html"),
     )
     assert result.exit_code == 0, result.output

@@ -308,7 +308,6 @@ def test_the_measured_stack(model: Any, low: float, high: float) -> None:
     [
         ({}, 0.20),  # the target that is stated
         ({"smoothness": "auto"}, 0.20),
-        ({"operators": "auto"}, 0.20),
         ({"weights": "free"}, 0.22),
         ({"weights": "free", "smoothness": 0.01}, 0.20),
         ({"weights": "quadratic"}, 0.20),
@@ -318,13 +317,24 @@ def test_the_measured_stack(model: Any, low: float, high: float) -> None:
 def test_the_measured_stack_predicts_the_other_record(
     keywords: dict[str, Any], mean_of_both: float
 ) -> None:
+    # plays leave 0.30 and 0.34; the figures are those of ARCHITECTURE.md
+    assert error_on_the_other_record(keywords) < mean_of_both
+
+
+def test_the_chosen_number_of_operators_predicts_the_other_record() -> None:
+    # Every fourth row: the choice makes many fits.
+    assert error_on_the_other_record({"operators": "auto"}, every=4) < 0.20
+
+
+def error_on_the_other_record(keywords: dict[str, Any], every: int = 1) -> float:
+    """The error (um rms) on each of the two records by the fit of the other, their mean."""
     major, decaying = (
-        (*record, skip) for record, skip in zip(measured(), (1000, 400), strict=True)
+        (u[::every], y[::every], skip // every)
+        for (u, y), skip in zip(measured(), (1000, 400), strict=True)
     )
     rms = []
     for fitted, other in ((major, decaying), (decaying, major)):
         found = mh.identify(*fitted[:2], skip=fitted[2], validate=other, **keywords)
         assert found.validation is not None
         rms.append(found.validation.rmse)
-    # plays leave 0.30 and 0.34; the figures are those of ARCHITECTURE.md
-    assert np.mean(rms) < mean_of_both
+    return float(np.mean(rms))

@@ -118,7 +118,7 @@ def test_margins_are_those_of_python_control(part: dict[str, Any], limit: float)
         assert np.abs(control.feedback(loop, 1).poles()).max() < 1.0
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(parts, models, st.floats(1.1, 3.0))
 def test_the_bound_is_kept_and_met_and_the_loop_is_stable(
     part: dict[str, Any], model: mh.PrandtlIshlinskii, limit: float

@@ -26,7 +26,7 @@ from reference import (
 Thresholds = tuple[float, float, float, float]
 KindAndModel = tuple[type[ModifiedPrandtlIshlinskii] | type[PrandtlIshlinskii], own.ModelDict]
 
-laws = settings(max_examples=60, deadline=None)
+laws = settings(max_examples=40, deadline=None)
 
 ANY_MODEL: st.SearchStrategy[KindAndModel] = st.one_of(
     own.modified_models().map(lambda m: (ModifiedPrandtlIshlinskii, m)),
