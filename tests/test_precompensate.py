@@ -29,7 +29,7 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
-    assert "300, starting from rest at a drive of 0 V" in result.stdout
+    assert "at rest at 0 V, never driven farther" in result.stdout
     assert "lead-in" not in result.stdout
 
 
@@ -78,7 +78,7 @@ def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
     before = names_in(there)
     refused = run(*given)
     assert_refused(refused, there, before, "offset.csv, sample 0: expected the position")
-    assert "give --lead-in SECONDS for" in refused.stderr and "or --start (" in refused.stderr
+    assert "give a lead-in" in refused.stderr and "or the start drive" in refused.stderr
     result = run(*given, "--lead-in", "0.25")
     assert result.exit_code == 0, result.output
     drive, times = column(there / "drive.csv", "drive"), column(there / "drive.csv", "time_s")
@@ -86,6 +86,29 @@ def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
     np.testing.assert_allclose(times, 2.0 + (np.arange(350) - 50) / RATE)
     position = actuator().forward().run(drive)[50:]
     np.testing.assert_allclose(position, [row[1] for row in rows], atol=1e-12)
+
+
+def test_a_history_is_taken_over_and_told(there: Path) -> None:
+    given = ("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", "--lead-in", "0.1")
+    result = run(*given, "--history", "0,500,0")
+    assert result.exit_code == 0, result.output
+    assert "at rest at 0 V, then driven to 0, 500, 0 V" in result.stdout
+    bench = actuator().forward()
+    bench.run(np.concatenate([np.linspace(0.0, 500.0, 40), np.linspace(500.0, 0.0, 40)]))
+    position = bench.run(column(there / "drive.csv", "drive"))[20:]
+    np.testing.assert_allclose(position, column(there / "trajectory.csv", "target_um"), atol=1e-12)
+    before = names_in(there)
+    for history, said in (("0,x", "expected V,V,..., any numbers"), ("0,nan", "--history")):
+        assert_refused(run(*given, "--history", history), there, before, said)
+
+
+def test_a_trajectory_in_another_unit_is_refused(there: Path) -> None:
+    write_csv(there / "nm.csv", "time_s,position_nm", [[k / RATE, 0.0] for k in range(9)])
+    before = names_in(there)
+    for command in ("precompensate", "simulate"):
+        given = (command, "stage.json", "nm.csv", "-o", "out.csv")
+        expected = "nm.csv: position_nm: expected um, as the stage has, got nm"
+        assert_refused(run(*given), there, before, expected)
 
 
 def test_a_slew_rate_is_kept_and_told(there: Path) -> None:
@@ -110,7 +133,7 @@ def test_the_drive_starts_from_the_limit_nearest_to_zero(there: Path) -> None:
     result = run("precompensate", "stage.json", "ramp.csv", "-o", "drive.csv")
     assert result.exit_code == 0, result.output
     told = {line[2:22].strip(): line[22:].strip() for line in result.stdout.splitlines()}
-    assert told["samples"].endswith("from rest at a drive of 50 mV")
+    assert told["before"].startswith("at rest at 50 mV, ")
     first = column(there / "drive.csv", "drive")[0]
     assert first > 51.0
     assert told["first step"].endswith(" mV")
@@ -129,7 +152,7 @@ def test_the_stage_rests_at_the_drive_that_is_given(there: Path) -> None:
     result = run(*given, "120")
     assert result.exit_code == 0, result.output
     told = {line[2:22].strip(): line[22:].strip() for line in result.stdout.splitlines()}
-    assert told["samples"].endswith("from rest at a drive of 120 V")
+    assert told["before"].startswith("at rest at 120 V, ")
     assert abs(float(told["first step"].split()[0])) < 2.0
     assert float(told["max |model - target|"].split()[0]) < 0.01
 

@@ -53,7 +53,7 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
         ("position_um", expected.position),
     ):
         np.testing.assert_allclose(column(here / "run.csv", name), array, rtol=0, atol=1e-8)
-    np.testing.assert_array_equal(column(here / "run.csv", "target_um"), reference)
+    np.testing.assert_array_equal(column(here / "run.csv", "reference_um"), reference)
     times = column(here / "reference.csv", "time_s")
     np.testing.assert_array_equal(column(here / "run.csv", "time_s"), times)
     assert names_in(here) == FILES | {"run.csv"}
@@ -169,8 +169,9 @@ def test_what_cannot_be_inverted_or_named_is_refused(here: Path) -> None:
     falling.save(here / "other.json")
     result = run("simulate", "other.json", *SIMULATE[2:])
     assert_refused(result, here, FILES, "other.json: ")
-    write_csv(here / "bare.csv", "time_s,drive", [[k / RATE, math.sin(k)] for k in range(50)])
-    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], "-o", "run.csv")
+    write_csv(here / "bare.csv", "drive,target", [[k / RATE, math.sin(k)] for k in range(50)])
+    time = ("--time", "drive", "--column", "target")
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], *time, "-o", "run.csv")
     assert_refused(result, here, FILES, "bare.csv: expected other columns", "drive")
     (here / "bare.csv").write_text("time_s,y\n0,0\n0.1,nan\n")
     result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:])

@@ -3,6 +3,7 @@
 import copy
 import pickle
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -71,6 +72,28 @@ def test_identified_stage_leads_a_sine_within_15_nm(seed: int) -> None:
     assert np.max(np.abs(position - target)) < 0.009
 
 
+@pytest.mark.parametrize("skip", [0, 600])
+def test_a_history_is_taken_over(skip: int) -> None:
+    # Fitted from rest or behind a full stroke: the actuator is then used after a full stroke.
+    parts: dict[str, Any] = {"dynamics": None, "creep": None, "dead_time": 0.0}
+    bench = lightly_damped(**parts).plant(DT)
+    record = mh.signals.excitation(0.0, 150.0, slew=5000.0, rate=1.0 / DT)
+    assert record.initialization_samples == 600
+    found = mh.identify(record.drive, bench.run(record.drive)[0], dt=DT, skip=skip)
+    stroke = np.concatenate([np.linspace(0.0, 150.0, 600), np.linspace(150.0, 0.0, 600)])
+    target = 20.0 + 10.0 * np.sin(0.005 * np.arange(3000))
+    errors = []
+    for history in ((), (0.0, 150.0, 0.0)):
+        bench.reset()
+        bench.run(stroke)
+        drive = found.stage.precompensate(target, DT, history=history, lead_in=0.05)
+        errors.append(np.abs(bench.run(drive)[1][500:] - target).max())
+    assert errors[1] < 0.05 < 0.5 < errors[0]  # um
+    with pytest.raises(ValueError, match=r"history\[1\]: expected a number from") as raised:
+        found.stage.precompensate(target, DT, history=[0.0, 151.0])
+    assert parameter_of(raised.value) == "history"
+
+
 def test_one_dead_time_for_record_plant_controller_and_precompensate() -> None:
     dead_time = 3 * DT
     stage = lightly_damped(
@@ -119,7 +142,7 @@ def test_a_stage_file_reads_back_bit_for_bit(tmp_path: Path) -> None:
 def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
     stage, reference = lightly_damped(), 10.0 + raster(0.2)
     with pytest.raises(
-        ValueError, match=r"reference\[0\]: expected the position .* lead_in"
+        ValueError, match=r"reference\[0\]: expected the position .* lead-in"
     ) as raised:
         stage.precompensate(reference, DT)
     assert parameter_of(raised.value) == "reference"

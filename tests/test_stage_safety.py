@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
@@ -136,10 +137,63 @@ def test_zeros_in_the_right_half_plane_get_a_longer_preview() -> None:
 def test_dynamics_are_not_counted_twice() -> None:
     y = stage(limits=None).forward(1e-3).run(triangle())
     without = mh.identify(triangle(), y, dt=1e-3, dead_time=1e-3).stage
-    # Identified without dynamics, the dead time holds their lag.
-    with pytest.raises(ValueError, match="dynamics: expected dead_time beside it"):
-        without.replace(dynamics=MODE)
-    assert without.replace(dynamics=MODE, dead_time=0.0).dead_time == 0.0
+    # Identified without dynamics, the dead time holds their lag, whatever it is that lags.
+    doubled: list[tuple[str, dict[str, Any]]] = [
+        ("dynamics", {"dynamics": MODE}),
+        ("dynamics", {"dynamics": MODE, "dead_time": 1e-3}),
+        ("amplifier_bandwidth", {"amplifier_bandwidth": 200.0}),
+        ("dead_time", {"dead_time": 2e-3}),
+    ]
+    for name, changes in doubled:
+        with pytest.raises(ValueError, match=f"{name}: expected .* the lag that was") as raised:
+            without.replace(**changes)
+        assert parameter_of(raised.value) == name
+    split = without.replace(dynamics=MODE, dead_time=1e-3 - 2 * 0.95 / (2 * np.pi * 400.0))
+    # What was found of the dead time alone is no longer known.
+    assert without.identified is not None and split.identified is not None
+    assert len(without.identified["covariance"]) > 0 and split.identified["covariance"] == []
+    assert split.drive_range == without.drive_range
+
+
+def test_an_identified_stage_is_equal_to_its_copies(tmp_path: Path) -> None:
+    # White noise tells nothing of creep: its standard deviation is no number.
+    y = stage(limits=None).forward(1e-3).run(triangle())
+    found = mh.identify(triangle(), y, dt=1e-3, dynamics=2, creep="auto").stage
+    found.save(tmp_path / "stage.json")
+    assert found == found.replace() == mh.load(tmp_path / "stage.json")
+    assert found == copy.deepcopy(found) == pickle.loads(pickle.dumps(found))
+    assert found.identified is not None
+    for warning in found.identified["warnings"]:
+        assert isinstance(warning["value"], float) and isinstance(warning["limit"], float)
+
+
+def test_a_hysteresis_takes_what_was_identified_with_it() -> None:
+    found = mh.identify(triangle(), MODEL.forward().run(triangle()), dt=1e-3).stage
+    assert found.replace(slew=1e5).identified == found.identified
+    assert found.replace(hysteresis=MODEL).identified is None
+
+
+def test_a_state_of_another_sampling_interval_is_refused() -> None:
+    for part in ({}, {"creep": mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 4)}):
+        one, other = (stage(**part).inverse(dt) for dt in (DT, 1e-3))
+        with pytest.raises(ValueError, match=r"state\.dt: expected 0\.001, got 0\.0001") as raised:
+            other.state = one.state
+        assert parameter_of(raised.value) == "state"
+
+
+def test_a_copied_preview_knows_its_error() -> None:
+    made = stage(dead_time=2.5 * DT, amplifier_bandwidth=2e3).preview(DT)
+    for copied in (copy.deepcopy(made), pickle.loads(pickle.dumps(made))):
+        assert copied.error(100.0) == pytest.approx(made.error(100.0), rel=1e-6)
+        np.testing.assert_array_equal(copied.coefficients, made.coefficients)
+
+
+def test_a_map_that_is_none_is_named() -> None:
+    for name in ("input_map", "output_map"):
+        maps: dict[str, Any] = {name: ([0.0, 1.0, 2.0], [0.0, 1.0, 0.5])}
+        with pytest.raises(ValueError, match=rf"{name}: y\[2\]: expected") as raised:
+            stage(**maps)
+        assert parameter_of(raised.value) == name
 
 
 def test_a_dead_time_without_dt_is_left_out_and_said() -> None:

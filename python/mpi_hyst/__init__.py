@@ -2,7 +2,8 @@
 
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
-results of identification in `results`, CSV files in `io`, and the published actuator in `paper`.
+results of identification in `results`, files of records in `io`, and the published actuator in
+`paper`.
 """
 
 from mpi_hyst import control, io, paper, plant, results, signals, trajectories

@@ -85,7 +85,7 @@ __all__ = [
 ]
 
 class NotInvertibleError(ValueError):
-    """The model's slope may vanish or turn negative, so an output does not tell its input."""
+    """The model's slope may vanish or turn negative, so one output may belong to several inputs."""
 
 @final
 class Play:
@@ -868,7 +868,7 @@ class Identification:
         """Standard errors of the weights w_i, read-only; NaN where the weight is zero.
 
         From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
-        With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
+        With smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty says.
         """
     @property
     def weights_negative_std(self) -> _Vector:
@@ -1427,8 +1427,7 @@ class Preview:
     def error(self, frequency: float) -> float:
         """The error of the position for a sine of this frequency in Hz, relative to the sine.
 
-        Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
-        was pickled.
+        Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
         """
 
 @final
@@ -1513,7 +1512,9 @@ class HybridController:
     measurement_range : (low, high), optional
         What the sensor can show.
     max_measurement_step : float, optional
-        The largest plausible change from one measurement to the next.
+        The largest plausible change from one measurement to the next. After k measurements in a row that could not be used,
+        k + 1 times as much is plausible; after `max_missing` of them the next finite one within `measurement_range` is taken,
+        wherever it is.
     preview : Preview, optional
         Makes the target of references that then come `preview.ahead` samples early.
     start_drive : float, optional
@@ -1633,7 +1634,7 @@ class HybridController:
     def stop(self, rate: float, rest_drive: float = 0.0) -> None:
         """Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
 
-        From the next sample on every `step` puts out the next drive of the ramp, whatever comes. `hold = False` starts a motion
+        From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement. `hold = False` starts a motion
         from the drive that is reached then.
         """
     def follow(self, drives: ArrayLike) -> None:
@@ -2293,7 +2294,7 @@ class Stage:
     amplifier_bandwidth : float, optional
         Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
     dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
-        What follows the hysteresis.
+        The modes and lags behind the hysteresis; their static gain may differ from 1.
     creep : Creep, optional
     input_map, output_map : (array, array), optional
         The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
@@ -2352,7 +2353,7 @@ class Stage:
         """Cut-off frequency of the amplifier in Hz, or None."""
     @property
     def dynamics(self) -> Any:
-        """What follows the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None."""
+        """The modes and lags behind the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None."""
     @property
     def creep(self) -> Creep | None:
         """The creep, or None."""
@@ -2397,12 +2398,13 @@ class Stage:
         *,
         limits: Sequence[float] | None = None,
         start: float | None = None,
+        history: ArrayLike | None = None,
         lead_in: float | None = None,
     ) -> _Vector:
         """The drives that move the stage along a reference: the position that is read at t_k is reference[k].
 
         The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-        inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`.
+        inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`, or where `history` has left it.
 
         Parameters
         ----------
@@ -2412,7 +2414,10 @@ class Stage:
         limits : (float, float), optional
             Within those of the stage; by default `drive_range`.
         start : float, optional
-            The drive at which the stage rests; by default 0, or the limit nearest to it.
+            The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
+        history : array of floats, optional
+            The drives since that rest, oldest first, one per sampling interval: what hysteresis and creep remember. After a
+            full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
         lead_in : float, optional
             Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
             reference must begin where the stage is.
@@ -2541,7 +2546,12 @@ class Stage:
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the stage to a JSON file; the file appears only when it is complete."""
     def replace(self, **changes: Any) -> Stage:
-        """A copy with other keywords: those of the constructor but for the hysteresis."""
+        """A copy with other arguments of the constructor; of what was identified it keeps what still holds.
+
+        The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
+        dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified, other
+        linear parts its errors and warnings.
+        """
     def with_records(self, records: Sequence[tuple[str, str | None]]) -> Stage:
         """A copy that says from which records it was identified: a list of (name, SHA-256 or None)."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -3215,7 +3225,7 @@ def plant(name: Literal["A1", "P3"], seed: int = 0) -> Plant:
         "A1": second order, 400 Hz, damping 0.95; noise 16.0 nm rms. "P3": second order, 2 kHz, damping 0.03, after an
         amplifier pole of 279 Hz; noise 16.4 nm rms.
     seed : int
-        Of the noise: the same seed gives the same numbers.
+        Seed of the noise: the same seed gives the same numbers.
 
     Examples
     --------
@@ -3731,6 +3741,7 @@ def precompensate(
     *,
     limits: Sequence[float] | None = None,
     start: float | None = None,
+    history: ArrayLike | None = None,
     lead_in: float | None = None,
 ) -> _Vector:
     """The drives that move a stage along a reference: `stage.precompensate(reference, dt, ...)`.
@@ -3741,7 +3752,7 @@ def precompensate(
     reference : array of n floats, or one of `trajectories`
     dt : float
         Sampling interval in seconds.
-    limits, start, lead_in : optional
+    limits, start, history, lead_in : optional
         As for `Stage.precompensate`.
 
     Examples

@@ -1,10 +1,17 @@
-"""The quantity in a column of a record: its name and its unit, from the name of the column."""
+"""The quantity in a column of a record: its name and its unit.
+
+The unit is in the name of the column, as in `drive_v` or `Time (us)`, or was given beside it: in a
+row below the header, or as an attribute of the column.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+TIME_NAMES = ("time", "t", "x_value", "timestamp", "elapsed time", "zeit", "temps", "tiempo")
+
 _UNITS = {
     unit.lower(): unit
     for unit in (
@@ -13,20 +20,38 @@ _UNITS = {
         *SECONDS,
     )
 }
+_WORDS = {
+    **dict.fromkeys(("volt", "volts", "voltage"), "V"),
+    **dict.fromkeys(("micron", "microns", "micrometer", "micrometre"), "um"),
+    **dict.fromkeys(("sec", "secs", "second", "seconds", "sekunden"), "s"),
+    **{"msec": "ms", "usec": "us", "microseconds": "us", "milliseconds": "ms", "minutes": "min"},
+}
 _MICRO = ("um", "us", "urad", "uC")
+# A column `position_min` holds a minimum and `gain_h` no hours: so only behind a name of time.
+_ONLY_OF_TIME = ("ns", "min", "h")
+_BEHIND = re.compile(r"(?P<name>.*?\S)[\s_]*(\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))")
+
+
+def known_unit(text: str) -> str:
+    """Return a unit in ASCII as column names end with it, or nothing: `[µm]` and `um` are um."""
+    bare = text.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u").lower()
+    return _UNITS.get(bare, _WORDS.get(bare, ""))
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity by the name of its column: `displacement_um` is a displacement in µm."""
+    """A quantity by the name of its column: `displacement_um` is a displacement in µm.
+
+    `given` is the unit that the file states beside the name; it goes before that in the name.
+    """
 
     column: str
+    given: str = ""
 
     @property
     def suffix(self) -> str:
         """The unit as column names end with it, in ASCII: um. Empty if there is none."""
-        name, _, last = self.column.rpartition("_")
-        return _UNITS.get(last.lower(), "") if name else ""
+        return known_unit(self.given) or self._parts[1]
 
     @property
     def unit(self) -> str:
@@ -36,8 +61,7 @@ class Quantity:
     @property
     def name(self) -> str:
         """The name without the unit."""
-        name = self.column.rpartition("_")[0] if self.suffix else self.column
-        return name.replace("_", " ")
+        return self._parts[0].replace("_", " ")
 
     @property
     def label(self) -> str:
@@ -48,3 +72,21 @@ class Quantity:
     def in_parentheses(self) -> str:
         """The unit for the end of a label or of a column header: a space and (µm), or nothing."""
         return f" ({self.unit})" if self.unit else ""
+
+    @property
+    def is_time(self) -> bool:
+        """Whether the name says that this is the time: time, `t_ms`, `Time (us)`, but not `t`."""
+        name = self._parts[0].strip().lower()
+        return name in TIME_NAMES and (self.suffix in SECONDS or (name != "t" and not self.suffix))
+
+    @property
+    def _parts(self) -> tuple[str, str]:
+        """The name without the unit, and the unit that it ends with."""
+        found = _BEHIND.fullmatch(self.column.strip())
+        if found is not None and (unit := known_unit(found["a"] or found["b"] or found["c"] or "")):
+            return found["name"], unit
+        name, _, last = self.column.rpartition("_")
+        unit = _UNITS.get(last.lower(), "") if name else ""
+        if unit in _ONLY_OF_TIME and name.lower() not in TIME_NAMES:
+            unit = ""
+        return (name, unit) if unit else (self.column, "")

@@ -1,5 +1,9 @@
-"""CSV files: `read` returns columns of numbers by their names, and refuses anything else."""
+"""Records of any lab: `read` returns columns of numbers by their names, and refuses anything else.
 
-from mpi_hyst._csv import Columns, ReadError, read
+It reads text, NumPy, MATLAB, HDF5, TDMS and LabVIEW files, and tables in memory.
+"""
+
+from mpi_hyst._io.columns import Columns, ReadError
+from mpi_hyst._io.read import read
 
 __all__ = ["Columns", "ReadError", "read"]

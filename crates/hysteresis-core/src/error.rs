@@ -67,7 +67,7 @@ pub enum Error {
         /// The number that came.
         got: f64,
     },
-    /// The slope of the model is not positive everywhere, so an output does not tell its input.
+    /// The slope of the model is not positive everywhere, so one output may belong to several inputs.
     NotInvertible {
         /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal. Of a split
         /// operator the smaller weight, here and below.

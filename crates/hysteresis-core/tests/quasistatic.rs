@@ -136,8 +136,8 @@ proptest! {
 
     #[test]
     fn two_streams_bracket_any_history(model in hysteresis(), before in drives(), after in drives()) {
-        let kernel = CompiledModel::new(&model);
-        let mut bracket = Bracket::new(&kernel, LIMITS).unwrap();
+        let compiled = CompiledModel::new(&model);
+        let mut bracket = Bracket::new(&compiled, LIMITS).unwrap();
         let mut truth = model.forward();
         run(&mut truth, &before);
         let mut last = f64::INFINITY;

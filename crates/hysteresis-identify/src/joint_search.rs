@@ -13,7 +13,7 @@ use crate::options::{Options, Order, Setting};
 use crate::record::Record;
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
-/// that white noise feigns somewhere among N / 2 frequencies takes about 2 log(N / 2), and this is twice as much.
+/// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
 
 /// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
@@ -106,7 +106,7 @@ impl JointSearch<'_> {
         Ok(simple.fit)
     }
 
-    /// What has one parameter for its lag, against dynamics that may be feigned by noise: a dead time alone, or second-order
+    /// What has one parameter for its lag, against dynamics that may be noise alone: a dead time alone, or second-order
     /// dynamics critically damped without one; and the evidence against the first, or the second if the dead time is known.
     /// Nothing for a lag of first order behind a known dead time, whose lag is all it has to say.
     ///

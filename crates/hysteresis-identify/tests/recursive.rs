@@ -137,9 +137,9 @@ fn with_forgetting_it_is_weighted_least_squares_over_the_samples_taken() {
 fn the_error_is_that_of_the_model_before() {
     let mut identifier = identifier(paper::table_1(), &forgetting(0.99));
     let (mut plant, mut random) = (scaled(|i| if i % 3 == 0 { 0.2 } else { 1.2 }, 0.3).forward(), noise());
-    let mut memory = Forward::new(&kernel(&identifier.model()));
+    let mut memory = Forward::new(&compiled(&identifier.model()));
     for u in swings(3000) {
-        memory.set_model(&kernel(&identifier.model())).unwrap();
+        memory.set_model(&compiled(&identifier.model())).unwrap();
         let y = plant.step(u) + 0.05 * random();
         let expected = y - memory.step(u);
         let error = identifier.update(u, y);
@@ -148,7 +148,7 @@ fn the_error_is_that_of_the_model_before() {
     }
 }
 
-fn kernel(model: &Model) -> CompiledModel {
+fn compiled(model: &Model) -> CompiledModel {
     match model {
         Model::Conventional(model) => CompiledModel::new(&model.into()),
         Model::Modified(model) => CompiledModel::new(model),
@@ -282,7 +282,7 @@ fn a_split_model_is_invertible_whatever_is_measured() {
         let mut identifier = identifier(given.clone(), &forgetting(1.0));
         for step in [1.0, 1.1, 1.2] {
             identifier.update(u * step, y);
-            assert!(Inverse::new(&kernel(&identifier.model()), None).is_ok(), "{u} {y}");
+            assert!(Inverse::new(&compiled(&identifier.model()), None).is_ok(), "{u} {y}");
         }
     }
 }
@@ -302,7 +302,7 @@ fn a_model_that_follows_the_actuator_makes_its_inverse_follow_too() {
         identifier.update(drive, y);
         errors.push((y - target).abs());
         if k % 10 == 0 {
-            inverse.set_model(&kernel(&identifier.model())).unwrap();
+            inverse.set_model(&compiled(&identifier.model())).unwrap();
             assert_eq!(inverse.peek(f64::NAN), drive);
         }
     }
@@ -348,7 +348,7 @@ proptest! {
             identifier.update(u, y);
             prop_assert!(identifier.weights().next().unwrap() >= least * (1.0 - 1e-15));
             prop_assert!(identifier.weights().all(|w| w >= 0.0));
-            prop_assert!(Inverse::new(&kernel(&identifier.model()), None).is_ok());
+            prop_assert!(Inverse::new(&compiled(&identifier.model()), None).is_ok());
         }
     }
 

@@ -29,7 +29,7 @@ use hysteresis_control::learning::RepetitiveControl;
 /// ```
 #[derive(Debug)]
 pub struct Tracking<'a> {
-    /// What steps.
+    /// What gives the drive of every sample.
     pub controller: &'a mut HybridController,
     /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of it.
     pub targets: Option<&'a [f64]>,

@@ -1,12 +1,13 @@
-"""The sampling interval of a file."""
+"""The sampling interval of a file, and the unit of its time."""
 
 from __future__ import annotations
 
 import math
 
+import click
 import numpy as np
 
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, short_line
 from mpi_hyst.io import Columns
 
 
@@ -15,7 +16,7 @@ def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     dt = known_interval(columns, rate)
     if dt is None:
         raise CommandError(
-            f"{columns.path}: expected a time column (time_s, time, or --time NAME) or --rate, "
+            f"{columns.source}: expected a time column (time_s, time, or --time NAME) or --rate, "
             "to know the sampling interval"
         )
     return dt
@@ -28,19 +29,27 @@ def known_interval(columns: Columns, rate: float | None = None) -> float | None:
     seconds, dt = columns.seconds, columns.sample_time
     if seconds is None or dt is None:
         return None
+    _say_unit(columns)
     # A time written with few digits is rounded by a part of a step; the roundings do not add up.
     uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
     if uneven > 0.1 * dt:
         raise CommandError(
-            f"{columns.path}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
+            f"{columns.source}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
         )
     return dt
+
+
+def _say_unit(columns: Columns) -> None:
+    """Say on standard error that times were converted: a unit taken wrongly scales all of them."""
+    if columns.time_unit != "s":
+        what = f"time column {columns.time_column} is converted from {columns.time_unit} to seconds"
+        click.echo(f"mpi-hyst: note: {short_line(f'{columns.source}: {what}')}", err=True)
 
 
 def _interval_of(rate: float, columns: Columns) -> float:
     if columns.time_column is not None:
         raise CommandError(
-            f"--rate: {columns.path} has the time column {columns.time_column}; give one of both"
+            f"--rate: {columns.source} has the time column {columns.time_column}; give one of both"
         )
     if not (math.isfinite(rate) and rate > 0.0):
         raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")

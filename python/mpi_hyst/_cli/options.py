@@ -25,8 +25,8 @@ def options(*decorators: Callable[[Function], Function]) -> Callable[[Function],
 
 
 def numbers(names: str) -> dict[str, Any]:
-    """Make an option of several numbers with commas between them."""
-    count = len(names.split(","))
+    """Make an option of numbers with commas between them: one for each name, or any with `...`."""
+    count = None if names.endswith("...") else len(names.split(","))
 
     def convert(
         context: click.Context, option: click.Parameter, value: str | None
@@ -37,8 +37,8 @@ def numbers(names: str) -> dict[str, Any]:
             found = tuple(float(part) for part in value.split(","))
         except ValueError:
             found = ()
-        if len(found) != count:
-            message = f"expected {names}, {count} numbers, got {value!r}"
+        if not found or len(found) != (count or len(found)):
+            message = f"expected {names}, {count or 'any'} numbers, got {value!r}"
             raise click.BadParameter(message, context, option)
         return found
 
@@ -68,9 +68,11 @@ def slew(default: str) -> Callable[[Function], Function]:
 
 def time_column(function: Function) -> Function:
     """Add the option that names the time column."""
-    return click.option("--time", help="Time column.  [default: time_s or time, if present]")(
-        function
-    )
+    return click.option(
+        "--time",
+        help="Time column, by name or number.  [default: time_s, time, or a name with a "
+        "unit such as t_ms, if present]",
+    )(function)
 
 
 def reference(what: str) -> Callable[[Function], Function]:

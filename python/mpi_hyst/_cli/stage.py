@@ -10,6 +10,7 @@ from typing import Any
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, renamed
+from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Model
 
 _OPTIONS = {
@@ -72,6 +73,15 @@ def load_stage(path: Path, options: StageOptions) -> mh.Stage:
         raise CommandError(f"{path}: {error}") from error
     except (ValueError, TypeError) as error:
         raise CommandError(name_options(error)) from error
+
+
+def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:
+    """Refuse a reference whose unit is known to be another one than that of the stage."""
+    got, expected = quantity.suffix, known_unit(stage.units[1])
+    if got and expected and got != expected:
+        raise CommandError(
+            f"{file}: {quantity.column}: expected {expected}, as the stage has, got {got}"
+        )
 
 
 def is_static(stage: mh.Stage) -> bool:

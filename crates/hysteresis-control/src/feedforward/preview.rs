@@ -92,6 +92,7 @@ impl PreviewOptions {
 pub struct PreviewCoefficients {
     coefficients: Vec<f64>,
     ahead: usize,
+    dynamics: LinearDynamics,
     transfer: PulseTransfer,
     dt: f64,
 }
@@ -135,13 +136,28 @@ impl PreviewCoefficients {
             let expected = "a sampling interval at which the inverse dynamics have finite coefficients";
             return Err(Error::domain("dt", None, expected, dt));
         };
-        Ok(Self { coefficients: coefficients.as_slice().to_vec(), ahead, transfer, dt })
+        Ok(Self { coefficients: coefficients.as_slice().to_vec(), ahead, dynamics: dynamics.clone(), transfer, dt })
+    }
+
+    /// Coefficients that were made before, with what they invert: as [`new`](Self::new) made them.
+    ///
+    /// # Errors
+    /// [`Error`] as for [`LinearDynamics::block`].
+    pub fn restored(dynamics: &LinearDynamics, dt: f64, coefficients: &[f64], ahead: usize) -> Result<Self, Error> {
+        let transfer = dynamics.record_transfer(dt)?;
+        Ok(Self { coefficients: coefficients.to_vec(), ahead, dynamics: dynamics.clone(), transfer, dt })
     }
 
     /// c_j, the newest reference's first.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
+    }
+
+    /// The dynamics whose inverse they are.
+    #[must_use]
+    pub fn dynamics(&self) -> &LinearDynamics {
+        &self.dynamics
     }
 
     /// The sampling interval T in seconds.

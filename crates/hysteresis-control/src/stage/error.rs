@@ -24,6 +24,15 @@ pub enum Error {
         /// The dead time in seconds.
         got: f64,
     },
+    /// Parts with another lag than the one that was identified.
+    Lag {
+        /// The part that changes it.
+        parameter: &'static str,
+        /// The identified lag of amplifier, dynamics and dead time, in seconds.
+        expected: f64,
+        /// Their lag with this part.
+        got: f64,
+    },
     /// A stage whose position falls where the drive rises, under feedback.
     Falling,
     /// A stage without limits, where something would drive it.
@@ -44,6 +53,7 @@ impl Error {
         match self {
             Self::Core(error) => error.parameter(),
             Self::Start { .. } => Some("reference"),
+            Self::Lag { parameter, .. } => Some(parameter),
             Self::NegativeDeadTime { .. } => Some("dead_time"),
             Self::Falling => Some("output_map"),
             Self::NoLimits => Some("limits"),
@@ -60,12 +70,18 @@ impl fmt::Display for Error {
             Self::Start { position, drive, got } => write!(
                 f,
                 "reference[0]: expected the position of the stage at its start drive {drive:?}, which is {position:?}, got \
-                 {got:?}: give lead_in (seconds) for a smooth way there, or start (the drive at which the stage rests)"
+                 {got:?}: give a lead-in, the seconds of a smooth way there, or the start drive at which the stage rests"
             ),
             Self::NegativeDeadTime { got } => write!(
                 f,
                 "dead_time: expected 0 s or more, got {got:?}: the records pair each drive with a position that was read \
                  later; shift the positions down by one row and identify again"
+            ),
+            Self::Lag { parameter, expected, got } => write!(
+                f,
+                "{parameter}: expected amplifier, dynamics and dead time with the lag that was identified, {expected:.6} s in \
+                 all, got {got:.6} s: the dead time of an identified stage holds the lag of all that was not fitted; change \
+                 the dead time by as much the other way, or identify again with these dynamics"
             ),
             Self::Falling => write!(
                 f,

@@ -25,6 +25,7 @@
 //!
 //! With no dead time and no modes y(k) = H\[u(k)\]. Modes answer to u(k) from y(k+1) on.
 
+mod changed;
 mod design;
 mod error;
 mod file;

@@ -24,11 +24,15 @@ const FADE: f64 = 0.005;
 
 /// How to precompensate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PrecompensateOptions {
+pub struct PrecompensateOptions<'a> {
     /// The drive never leaves (low, high); by default [`Stage::drive_range`].
     pub limits: Option<(f64, f64)>,
-    /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits.
+    /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits. The hysteresis is
+    /// then virgin but for the way there.
     pub start: Option<f64>,
+    /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis and creep
+    /// remember. After a full stroke these are its two ends and the drive of now.
+    pub history: &'a [f64],
     /// How long a smooth way from there to the beginning of the reference takes, in seconds: it is put in front of the
     /// reference. Without one the reference must begin where the stage is.
     pub lead_in: Option<f64>,
@@ -41,7 +45,7 @@ pub struct Precompensated {
     pub drive: Vec<f64>,
     /// How many samples in front of the reference the lead-in takes.
     pub lead_in_samples: usize,
-    /// The step from the start drive to the first drive: large for a reference that begins in motion without a lead-in.
+    /// The step to the first drive from the one before it: large for a reference that begins in motion without a lead-in.
     pub first_step: f64,
     /// How many targets lay beyond the limits.
     pub saturated_count: u64,
@@ -54,8 +58,8 @@ impl Stage {
     /// reference\[k\].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, output map, hysteresis and input map. The first drive is the start drive or near it: the stage
-    /// begins at rest. Every drive is within the limits and keeps the slew rate of the stage. A reference that
+    /// inverse of creep, output map, hysteresis and input map. The first drive is the last one before it or near it: the stage
+    /// begins at rest, or where its history has left it. Every drive is within the limits and keeps the slew rate of the stage. A reference that
     /// is in motion at its end is taken to go on.
     ///
     /// # Errors
@@ -65,22 +69,24 @@ impl Stage {
         &self,
         reference: &[f64],
         dt: f64,
-        options: &PrecompensateOptions,
+        options: &PrecompensateOptions<'_>,
     ) -> Result<Precompensated, Error> {
         check_samples(reference)?;
         let limits = self.limits(options.limits)?;
         let start = options.start.unwrap_or_else(|| rest_drive(limits));
         check_start(start, limits)?;
         let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
-        let level = inverse.settle(start);
-        let gain = self.parts().dynamics.static_gain();
-        let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (gain * level, start))?;
+        inverse.settle(start);
+        follow_history(&mut inverse, options.history)?;
+        let before = inverse.output();
+        let rest = self.parts().dynamics.static_gain() * inverse.position();
+        let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (rest, before))?;
         let targets = self.invert_dynamics(path, dt)?;
         let mut found =
             Precompensated { drive: targets, lead_in_samples, first_step: 0.0, saturated_count: 0, slewing_count: 0 };
         let step = self.parts().slew.map_or(f64::INFINITY, |slew| slew * dt);
         found.walk(&mut inverse, step);
-        found.first_step = found.drive[0] - start;
+        found.first_step = found.drive[0] - before;
         Ok(found)
     }
 
@@ -196,7 +202,8 @@ fn smooth(k: usize, samples: usize) -> f64 {
 fn lead_in_samples(seconds: f64, dt: f64) -> Result<usize, Error> {
     check_positive("lead_in", None, seconds)?;
     check_positive("dt", None, dt)?;
-    Ok((seconds / dt).ceil() as usize)
+    // A sampling interval out of a time column is rounded: a hundredth of a sample is none.
+    Ok((seconds / dt - 0.01).ceil() as usize)
 }
 
 fn reserve(path: &mut Vec<f64>, samples: usize, parameter: &'static str) -> Result<(), Error> {
@@ -210,6 +217,16 @@ fn reserve(path: &mut Vec<f64>, samples: usize, parameter: &'static str) -> Resu
 
 fn bounds(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (y.min(low), y.max(high)))
+}
+
+/// Takes over what has been put out before.
+fn follow_history(inverse: &mut QuasiStaticInverse, history: &[f64]) -> Result<(), Error> {
+    inverse.follow(history).map_err(|error| match error {
+        CoreError::Domain { index, expected, got, .. } => {
+            CoreError::Domain { parameter: "history", index, expected, got }.into()
+        }
+        other => other.into(),
+    })
 }
 
 fn check_samples(reference: &[f64]) -> Result<(), Error> {

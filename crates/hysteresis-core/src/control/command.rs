@@ -19,9 +19,9 @@ pub enum Mode {
     Run,
     /// Feed-forward alone: the proportional term is off, the integral is frozen and stays part of the drive.
     Feedforward,
-    /// The drive stays, whatever comes, and nothing advances but the creep of a feed-forward that has any.
+    /// The drive stays, for any reference and measurement, and nothing advances but the creep of a feed-forward that has any.
     Hold,
-    /// The drive goes to a rest drive at a given rate and stays there, whatever comes. Entered by
+    /// The drive goes to a rest drive at a given rate and stays there, for any reference and measurement. Entered by
     /// [`stop`](super::HybridController::stop).
     Stop,
 }

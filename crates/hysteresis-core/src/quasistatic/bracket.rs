@@ -74,14 +74,14 @@ impl Bracket {
         sorted(self.from_low.step(input), self.from_high.step(input))
     }
 
-    /// Takes over what was driven before, oldest input first.
+    /// Takes over what was driven before, oldest drive first.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an input that is not finite; nothing is taken then.
-    pub fn follow(&mut self, inputs: &[f64]) -> Result<(), Error> {
-        check_within_limits("inputs", inputs, self.limits)?;
-        self.from_low.follow(inputs)?;
-        self.from_high.follow(inputs)
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits; nothing is taken then.
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_within_limits("drives", drives, self.limits)?;
+        self.from_low.follow(drives)?;
+        self.from_high.follow(drives)
     }
 
     /// The lowest and the highest output that there can be now.

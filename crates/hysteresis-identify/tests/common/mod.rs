@@ -81,7 +81,7 @@ pub(crate) fn samples(found: &Identification) -> f64 {
     found.dead_time_samples.unwrap()
 }
 
-/// What follows the hysteresis of a stage.
+/// The linear part of a stage, behind its hysteresis.
 pub(crate) struct Behind {
     pub(crate) creep: Option<Creep>,
     pub(crate) dynamics: Option<Dynamics>,

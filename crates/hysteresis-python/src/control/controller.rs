@@ -52,7 +52,9 @@ use crate::convert::pickling::{Reduced, reduce};
 /// measurement_range : (low, high), optional
 ///     What the sensor can show.
 /// max_measurement_step : float, optional
-///     The largest plausible change from one measurement to the next.
+///     The largest plausible change from one measurement to the next. After k measurements in a row that could not be used,
+///     k + 1 times as much is plausible; after `max_missing` of them the next finite one within `measurement_range` is taken,
+///     wherever it is.
 /// preview : Preview, optional
 ///     Makes the target of references that then come `preview.ahead` samples early.
 /// start_drive : float, optional

@@ -11,7 +11,7 @@ use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::kernel_of;
+use crate::model::object::compiled_of;
 
 #[pymethods]
 impl HybridController {
@@ -27,9 +27,9 @@ impl HybridController {
     /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
     /// controller is as before then.
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let kernel = kernel_of("model", model)?;
+        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.controller.set_model(&kernel).map_err(raise)?;
+        this.controller.set_model(&compiled).map_err(raise)?;
         // A controller that is made again begins with the same model.
         let source = this.source.as_ref().map(|source| source.bind(slf.py()).clone());
         source.map_or(Ok(()), |source| source.call_method1(intern!(slf.py(), "set_model"), (model,)).map(drop))
@@ -61,7 +61,7 @@ impl HybridController {
 
     /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
     ///
-    /// From the next sample on every `step` puts out the next drive of the ramp, whatever comes. `hold = False` starts a motion
+    /// From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement. `hold = False` starts a motion
     /// from the drive that is reached then.
     #[pyo3(signature = (rate, rest_drive=None), text_signature = "($self, rate, rest_drive=0.0)")]
     fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {

@@ -81,7 +81,7 @@ pub(crate) fn invert_dynamics<'py>(
 /// reference : array of n floats, or one of `trajectories`
 /// dt : float
 ///     Sampling interval in seconds.
-/// limits, start, lead_in : optional
+/// limits, start, history, lead_in : optional
 ///     As for `Stage.precompensate`.
 ///
 /// Examples
@@ -93,7 +93,8 @@ pub(crate) fn invert_dynamics<'py>(
 /// >>> bool(abs(stage.forward(1e-4).run(drive) - moves.sample(1e-4)[0]).max() < 2e-3)  # um
 /// True
 #[pyfunction]
-#[pyo3(signature = (stage, reference, dt, *, limits=None, start=None, lead_in=None))]
+#[pyo3(signature = (stage, reference, dt, *, limits=None, start=None, history=None, lead_in=None))]
+#[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn precompensate<'py>(
     py: Python<'py>,
     stage: &Bound<'py, Stage>,
@@ -101,9 +102,10 @@ pub(crate) fn precompensate<'py>(
     dt: &Bound<'py, PyAny>,
     limits: Option<Bound<'py, PyAny>>,
     start: Option<Bound<'py, PyAny>>,
+    history: Option<Bound<'py, PyAny>>,
     lead_in: Option<Bound<'py, PyAny>>,
 ) -> Vector<'py> {
     numbers!(dt);
-    let found = drives(&stage.get().0, reference, dt, &Keywords { limits, start, lead_in })?;
+    let found = drives(&stage.get().0, reference, dt, &Keywords { limits, start, history, lead_in })?;
     Ok(PyArray1::from_vec(py, found.drive))
 }

@@ -1,11 +1,15 @@
 //! The preview of a controller.
 
 use hysteresis_control::feedforward::PreviewCoefficients;
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_core as core;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
+use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
+use super::linear::part::{dynamics_object, linear_dynamics};
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
@@ -95,15 +99,34 @@ impl Preview {
 
     /// The error of the position for a sine of this frequency in Hz, relative to the sine.
     ///
-    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for any other, also one that
-    /// was pickled.
+    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
         numbers!(frequency);
         let expected = "error: expected a preview that was made by mpi_hyst.control.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }
 
+    #[classmethod]
+    fn _restored(
+        _: &Bound<'_, PyType>,
+        coefficients: Vec<f64>,
+        ahead: usize,
+        dt: f64,
+        dynamics: Option<&Bound<'_, PyAny>>,
+        dead_time: f64,
+    ) -> PyResult<Self> {
+        let dynamics = dynamics.map(|parts| linear_dynamics("dynamics", parts)).transpose()?;
+        let chain = dynamics.unwrap_or_else(LinearDynamics::none).with_dead_time(dead_time).map_err(raise)?;
+        Self::made(PreviewCoefficients::restored(&chain, dt, &coefficients, ahead).map_err(raise)?)
+    }
+
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        if let Some(made) = &self.made {
+            let dynamics = (dynamics_object(py, made.dynamics())?, made.dynamics().dead_time());
+            let values = (made.coefficients().to_vec(), made.ahead(), made.dt(), dynamics.0, dynamics.1);
+            let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+            return reduce(make, values, keywords!(py), None);
+        }
         reduce(py.get_type::<Self>().into_any(), (self.coefficients(py)?, self.ahead(), self.dt), keywords!(py), None)
     }
 

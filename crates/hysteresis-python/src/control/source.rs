@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::is_word;
 use crate::convert::errors::{self, unexpected};
 use crate::convert::objects::shared;
-use crate::model::object::kernel;
+use crate::model::object::compiled_if_model;
 use crate::stage::streams::StageInverse;
 use crate::stream::streams::{Forward, Inverse};
 
@@ -37,7 +37,7 @@ pub(super) fn source(value: Option<&Bound<'_, PyAny>>, dt: f64) -> PyResult<(Fee
     } else if is_word(value, "given") {
         return Ok((FeedForward::Given, Some(value.clone().unbind())));
     } else {
-        let expected = if kernel(value).is_some() {
+        let expected = if compiled_if_model(value).is_some() {
             "model.inverse(limits) of an actuator's model, or model.forward() of a model that is itself an inverse"
         } else {
             "model.inverse(limits), stage.inverse(dt), model.forward(), \"given\" or None"

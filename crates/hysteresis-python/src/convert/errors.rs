@@ -19,7 +19,7 @@ create_exception!(
     mpi_hyst,
     NotInvertibleError,
     PyValueError,
-    "The model's slope may vanish or turn negative, so an output does not tell its input."
+    "The model's slope may vanish or turn negative, so one output may belong to several inputs."
 );
 
 /// Where an argument is wrong: its name, and how a message names the place in it.

@@ -18,7 +18,7 @@ use crate::convert::arguments::{numbers, samples};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::model::object::kernel_of;
+use crate::model::object::compiled_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
@@ -168,7 +168,7 @@ impl DynamicsIdentification {
     #[classmethod]
     fn _restored(_: &Bound<'_, PyType>, model: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut found: identification::DynamicsIdentification = depythonize(values)?;
-        found.model = kernel_of("model", model)?;
+        found.model = compiled_of("model", model)?;
         Ok(Self { found, model: model.clone().unbind() })
     }
 
@@ -245,7 +245,7 @@ pub(crate) fn identify_dynamics(
     skip: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<DynamicsIdentification> {
     numbers!(dt);
-    let kernel = kernel_of("model", model)?;
+    let compiled = compiled_of("model", model)?;
     let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
     let default = DynamicsOptions::new(dt);
     let options = DynamicsOptions {
@@ -259,7 +259,7 @@ pub(crate) fn identify_dynamics(
     let record = Record::new(&u, &y, skip).map_err(|error| one_record(error, None))?;
     let mut stopped_by = None;
     let found = py.detach(|| {
-        identification::identify_dynamics(&record, &kernel, &options, &mut || match Python::attach(|py| {
+        identification::identify_dynamics(&record, &compiled, &options, &mut || match Python::attach(|py| {
             py.check_signals()
         }) {
             Ok(()) => ControlFlow::Continue(()),

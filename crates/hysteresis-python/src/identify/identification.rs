@@ -147,7 +147,7 @@ result_methods!(Identification {
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
     ///
     /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
-    /// With smoothness they take the penalty for knowledge: second differences that scatter about zero as it says.
+    /// With smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty says.
     #[getter]
     fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.weights.iter().copied())

@@ -17,32 +17,32 @@ pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
 pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-/// The forward model of `model`, whose kernel it is.
+/// The forward model of `model`, compiled beforehand.
 pub(super) fn forward(
     model: &Bound<'_, PyAny>,
-    kernel: &CompiledModel,
+    compiled: &CompiledModel,
     initial: Argument<'_, '_>,
 ) -> PyResult<Forward> {
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let stream = match &initial {
-        None => core::Forward::new(kernel),
-        Some(initial) => core::Forward::with_initial(kernel, initial).map_err(raise)?,
+        None => core::Forward::new(compiled),
+        Some(initial) => core::Forward::with_initial(compiled, initial).map_err(raise)?,
     };
     Ok(Forward { stream, made: Made { model: model.clone().unbind(), limits: None, initial } })
 }
 
-/// The exact inverse of `model`, whose kernel it is.
+/// The exact inverse of `model`, compiled beforehand.
 pub(super) fn inverse(
     model: &Bound<'_, PyAny>,
-    kernel: &CompiledModel,
+    compiled: &CompiledModel,
     limits: Argument<'_, '_>,
     initial: Argument<'_, '_>,
 ) -> PyResult<Inverse> {
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let stream = match &initial {
-        None => core::Inverse::new(kernel, limits),
-        Some(initial) => core::Inverse::with_initial(kernel, limits, initial),
+        None => core::Inverse::new(compiled, limits),
+        Some(initial) => core::Inverse::with_initial(compiled, limits, initial),
     };
     Ok(Inverse { stream: stream.map_err(raise)?, made: Made { model: model.clone().unbind(), limits, initial } })
 }
@@ -99,7 +99,7 @@ macro_rules! model_methods {
             /// The forward model as a stream, at rest or from the operator outputs `initial`.
             #[pyo3(signature = (initial=None))]
             fn forward(slf: &Bound<'_, Self>, initial: Argument<'_, '_>) -> PyResult<Forward> {
-                $crate::model::methods::forward(slf.as_any(), &slf.get().kernel, initial)
+                $crate::model::methods::forward(slf.as_any(), &slf.get().compiled, initial)
             }
 
             /// The exact inverse as a stream, the drive within `limits` (low, high).
@@ -107,7 +107,7 @@ macro_rules! model_methods {
             /// Raises NotInvertibleError if the model may not be invertible.
             #[pyo3(signature = (limits=None, initial=None))]
             fn inverse(slf: &Bound<'_, Self>, limits: Argument<'_, '_>, initial: Argument<'_, '_>) -> PyResult<Inverse> {
-                $crate::model::methods::inverse(slf.as_any(), &slf.get().kernel, limits, initial)
+                $crate::model::methods::inverse(slf.as_any(), &slf.get().compiled, limits, initial)
             }
 
             /// How uncertain the output is when the history between the limits (low, high) is unknown.
@@ -115,7 +115,7 @@ macro_rules! model_methods {
             /// Raises ValueError for a model with a negative weight.
             fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<$crate::stream::bracket::Bracket> {
                 let limits = $crate::convert::arguments::pair("limits", limits)?;
-                $crate::stream::bracket::Bracket::of(slf.as_any(), &slf.get().kernel, limits)
+                $crate::stream::bracket::Bracket::of(slf.as_any(), &slf.get().compiled, limits)
             }
 
             /// Writes the model to a JSON file; the file appears only when it is complete.

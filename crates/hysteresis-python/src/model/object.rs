@@ -32,7 +32,7 @@ use crate::convert::errors::unexpected;
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct PrandtlIshlinskii {
     pub(crate) model: core::PrandtlIshlinskii,
-    pub(crate) kernel: CompiledModel,
+    pub(crate) compiled: CompiledModel,
 }
 
 /// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = output_offset + sum_i w_i z_i.
@@ -66,20 +66,20 @@ pub(crate) struct PrandtlIshlinskii {
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ModifiedPrandtlIshlinskii {
     pub(crate) model: core::ModifiedPrandtlIshlinskii,
-    pub(crate) kernel: CompiledModel,
+    pub(crate) compiled: CompiledModel,
 }
 
 impl From<core::PrandtlIshlinskii> for PrandtlIshlinskii {
     fn from(model: core::PrandtlIshlinskii) -> Self {
-        let kernel = CompiledModel::new(&core::ModifiedPrandtlIshlinskii::from(&model));
-        Self { model, kernel }
+        let compiled = CompiledModel::new(&core::ModifiedPrandtlIshlinskii::from(&model));
+        Self { model, compiled }
     }
 }
 
 impl From<core::ModifiedPrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
     fn from(model: core::ModifiedPrandtlIshlinskii) -> Self {
-        let kernel = CompiledModel::new(&model);
-        Self { model, kernel }
+        let compiled = CompiledModel::new(&model);
+        Self { model, compiled }
     }
 }
 
@@ -93,18 +93,18 @@ pub(crate) fn object(py: Python<'_>, model: Model) -> PyResult<Py<PyAny>> {
 
 const EXPECTED: &str = "a PrandtlIshlinskii or a ModifiedPrandtlIshlinskii";
 
-/// The kernel of a model of either kind, if the object is one.
-pub(crate) fn kernel(model: &Bound<'_, PyAny>) -> Option<CompiledModel> {
+/// The compiled model, of either kind, if the object is one.
+pub(crate) fn compiled_if_model(model: &Bound<'_, PyAny>) -> Option<CompiledModel> {
     if let Ok(model) = model.cast::<ModifiedPrandtlIshlinskii>() {
-        Some(model.get().kernel.clone())
+        Some(model.get().compiled.clone())
     } else {
-        model.cast::<PrandtlIshlinskii>().ok().map(|model| model.get().kernel.clone())
+        model.cast::<PrandtlIshlinskii>().ok().map(|model| model.get().compiled.clone())
     }
 }
 
-/// The kernel of a model of either kind, or an error that says what came instead.
-pub(crate) fn kernel_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<CompiledModel> {
-    kernel(model).ok_or_else(|| unexpected(name, EXPECTED, model))
+/// The compiled model, of either kind, or an error that says what came instead.
+pub(crate) fn compiled_of(name: &str, model: &Bound<'_, PyAny>) -> PyResult<CompiledModel> {
+    compiled_if_model(model).ok_or_else(|| unexpected(name, EXPECTED, model))
 }
 
 /// The model that an object is, or an error that says what came instead.

@@ -67,7 +67,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 ///     "A1": second order, 400 Hz, damping 0.95; noise 16.0 nm rms. "P3": second order, 2 kHz, damping 0.03, after an
 ///     amplifier pole of 279 Hz; noise 16.4 nm rms.
 /// seed : int
-///     Of the noise: the same seed gives the same numbers.
+///     Seed of the noise: the same seed gives the same numbers.
 ///
 /// Examples
 /// --------

@@ -149,7 +149,7 @@ impl Around<'_> {
         if let Some(identifier) = &self.identifier {
             // What it would be refused for in the run is found out before.
             let mut task = controller.clone();
-            task.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
+            task.set_model(&compiled(&identifier.0.model())).map_err(raise)?;
         }
         let tracking = Tracking {
             controller,
@@ -163,7 +163,7 @@ impl Around<'_> {
             identifier.0.update(drive, measured);
             updates += 1;
             if updates % model_update_interval == 0 {
-                controller.set_model(&kernel(&identifier.0.model())).map_err(raise)?;
+                controller.set_model(&compiled(&identifier.0.model())).map_err(raise)?;
             }
             Ok(())
         };
@@ -182,7 +182,7 @@ fn check_limits(got: (f64, f64), plant: Option<(f64, f64)>) -> PyResult<()> {
     }
 }
 
-fn kernel(model: &Model) -> CompiledModel {
+fn compiled(model: &Model) -> CompiledModel {
     match model {
         Model::Conventional(model) => CompiledModel::new(&ModifiedPrandtlIshlinskii::from(model)),
         Model::Modified(model) => CompiledModel::new(model),

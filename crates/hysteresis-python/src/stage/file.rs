@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteresis_control::stage;
-use hysteresis_core::{JsonError, Model};
+use hysteresis_core::{JsonError, Model, SCHEMA, SCHEMA_SPLIT};
 use pyo3::prelude::*;
 
 use super::object::Stage;
@@ -43,6 +43,11 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
         Err(JsonError::Schema { got: Some(got) }) if got == stage::SCHEMA => {
             let stage = stage::Stage::from_json(&text).map_err(|error| errors::file(&path, &error))?;
             Ok(Py::new(py, Stage(stage))?.into_any())
+        }
+        Err(JsonError::Schema { got }) => {
+            let (expected, got) = (stage::SCHEMA, got.as_deref().unwrap_or("none"));
+            let message = format!("schema: expected {expected}, {SCHEMA} or {SCHEMA_SPLIT}, got {got}");
+            Err(errors::file(&path, &message))
         }
         Err(error) => Err(errors::file(&path, &error)),
     }

@@ -23,7 +23,7 @@ use pyo3::prelude::*;
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
 /// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
-///     What follows the hysteresis.
+///     The modes and lags behind the hysteresis; their static gain may differ from 1.
 /// creep : Creep, optional
 /// input_map, output_map : (array, array), optional
 ///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.

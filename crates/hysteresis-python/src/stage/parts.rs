@@ -9,7 +9,7 @@ use crate::control::linear::creep::given_creep;
 use crate::control::linear::part::{amplifier, linear_dynamics};
 use crate::convert::arguments::{Given, pair};
 use crate::convert::arrays::vector;
-use crate::convert::errors::{raise, unexpected, wrong_type};
+use crate::convert::errors::{raise, unexpected, value, wrong_type};
 use crate::model::object::model_of;
 
 /// A strictly monotone map from its points: a pair of arrays (x, y).
@@ -18,7 +18,7 @@ fn map(name: &str, points: &Bound<'_, PyAny>) -> PyResult<PiecewiseLinearMap> {
         return Err(unexpected(name, "a pair of arrays (x, y): the points of a piecewise-linear map", points));
     };
     let (x, y) = (vector(name, &x)?, vector(name, &y)?);
-    PiecewiseLinearMap::new(x.as_slice()?, y.as_slice()?).map_err(raise)
+    PiecewiseLinearMap::new(x.as_slice()?, y.as_slice()?).map_err(|error| value(name, error))
 }
 
 /// The points of a map, as it is given.

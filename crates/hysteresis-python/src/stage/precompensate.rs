@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use crate::control::reference::samples;
 use crate::convert::arguments::{Given, pair};
+use crate::convert::arrays::vector;
 use crate::convert::errors::{raise, warn};
 
 /// The keywords of `precompensate`, as they came.
@@ -12,6 +13,7 @@ use crate::convert::errors::{raise, warn};
 pub(crate) struct Keywords<'py> {
     pub(crate) limits: Option<Bound<'py, PyAny>>,
     pub(crate) start: Option<Bound<'py, PyAny>>,
+    pub(crate) history: Option<Bound<'py, PyAny>>,
     pub(crate) lead_in: Option<Bound<'py, PyAny>>,
 }
 
@@ -38,9 +40,12 @@ pub(crate) fn precompensate(
     dt: f64,
     keywords: &Keywords<'_>,
 ) -> PyResult<Precompensated> {
+    let history = keywords.history.as_ref().map(|drives| vector("history", drives)).transpose()?;
+    let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?.to_vec();
     let options = PrecompensateOptions {
         limits: checked_limits(stage, keywords.limits.as_ref())?,
         start: keywords.start.as_ref().number("start")?,
+        history: &history,
         lead_in: keywords.lead_in.as_ref().number("lead_in")?,
     };
     let reference_samples = samples("reference", reference, dt)?;
@@ -50,7 +55,9 @@ pub(crate) fn precompensate(
         let (step, unit) = (found.first_step, &stage.parts().units.drive);
         warn(
             py,
-            &format!("reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give lead_in"),
+            &format!(
+                "reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give a lead-in"
+            ),
         )?;
     }
     let limits = stage.limits(options.limits).map_err(raise)?.map_or(String::new(), |limits| format!(" {limits:?}"));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::stage::{self, RecordSource, StageParts};
+use hysteresis_control::stage::{self, Identified, RecordSource};
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -16,7 +16,7 @@ use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::numbers;
-use crate::convert::errors::{self, raise, wrong_type};
+use crate::convert::errors::raise;
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
@@ -88,7 +88,7 @@ impl Stage {
         self.0.parts().amplifier.map(|amplifier| amplifier.frequency())
     }
 
-    /// What follows the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None.
+    /// The modes and lags behind the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         dynamics_object(py, &self.0.parts().dynamics)
@@ -129,7 +129,7 @@ impl Stage {
     /// names and SHA-256 of the records. None for a stage that was made from its parts.
     #[getter]
     fn identified<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        Ok(self.0.parts().identified.as_ref().map(|identified| pythonize(py, identified)).transpose()?)
+        self.0.parts().identified.as_ref().map(|identified| dictionary(py, identified)).transpose()
     }
 
     /// Between which drives what runs stays by default: the limits within the range that was identified.
@@ -168,18 +168,18 @@ impl Stage {
     /// How uncertain the position is when the history between the limits is unknown, without creep and dynamics.
     #[pyo3(signature = (limits=None))]
     fn bracket(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
-        let stage = &slf.get().0;
-        let limits = checked_limits(stage, limits)?;
-        if stage.limits(limits).map_err(raise)?.is_none() {
-            return Err(wrong_type("limits", "expected (low, high), got None"));
+        let this = &slf.get().0;
+        let limits = checked_limits(this, limits)?;
+        if this.limits(limits).map_err(raise)?.is_none() {
+            return Err(raise(stage::Error::NoLimits));
         }
-        Ok(Bracket::made(slf.as_any(), stage.bracket(limits).map_err(raise)?))
+        Ok(Bracket::made(slf.as_any(), this.bracket(limits).map_err(raise)?))
     }
 
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`.
+    /// inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`, or where `history` has left it.
     ///
     /// Parameters
     /// ----------
@@ -189,7 +189,10 @@ impl Stage {
     /// limits : (float, float), optional
     ///     Within those of the stage; by default `drive_range`.
     /// start : float, optional
-    ///     The drive at which the stage rests; by default 0, or the limit nearest to it.
+    ///     The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
+    /// history : array of floats, optional
+    ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis and creep remember. After a
+    ///     full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
@@ -207,7 +210,8 @@ impl Stage {
     /// -----
     /// UserWarning
     ///     If limits or slew rate held drives back.
-    #[pyo3(signature = (reference, dt, *, limits=None, start=None, lead_in=None))]
+    #[pyo3(signature = (reference, dt, *, limits=None, start=None, history=None, lead_in=None))]
+    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn precompensate<'py>(
         &self,
         py: Python<'py>,
@@ -215,10 +219,11 @@ impl Stage {
         dt: &Bound<'py, PyAny>,
         limits: Option<Bound<'py, PyAny>>,
         start: Option<Bound<'py, PyAny>>,
+        history: Option<Bound<'py, PyAny>>,
         lead_in: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         numbers!(dt);
-        let found = precompensate(&self.0, reference, dt, &Keywords { limits, start, lead_in })?;
+        let found = precompensate(&self.0, reference, dt, &Keywords { limits, start, history, lead_in })?;
         Ok(PyArray1::from_vec(py, found.drive))
     }
 
@@ -229,7 +234,11 @@ impl Stage {
         files::write_file(path, &text)
     }
 
-    /// A copy with other keywords: those of the constructor but for the hysteresis.
+    /// A copy with other arguments of the constructor; of what was identified it keeps what still holds.
+    ///
+    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
+    /// dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified, other
+    /// linear parts its errors and warnings.
     #[pyo3(signature = (**changes))]
     fn replace<'py>(slf: &Bound<'py, Self>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let keywords = PyDict::new(slf.py());
@@ -247,10 +256,8 @@ impl Stage {
             None => slf.getattr("hysteresis")?,
         };
         let stage = slf.get_type().call((hysteresis,), Some(&keywords))?;
-        let identified = slf.get().0.parts().identified.clone();
-        check_lag(&slf.get().0, changes)?;
-        let made = stage.cast::<Self>()?.get().0.parts().clone();
-        let made = stage::Stage::new(StageParts { identified, ..made }).map_err(raise)?;
+        let parts = stage.cast::<Self>()?.get().0.parts().clone();
+        let made = slf.get().0.with_parts(parts).map_err(raise)?;
         Ok(Bound::new(slf.py(), Self(made))?.into_any())
     }
 
@@ -274,9 +281,13 @@ impl Stage {
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
-        let (operators, order, dead_time) = (self.0.model().operators(), parts.dynamics.order(), parts.dead_time);
+        let dynamics = match parts.dynamics.order() {
+            0 => "no dynamics".to_string(),
+            order => format!("order {order} dynamics"),
+        };
+        let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
-            "<Stage: {operators} operators, {drive} to {position}{range}, order {order} dynamics, dead time {dead_time} s{creep}>"
+            "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} ms{creep}>"
         )
     }
 
@@ -291,19 +302,18 @@ impl Stage {
     }
 }
 
-/// A dead time that was identified without dynamics holds their lag: dynamics that are added would count it twice.
-fn check_lag(stage: &stage::Stage, changes: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-    let (parts, Some(changes)) = (stage.parts(), changes) else { return Ok(()) };
-    let lumped = parts.identified.is_some() && parts.dynamics.order() == 0 && parts.dead_time != 0.0;
-    let adds = |name| Ok::<_, PyErr>(changes.get_item(name)?.is_some_and(|part| !part.is_none()));
-    if lumped && adds("dynamics")? && !changes.contains("dead_time")? {
-        let dead_time = parts.dead_time;
-        let expected = format!(
-            "dead_time beside it: the {dead_time:.3e} s of this stage were identified without dynamics and hold their lag"
-        );
-        return Err(errors::value("dynamics", format_args!("expected {expected}; give what is left of it")));
+/// What identification knows, as a dictionary. A file has words for numbers that are not finite; Python has the numbers.
+fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'py, PyAny>> {
+    let known = pythonize(py, identified)?;
+    known.set_item("rmse", identified.rmse)?;
+    known.set_item("max_error", identified.max_error)?;
+    known.set_item("covariance", &identified.covariance)?;
+    for (shown, warning) in known.get_item("warnings")?.try_iter()?.zip(&identified.warnings) {
+        let shown = shown?;
+        shown.set_item("value", warning.value)?;
+        shown.set_item("limit", warning.limit)?;
     }
-    Ok(())
+    Ok(known)
 }
 
 /// The keywords of the constructor.

@@ -6,14 +6,15 @@ use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pythonize::pythonize;
+use serde::{Deserialize, Serialize};
 
 use super::object::Stage;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
-use crate::convert::errors::raise;
+use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
-use crate::model::object::{kernel_of, model_of};
+use crate::model::object::{compiled_of, model_of};
 use crate::stream::process::process_methods;
 
 /// The position of a stage, sample by sample: made by `stage.forward(dt)`.
@@ -56,6 +57,14 @@ pub(crate) struct StageInverse {
     pub(crate) dt: f64,
 }
 
+/// The state of a stream, and the sampling interval that it belongs to.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved<T> {
+    dt: f64,
+    stream: T,
+}
+
 /// The array of drives that were put out before.
 fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(vector("drives", drives)?.as_slice()?.to_vec())
@@ -74,13 +83,18 @@ macro_rules! stage_stream {
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
             #[getter]
             fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-                Ok(pythonize(py, &self.stream.state())?)
+                Ok(pythonize(py, &Saved { dt: self.dt, stream: self.stream.state() })?)
             }
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let state = saved(state)?;
-                exclusive(slf)?.stream.set_state(&state).map_err(raise)
+                let Saved { dt, stream } = saved(state)?;
+                let mut this = exclusive(slf)?;
+                if dt.to_bits() != this.dt.to_bits() {
+                    let place = Place::part("state", "state.dt");
+                    return Err(value(place, format_args!("expected {:?}, got {dt:?}", this.dt)));
+                }
+                this.stream.set_state(&stream).map_err(raise)
             }
 
             /// Takes over what was driven before, oldest drive first, one per sampling interval.
@@ -140,10 +154,10 @@ stage_stream!(StageInverse {
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (kernel, hysteresis) = (kernel_of("model", model)?, model_of("model", model)?.into());
+        let (compiled, hysteresis) = (compiled_of("model", model)?, model_of("model", model)?.into());
         let mut this = exclusive(slf)?;
         let stage = stage::Stage::new(StageParts { hysteresis, ..this.stage.parts().clone() }).map_err(raise)?;
-        this.stream.set_model(&kernel).map_err(raise)?;
+        this.stream.set_model(&compiled).map_err(raise)?;
         this.stage = stage;
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Arrays of actuators: the models, each with the kernel that its streams share.
+//! Arrays of actuators: the models, each compiled once for all its streams.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::model::object::{kernel, model_of, object};
+use crate::model::object::{compiled_if_model, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
 ///
@@ -47,7 +47,7 @@ use crate::model::object::{kernel, model_of, object};
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct ActuatorArray {
     models: Py<PyTuple>,
-    kernels: Box<[CompiledModel]>,
+    compiled: Box<[CompiledModel]>,
     distinct: usize,
 }
 
@@ -99,23 +99,23 @@ impl ActuatorArray {
             let expected = "a sequence of models ([model] * M for M actuators of one model)";
             return Err(wrong_type("models", format_args!("expected {expected}, got {got}")));
         };
-        let (known, mut kept, mut kernels) = (PyDict::new(py), Vec::new(), Vec::new());
+        let (known, mut kept, mut compiled) = (PyDict::new(py), Vec::new(), Vec::new());
         for (m, item) in items.enumerate() {
             let item = item?;
-            if kernel(&item).is_none() {
+            if compiled_if_model(&item).is_none() {
                 let got = item.get_type().name()?;
                 let expected = "a PrandtlIshlinskii or ModifiedPrandtlIshlinskii";
                 let place = format!("models[{m}]");
                 return Err(wrong_type(Place::part("models", &place), format_args!("expected {expected}, got {got}")));
             }
             let first = known.call_method1("setdefault", (&item, &item))?;
-            kernels.extend(kernel(&first));
+            compiled.extend(compiled_if_model(&first));
             kept.push(first);
         }
         if kept.is_empty() {
             return Err(errors::value("models", "expected at least one model, got none"));
         }
-        Ok(Self { models: PyTuple::new(py, kept)?.unbind(), kernels: kernels.into(), distinct: known.len() })
+        Ok(Self { models: PyTuple::new(py, kept)?.unbind(), compiled: compiled.into(), distinct: known.len() })
     }
 
     /// The model of every actuator.
@@ -126,7 +126,7 @@ impl ActuatorArray {
 
     /// The forward models as one stream of arrays, at rest.
     fn forward(slf: &Bound<'_, Self>) -> ForwardArray {
-        ForwardArray { stream: StreamArray::forward(&slf.get().kernels), made: MadeOf::new(slf.as_any(), None) }
+        ForwardArray { stream: StreamArray::forward(&slf.get().compiled), made: MadeOf::new(slf.as_any(), None) }
     }
 
     /// The exact inverses as one stream of arrays, at rest.
@@ -136,10 +136,10 @@ impl ActuatorArray {
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
     #[pyo3(signature = (limits=None))]
     fn inverse(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<InverseArray> {
-        let kernels = &slf.get().kernels;
-        let given = Limits::from_python(limits, kernels.len())?;
-        let stream = |(m, kernel)| core::Inverse::new(kernel, given.of(m)).map_err(|error| given.error(m, error));
-        let stream = kernels.iter().enumerate().map(stream).collect::<PyResult<_>>()?;
+        let compiled = &slf.get().compiled;
+        let given = Limits::from_python(limits, compiled.len())?;
+        let stream = |(m, compiled)| core::Inverse::new(compiled, given.of(m)).map_err(|error| given.error(m, error));
+        let stream = compiled.iter().enumerate().map(stream).collect::<PyResult<_>>()?;
         Ok(InverseArray { stream, made: MadeOf::new(slf.as_any(), limits) })
     }
 
@@ -166,7 +166,7 @@ impl ActuatorArray {
     }
 
     fn __len__(&self) -> usize {
-        self.kernels.len()
+        self.compiled.len()
     }
 
     fn __eq__(&self, py: Python<'_>, other: &Self) -> PyResult<bool> {
@@ -179,7 +179,7 @@ impl ActuatorArray {
 
     fn __repr__(&self) -> String {
         let models = if self.distinct == 1 { "model" } else { "models" };
-        format!("<ActuatorArray of {} actuators, {} {models}>", self.kernels.len(), self.distinct)
+        format!("<ActuatorArray of {} actuators, {} {models}>", self.compiled.len(), self.distinct)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {

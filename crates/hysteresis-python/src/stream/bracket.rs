@@ -34,9 +34,9 @@ pub(crate) struct Bracket {
 }
 
 impl Bracket {
-    /// The bracket of `model`, whose kernel it is.
-    pub(crate) fn of(model: &Bound<'_, PyAny>, kernel: &CompiledModel, limits: (f64, f64)) -> PyResult<Self> {
-        Ok(Self::made(model, core::Bracket::new(kernel, limits).map_err(raise)?))
+    /// The bracket of `model`, compiled beforehand.
+    pub(crate) fn of(model: &Bound<'_, PyAny>, compiled: &CompiledModel, limits: (f64, f64)) -> PyResult<Self> {
+        Ok(Self::made(model, core::Bracket::new(compiled, limits).map_err(raise)?))
     }
 
     /// A bracket that `made_of` has made.

@@ -21,7 +21,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::model::object::kernel_of;
+use crate::model::object::compiled_of;
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.
 ///
@@ -257,14 +257,14 @@ macro_rules! stream_array_methods {
                 actuator: &Bound<'_, PyAny>,
                 model: &Bound<'_, PyAny>,
             ) -> PyResult<()> {
-                let (actuator, kernel) = (whole::<usize>("actuator", actuator)?, kernel_of("model", model)?);
+                let (actuator, compiled) = (whole::<usize>("actuator", actuator)?, compiled_of("model", model)?);
                 let mut this = exclusive(slf)?;
                 let actuators = this.stream.len();
                 let Some(stream) = this.stream.streams_mut().get_mut(actuator) else {
                     let expected = format!("a number below {actuators}");
                     return Err(errors::value("actuator", format_args!("expected {expected}, got {actuator}")));
                 };
-                stream.set_model(&kernel).map_err(raise)?;
+                stream.set_model(&compiled).map_err(raise)?;
                 this.made.models.insert(actuator, model.clone().unbind());
                 Ok(())
             }

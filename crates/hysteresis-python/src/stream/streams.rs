@@ -12,7 +12,7 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::Reduced;
-use crate::model::object::kernel_of;
+use crate::model::object::compiled_of;
 
 /// The output of a model, sample by sample: made by `model.forward()`.
 ///
@@ -118,9 +118,9 @@ stream_methods!(Forward {
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let kernel = kernel_of("model", model)?;
+        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.stream.set_model(&kernel).map_err(raise)?;
+        this.stream.set_model(&compiled).map_err(raise)?;
         this.made.model = model.clone().unbind();
         Ok(())
     }
@@ -160,9 +160,9 @@ stream_methods!(Inverse {
     /// >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
     /// (4.0, 3.0)
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let kernel = kernel_of("model", model)?;
+        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.stream.set_model(&kernel).map_err(raise)?;
+        this.stream.set_model(&compiled).map_err(raise)?;
         this.made.model = model.clone().unbind();
         Ok(())
     }

@@ -68,7 +68,12 @@ def _creep(
 @click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
-    click.option("--input", "input_column", required=True, help="Column of the drive."),
+    click.option(
+        "--input",
+        "input_column",
+        required=True,
+        help="Column of the drive, by name or number from 0.",
+    ),
     click.option("--output", "output_column", required=True, help="Column of the position."),
     click.option("-o", "stage_path", type=FILE, help="Stage to write (JSON)."),
     report,
@@ -183,7 +188,7 @@ def _creep(
     ),
 )
 def identify(**given: Any) -> int:
-    """Fit a stage to measured records in CSV files.
+    """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
     The stage is written with -o: hysteresis, dead time, dynamics and creep if they are asked for,
     and the limits and slew rate of its drive if they are given. A record must start from rest, or

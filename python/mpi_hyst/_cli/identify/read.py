@@ -25,26 +25,29 @@ _AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 
 def read(request: Request) -> Records:
     """Read all records, each with the part to skip."""
-    records = _read("--skip", request.data, request.skip, request.rows, request)
-    held_out = _read("--validate-skip", request.validate, request.validate_skip, (), request)
+    records, units = _read("--skip", request.data, request.skip, request.rows, request)
+    held_out, _ = _read("--validate-skip", request.validate, request.validate_skip, (), request)
     _check_intervals([*records, *held_out])
     if not request.validate_from:
-        return Records(records, held_out, ends=False)
+        return Records(records, held_out, ends=False, units=units)
     ends = _ends(records, request)
     fitted = [record.until(end) for record, end in zip(records, ends, strict=True)]
     held_out = [replace(record, skip=end) for record, end in zip(records, ends, strict=True)]
-    return Records(fitted, held_out, ends=True)
+    return Records(fitted, held_out, ends=True, units=units)
 
 
 def _read(
     option: str, paths: Sequence[Path], skip: Sequence[str], rows: Sequence[int], request: Request
-) -> list[Record]:
+) -> tuple[list[Record], dict[str, str]]:
     skips = _per_file(option, skip, "0", paths)
     counts = _per_file("--rows", rows, 0, paths)
     names = [request.input_column, request.output_column]
-    records = []
+    records: list[Record] = []
+    units: dict[str, str] = {}
     for path, amount, count in zip(paths, skips, counts, strict=True):
         columns = io.read(path, names, time=request.time, rows=count or None)
+        for name in names:
+            _check_unit(path, name, columns.quantity(name).suffix, units)
         dt, seconds = known_interval(columns, request.rate), columns.seconds
         if seconds is None and dt is not None:
             seconds = dt * np.arange(columns.samples, dtype=np.float64)
@@ -59,7 +62,15 @@ def _read(
                 sha256=_sha256(path),
             )
         )
-    return records
+    return records, units
+
+
+def _check_unit(path: Path, name: str, unit: str, units: dict[str, str]) -> None:
+    """Note the unit of a column; another one than in the files before is refused."""
+    before = units.setdefault(name, unit)
+    if unit and before and unit != before:
+        raise CommandError(f"{path}, column {name}: expected {before} as before, got {unit}")
+    units[name] = before or unit
 
 
 def _sha256(path: Path) -> str | None:

@@ -36,6 +36,8 @@ class Request:
     limits: tuple[float, float] | None = None
     slew: float | None = None
     keep_partial: bool = False
+    units: Mapping[str, str] = field(default_factory=dict)
+    """The units of the columns that the first file states, known once it is read."""
     fit: dict[str, Any] = field(default_factory=dict)
     """What goes to `mh.identify` under its own name; what was not given is not in it."""
 
@@ -51,12 +53,12 @@ class Request:
     @property
     def input(self) -> Quantity:
         """The drive."""
-        return Quantity(self.input_column)
+        return Quantity(self.input_column, self.units.get(self.input_column, ""))
 
     @property
     def output(self) -> Quantity:
         """The displacement."""
-        return Quantity(self.output_column)
+        return Quantity(self.output_column, self.units.get(self.output_column, ""))
 
     @property
     def model(self) -> Kind:

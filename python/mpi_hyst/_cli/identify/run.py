@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -24,6 +25,7 @@ def run(request: Request) -> tuple[str, bool]:
     if request.report_path is not None:
         require_report_packages("--report")
     records = read(request)
+    request = replace(request, units=records.units)
     with progress_bar("fitting", request.output.unit) as progress:
         found = fit(records, request, progress)
     left_out = loops_left_out(records, found)

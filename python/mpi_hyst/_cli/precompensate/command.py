@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, limits, options, reference, stage
+from mpi_hyst._cli.options import FILE, limits, numbers, options, reference, stage
 from mpi_hyst._cli.terminal import say
 
 
@@ -21,7 +21,13 @@ from mpi_hyst._cli.terminal import say
         "--start",
         type=float,
         metavar="V",
-        help="Drive at which the stage rests before.  [default: 0, or the limit nearest to it]",
+        help="Drive at which the stage has rested, virgin but for the way there.  "
+        "[default: 0, or the limit nearest to it]",
+    ),
+    click.option(
+        "--history",
+        **numbers("V,V,..."),
+        help="Drives since that rest, oldest first: 0,150,0 after a full stroke from 0 to 150 V.",
     ),
     click.option(
         "--lead-in",
@@ -36,7 +42,7 @@ def precompensate(**given: Any) -> None:
 
     STAGE.json is a stage or a model written by identify. Dynamics, creep and dead time of the
     stage are inverted, then the hysteresis, exactly. Without --lead-in the trajectory must begin
-    where the stage rests.
+    where the stage is: at rest and virgin, unless --history says how it was driven before.
     """
     from mpi_hyst._cli.precompensate.run import Request, run
 

@@ -14,8 +14,9 @@ import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, renamed
 from mpi_hyst._cli.inputs import known_interval, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import StageOptions, is_static, load_stage, name_options
-from mpi_hyst._csv import read_trajectory, write_table
+from mpi_hyst._cli.stage import StageOptions, check_unit, is_static, load_stage, name_options
+from mpi_hyst._csv import write_table
+from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import digits, in_unit, text_pairs
@@ -23,13 +24,6 @@ from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
 _DRIVE = "drive"
-_HINTS = {
-    "lead_in (seconds)": "--lead-in SECONDS",
-    "give lead_in": "give --lead-in",
-    "or start (": "or --start (",
-}
-"""How hints of the library name options, and how the command line does."""
-
 _MAX_MISS = 5e-3
 """Share of the range of a trajectory by which the stage itself may miss it without a warning."""
 
@@ -47,13 +41,16 @@ class Request:
     rate: float | None = None
     limits: tuple[float, float] | None = None
     start: float | None = None
+    history: tuple[float, ...] = ()
     lead_in: float | None = None
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> Request:
         """Take what the command line gives."""
         stage, others = StageOptions.split(given)
-        return cls(stage=stage, **others)
+        return cls(
+            stage=stage, **{name: value for name, value in others.items() if value is not None}
+        )
 
 
 def run(request: Request) -> str:
@@ -63,7 +60,8 @@ def run(request: Request) -> str:
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
     _check_names(columns, column)
     dt = _interval(columns, stage, request)
-    quantity = Quantity(column)
+    quantity = columns.quantity(column)
+    check_unit(str(request.trajectory), quantity, stage)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {**_times(columns, drive.size, dt), _DRIVE: drive}
     write_outputs([Output.of_text(request.drive_path, write_table(table))])
@@ -75,7 +73,8 @@ def _check_names(columns: Columns, column: str) -> None:
     """Refuse a column that has the name of the one that is written."""
     if _DRIVE in (columns.time_column, column):
         raise CommandError(
-            f"{columns.path}: expected other columns than {_DRIVE}, which is written, got {_DRIVE}"
+            f"{columns.source}: expected other columns than {_DRIVE}, which is written, "
+            f"got {_DRIVE}"
         )
 
 
@@ -91,19 +90,25 @@ def _design(
 ) -> tuple[Samples, Samples, list[str]]:
     """Return the drive, the error of the stage itself under it, and warnings for the summary."""
     names = {"reference": str(request.trajectory), "start": "--start", "lead_in": "--lead-in"}
+    names["history"] = "--history"
     names["dt"] = "--rate" if request.rate is not None else names["reference"]
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             drive = stage.precompensate(
-                reference, dt, limits=request.limits, start=request.start, lead_in=request.lead_in
+                reference,
+                dt,
+                limits=request.limits,
+                start=request.start,
+                history=request.history,
+                lead_in=request.lead_in,
             )
-        residual = _residual(stage, reference, drive, dt, _start(stage, request))
+        residual = _residual(stage, reference, drive, dt, request)
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
-        raise CommandError(_hinted(name_options(error, names))) from error
-    notes = [f"warning: {_hinted(_named(str(one.message), names))}" for one in caught]
+        raise CommandError(name_options(error, names)) from error
+    notes = [f"warning: {_named(str(one.message), names)}" for one in caught]
     worst = int(residual.argmax())
     if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
         miss = in_unit(float(residual[worst]), unit, 3)
@@ -128,11 +133,12 @@ def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:
 
 
 def _residual(
-    stage: mh.Stage, reference: Samples, drive: Samples, dt: float, start: float
+    stage: mh.Stage, reference: Samples, drive: Samples, dt: float, request: Request
 ) -> Samples:
     """Return the magnitude of the error of the stage itself under this drive."""
     stream = stage.forward(dt)
-    stream.settle(start)
+    stream.settle(_start(stage, request))
+    stream.follow(request.history)
     return np.abs(stream.run(drive)[-reference.size :] - reference)
 
 
@@ -151,22 +157,17 @@ def _named(warning: str, names: Mapping[str, str]) -> str:
     return warning
 
 
-def _hinted(message: str) -> str:
-    """Name the options in the hints of the library, which name its arguments."""
-    for argument, option in _HINTS.items():
-        message = message.replace(argument, option)
-    return message
-
-
 def _summary(
     request: Request, stage: mh.Stage, quantity: Quantity, drive: Samples, residual: Samples
 ) -> str:
     unit, _ = stage.units
     start, before = _start(stage, request), drive.size - residual.size
+    last = request.history[-1] if request.history else start
     low, high = digits(float(drive.min())), digits(float(drive.max()))
-    step = in_unit(float(drive[0]) - start, unit)
+    step = in_unit(float(drive[0]) - last, unit)
     pairs = [
-        ("samples", f"{residual.size}, starting from rest at a drive of {start:g} {unit}".rstrip()),
+        ("samples", f"{residual.size}"),
+        ("before", _before(request, start, unit)),
         *([("lead-in", f"{before} rows in front of the samples")] if before else []),
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
         ("drive", f"{low} to {high} {unit}".rstrip()),
@@ -177,6 +178,16 @@ def _summary(
     ]
     title = f"{request.drive_path}: drive for {quantity.column} of {request.trajectory}"
     return f"{title}\n\n{text_pairs(pairs)}"
+
+
+def _before(request: Request, start: float, unit: str) -> str:
+    """Say what the stage is taken to remember."""
+    rest = f"at rest at {start:g} {unit}".rstrip()
+    if not request.history:
+        return f"{rest}, never driven farther (--history says otherwise)"
+    return (
+        f"{rest}, then driven to {', '.join(f'{one:g}' for one in request.history)} {unit}".rstrip()
+    )
 
 
 def _limits(limits: tuple[float, float] | None, unit: str, drive: Samples) -> str:

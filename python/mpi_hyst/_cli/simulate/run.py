@@ -11,10 +11,10 @@ from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.progress import fraction_bar
-from mpi_hyst._cli.stage import StageOptions, load, load_stage, name_options
+from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages
-from mpi_hyst._csv import read_trajectory, write_table
-from mpi_hyst._quantity import Quantity
+from mpi_hyst._csv import write_table
+from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import text_pairs, text_table
@@ -74,6 +74,7 @@ def run(request: Request) -> str:
 def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     """Simulate the closed loop."""
     stage = load_stage(request.stage_path, request.stage)
+    check_unit(str(request.trajectory), columns.quantity(column), stage)
     other = stage if request.plant_path is None else _other(request.plant_path, stage)
     dt = sampling_interval(columns, request.rate)
     try:
@@ -89,7 +90,7 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(error, request)) from error
     setup = _setup(request, plant_stage, controller)
-    return Simulation(done, dt, Quantity(column), setup)
+    return Simulation(done, dt, columns.quantity(column), setup)
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:
@@ -147,7 +148,7 @@ def _table(columns: Columns, simulation: Simulation, request: Request) -> dict[s
     run, time = simulation.run, columns.time_column
     table = [
         (time or "time_s", simulation.seconds if time is None else columns[time]),
-        (simulation.quantity.column, run.reference),
+        (f"reference{unit}", run.reference),
         ("drive", run.drive),
         (f"measured{unit}", run.measured),
         (f"position{unit}", run.position),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
@@ -37,6 +37,8 @@ class Records:
     fitted: Sequence[Record]
     held_out: Sequence[Record]
     ends: bool
+    units: Mapping[str, str] = field(default_factory=dict)
+    """The units of drive and position by the names of their columns, as far as they are known."""
 
     @property
     def dt(self) -> float | None:

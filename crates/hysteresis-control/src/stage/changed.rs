@@ -1,0 +1,184 @@
+//! A stage with other parts, and what identification still knows of it then.
+
+use core::f64::consts::TAU;
+
+use super::{Error, Identified, Stage, StageParts};
+use crate::linear::LinearDynamics;
+
+/// By how much the lag may change before the stage is another one: this share of it, and of the sampling interval.
+const SAME_LAG: (f64, f64) = (0.02, 0.25);
+
+/// Where the lag of linear dynamics is read off, in Hz: far below any mode, far above rounding.
+const LOW_FREQUENCY: f64 = 1e-6;
+
+impl Stage {
+    /// The same stage with other parts; of what identification knows, what still holds.
+    ///
+    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the dead
+    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it, other
+    /// linear parts the errors and warnings.
+    ///
+    /// ```
+    /// use hysteresis_control::stage::{Stage, StageParts};
+    /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+    /// let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&[0.5], &[0.0], Ratios::PAPER, Offsets::default())?;
+    /// let stage = Stage::new(StageParts::new(hysteresis))?;
+    /// let limited = stage.with_parts(StageParts { limits: Some((0.0, 150.0)), ..stage.parts().clone() })?;
+    /// assert_eq!(limited.drive_range(), Some((0.0, 150.0)));
+    /// # Ok::<(), hysteresis_control::stage::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Lag`], or as [`Stage::new`].
+    pub fn with_parts(&self, parts: StageParts) -> Result<Self, Error> {
+        let known = self.parts();
+        let Some(identified) = &known.identified else { return Self::new(StageParts { identified: None, ..parts }) };
+        let same_hysteresis = (&known.hysteresis, &known.input_map, &known.output_map)
+            == (&parts.hysteresis, &parts.input_map, &parts.output_map);
+        if !same_hysteresis {
+            return Self::new(StageParts { identified: None, ..parts });
+        }
+        if same_linear_parts(known, &parts) {
+            return Self::new(StageParts { identified: Some(identified.clone()), ..parts });
+        }
+        check_lag(known, &parts, identified)?;
+        let ranges = Identified {
+            rmse: f64::NAN,
+            max_error: f64::NAN,
+            parameters: Vec::new(),
+            covariance: Vec::new(),
+            warnings: Vec::new(),
+            ..identified.clone()
+        };
+        Self::new(StageParts { identified: Some(ranges), ..parts })
+    }
+}
+
+fn same_linear_parts(one: &StageParts, other: &StageParts) -> bool {
+    one.amplifier == other.amplifier
+        && one.dynamics == other.dynamics
+        && one.creep == other.creep
+        && one.dead_time.to_bits() == other.dead_time.to_bits()
+}
+
+/// Refuses parts with another lag than the one that was identified.
+fn check_lag(known: &StageParts, changed: &StageParts, identified: &Identified) -> Result<(), Error> {
+    // Records without a sampling interval tell no lag.
+    let Some(dt) = identified.dt.iter().copied().reduce(f64::min) else { return Ok(()) };
+    let (expected, got) = (lag(known), lag(changed));
+    if (got - expected).abs() <= SAME_LAG.0 * expected.abs() + SAME_LAG.1 * dt {
+        return Ok(());
+    }
+    let parameter = if known.dynamics != changed.dynamics {
+        "dynamics"
+    } else if known.amplifier != changed.amplifier {
+        "amplifier_bandwidth"
+    } else {
+        "dead_time"
+    };
+    Err(Error::Lag { parameter, expected, got })
+}
+
+/// How much later than the drive a slow motion is read, in seconds.
+fn lag(parts: &StageParts) -> f64 {
+    let dynamics = match parts.amplifier {
+        Some(amplifier) => LinearDynamics::from(amplifier).then(parts.dynamics.clone()),
+        None => parts.dynamics.clone(),
+    };
+    let slow = dynamics.frequency_response(LOW_FREQUENCY) / dynamics.static_gain();
+    parts.dead_time - slow.arg() / (TAU * LOW_FREQUENCY)
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+
+    use super::*;
+    use crate::linear::{FirstOrder, SecondOrder};
+    use crate::stage::StageWarning;
+
+    fn identified() -> Stage {
+        let hysteresis =
+            ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 9.0], Ratios::PAPER, Offsets::default());
+        let warning = |value| StageWarning {
+            code: "creep_undetermined".into(),
+            message: String::new(),
+            value,
+            limit: 0.5,
+            hint: String::new(),
+        };
+        Stage::new(StageParts {
+            dead_time: 8e-4,
+            identified: Some(Identified {
+                drive_range: (0.0, 150.0),
+                position_range: (0.0, 75.0),
+                dt: vec![1e-4],
+                rmse: 0.01,
+                max_error: 0.1,
+                parameters: vec!["w[0]".into()],
+                covariance: vec![vec![1e-6]],
+                warnings: vec![warning(f64::NAN)],
+                records: Vec::new(),
+            }),
+            ..StageParts::new(hysteresis.unwrap())
+        })
+        .unwrap()
+    }
+
+    fn a1() -> LinearDynamics {
+        SecondOrder::new(400.0, 0.95).unwrap().into()
+    }
+
+    #[test]
+    fn the_lag_is_that_of_all_parts() {
+        let parts = StageParts {
+            dynamics: a1(),
+            amplifier: Some(FirstOrder::new(200.0).unwrap()),
+            ..identified().parts().clone()
+        };
+        let want = 8e-4 + 2.0 * 0.95 / (TAU * 400.0) + 1.0 / (TAU * 200.0);
+        assert!((lag(&parts) - want).abs() < 1e-9, "{} {want}", lag(&parts));
+    }
+
+    /// Whatever part is given, the lag that the records told is counted once.
+    #[test]
+    fn parts_that_count_a_lag_twice_are_refused() {
+        let stage = identified();
+        let parts = stage.parts().clone();
+        let amplifier = Some(FirstOrder::new(1000.0).unwrap());
+        for (changed, name) in [
+            (StageParts { dynamics: a1(), ..parts.clone() }, "dynamics"),
+            (StageParts { amplifier, ..parts.clone() }, "amplifier_bandwidth"),
+            (StageParts { dead_time: 1.5e-3, ..parts.clone() }, "dead_time"),
+        ] {
+            let error = stage.with_parts(changed).unwrap_err();
+            assert_eq!(error.parameter(), Some(name));
+            assert!(error.to_string().contains("0.000800 s"), "{error}");
+        }
+        let left = 8e-4 - 2.0 * 0.95 / (TAU * 400.0);
+        let split = stage.with_parts(StageParts { dynamics: a1(), dead_time: left, ..parts }).unwrap();
+        let known = split.parts().identified.as_ref().unwrap();
+        assert_eq!(known.drive_range, (0.0, 150.0));
+        assert!(known.covariance.is_empty() && known.warnings.is_empty() && known.rmse.is_nan());
+    }
+
+    #[test]
+    fn what_was_identified_goes_with_the_hysteresis() {
+        let stage = identified();
+        let limited = stage.with_parts(StageParts { slew: Some(100.0), ..stage.parts().clone() }).unwrap();
+        assert_eq!(limited.parts().identified, stage.parts().identified);
+        let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&[0.4], &[0.0], Ratios::PLAY, Offsets::default());
+        let other = StageParts { hysteresis: hysteresis.unwrap(), ..stage.parts().clone() };
+        assert!(stage.with_parts(other).unwrap().parts().identified.is_none());
+    }
+
+    /// Numbers that a record cannot tell are none; a stage that has them is still equal to itself.
+    #[test]
+    fn a_stage_is_equal_to_itself_and_to_its_file() {
+        let stage = identified();
+        assert_eq!(stage, stage.clone());
+        assert_eq!(stage, Stage::from_json(&stage.to_json()).unwrap());
+        let other = Identified { rmse: 0.02, ..stage.parts().identified.clone().unwrap() };
+        assert_ne!(Some(other), stage.parts().identified);
+    }
+}

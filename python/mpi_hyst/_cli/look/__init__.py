@@ -1,0 +1,1 @@
+"""`mpi-hyst look`: what is in a file, and how to identify from it."""

@@ -1,0 +1,241 @@
+"""`mpi-hyst look`: a file in, what is in it and the next command out."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shlex
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.look.guess import Guess, guess
+from mpi_hyst._cli.look.sampling import Sampling
+from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.terminal import require_report_packages
+from mpi_hyst._io.read import numeric, opened, take, time_index
+from mpi_hyst._io.table import Table
+from mpi_hyst._text import digits, text_pairs, text_table
+from mpi_hyst._types import Samples
+from mpi_hyst.io import Columns
+
+_KINDS = ("svg", "png", "pdf")
+_MOST_PANELS = 6
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options, by their names."""
+
+    data: Path
+    plot_path: Path | None = None
+    rows: int | None = None
+
+
+@dataclass
+class _Wrong:
+    """The numbers of a column that are none: how many, and the first."""
+
+    count: int = 0
+    first: str = ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What was read: all columns of numbers, NaN where a file has none."""
+
+    columns: Columns
+    filled: Mapping[str, Samples]
+    """The columns with their holes filled in from both sides, for guesses and figures."""
+    wrong: Mapping[str, _Wrong]
+    other: Mapping[str, str]
+    default_time: str | None
+    """The column that `identify` takes as the time without being told."""
+
+    guesses: Mapping[str, Guess]
+
+    @property
+    def sampling(self) -> Sampling | None:
+        """The sampling by the guessed time column, if there is one and it has no holes."""
+        clock = self.guesses.get("time")
+        if clock is None or clock.column in self.wrong or self.columns.samples < 3:
+            return None
+        return Sampling(self.columns[clock.column], self.columns.quantity(clock.column))
+
+
+def run(request: Request) -> str:
+    """Read the file, draw what was asked for, and return the summary."""
+    place = _place(request.plot_path)
+    check_outputs([place], [request.data])
+    if place is not None:
+        require_report_packages("--plot")
+    record = read(request.data, request.rows)
+    lines = [_heading(request, record), _table(record), _guesses(record), _next(request, record)]
+    if place is not None:
+        content = _image(request, record, place.suffix.lower()[1:])
+        write_outputs([Output(place, lambda path: _write(path, content))])
+        lines.insert(-1, f"figure  {place}")
+    return "\n\n".join(line for line in lines if line)
+
+
+def read(path: Path, rows: int | None) -> Record:
+    """Read every column of numbers; what is none is counted instead of refused."""
+    wrong: dict[int, _Wrong] = {}
+
+    def note(index: int, place: str, what: str) -> None:
+        entry = wrong.setdefault(index, _Wrong(first=f"{place}: {what}"))
+        entry.count += 1
+
+    with opened(path) as table:
+        names = [_unique(table, index) for index in numeric(table)]
+        columns = take(table, lambda _: names, None, rows, note, ordered=False)
+        clock = time_index(table, None)
+        holes = {columns.key(index): entry for index, entry in wrong.items()}
+        default = None if clock is None else columns.key(clock)
+        other = table.other
+    filled = {
+        name: _filled(values)
+        for name, values in columns.values.items()
+        if 2 * np.isfinite(values).sum() > values.size
+    }
+    guesses = guess(filled, columns.units) if columns.samples > 2 else {}
+    return Record(columns, filled, holes, other, default, guesses)
+
+
+def _filled(values: Samples) -> Samples:
+    known = np.isfinite(values)
+    if known.all():
+        return values
+    places = np.arange(values.size)
+    return np.interp(places, places[known], values[known])
+
+
+def _unique(table: Table, index: int) -> str | int:
+    name = table.names[index]
+    return name if table.names.count(name) == 1 else index
+
+
+def _place(plot: Path | None) -> Path | None:
+    """Return the file of the figure: look.svg where a directory is given."""
+    if plot is None:
+        return None
+    place = plot / "look.svg" if plot.is_dir() else plot
+    if place.suffix.lower()[1:] not in _KINDS:
+        raise CommandError(f"--plot: expected a name that ends in .svg, .png or .pdf, got {place}")
+    return place
+
+
+def _heading(request: Request, record: Record) -> str:
+    columns = record.columns
+    limited = request.rows is not None and columns.samples == request.rows
+    rows = f"{columns.samples} rows read" + (" (--rows; there may be more)" if limited else "")
+    return f"{request.data}: {columns.format}\n{rows}; columns of numbers: {len(columns.values)}"
+
+
+def _table(record: Record) -> str:
+    rows = []
+    for name, values in record.columns.values.items():
+        known = values[np.isfinite(values)]
+        ends = (
+            [digits(float(one)) for one in (known.min(), known.max())] if known.size else ["", ""]
+        )
+        wrong = record.wrong.get(name)
+        note = "" if wrong is None else f"{wrong.count} refused, {wrong.first}"
+        number = str(record.columns.names.index(name)) if name in record.columns.names else name
+        unit = record.columns.quantity(name).unit or record.columns.units.get(name, "")
+        rows.append([name, number, unit, *ends, note])
+    text = text_table(["column", "number", "unit", "minimum", "maximum", ""], rows)
+    others = [f"{name} ({what})" for name, what in record.other.items()]
+    return f"{text}\n  not read: {', '.join(others)}" if others else text
+
+
+def _guesses(record: Record) -> str:
+    pairs = [
+        (role, record.guesses[role].text if role in record.guesses else "no column looks like it")
+        for role in ("drive", "position", "time")
+    ]
+    sampling = record.sampling
+    return text_pairs([*pairs, *([] if sampling is None else sampling.facts())])
+
+
+def _next(request: Request, record: Record) -> str:
+    """Return hints, and the command to run next."""
+    if "drive" not in record.guesses:
+        what = "identify needs a drive and a position: two columns of numbers that vary"
+        return f"no command to suggest: {what}"
+    drive, position = (record.guesses[role].column for role in ("drive", "position"))
+    words = ["mpi-hyst", "identify", _shown(request.data), "--input", drive, "--output", position]
+    words += _time_option(record)
+    words += [] if request.rows is None else ["--rows", str(request.rows)]
+    command = shlex.join([*words, "-o", "stage.json"])
+    hints = [f"note: {hint}" for hint in _hints(record)]
+    return "\n".join([*hints, "run next:", f"  {command}"])
+
+
+def _shown(path: Path) -> str:
+    """Return a file name that is not taken for an option."""
+    return f"./{path}" if str(path).startswith("-") else str(path)
+
+
+def _time_option(record: Record) -> list[str]:
+    sampling = record.sampling
+    if sampling is None or not sampling.increases or sampling.unit_is_doubtful:
+        return []
+    name = record.guesses["time"].column
+    return [] if name == record.default_time else ["--time", name]
+
+
+def _hints(record: Record) -> list[str]:
+    hints = [
+        f"column {name} has {wrong.count} cells that identify refuses, the first in {wrong.first}"
+        for name, wrong in record.wrong.items()
+    ]
+    sampling = record.sampling
+    if sampling is None:
+        hints.append("no time column: add --rate HZ to fit dead time, dynamics or creep")
+    elif not sampling.increases:
+        hints.append("the time does not increase everywhere: cut the file there")
+    elif sampling.unit_is_doubtful:
+        hints.append(
+            f"{record.guesses['time'].column} has no unit and steps of {digits(sampling.step)}, "
+            "long for seconds: if it is in ms, rename it to time_ms; or drop it and add --rate HZ"
+        )
+    elif sampling.uneven:
+        hints.append("the time steps are unequal, which identify refuses: resample, or cut at gaps")
+    return hints
+
+
+def _image(request: Request, record: Record, kind: str) -> bytes:
+    from mpi_hyst._report.look.figure import image, several
+    from mpi_hyst._report.look.figure import record as drawn
+
+    columns, sampling = record.columns, record.sampling
+    if "drive" not in record.guesses:
+        shown = list(record.filled.items())[:_MOST_PANELS]
+        panels = {name: (columns.quantity(name), values) for name, values in shown}
+        return image(several(request.data.name, panels), kind)
+    drive, position = (record.guesses[role].column for role in ("drive", "position"))
+    seconds: Samples | None = None
+    if sampling is not None and sampling.increases and not sampling.unit_is_doubtful:
+        seconds = sampling.times * sampling.scale
+    first = (columns.quantity(drive), record.filled[drive])
+    second = (columns.quantity(position), record.filled[position])
+    return image(drawn(request.data.name, first, second, seconds), kind)
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write an image completely or not at all."""
+    place = Path(os.path.realpath(path))
+    copy = place.with_name(f".{secrets.token_hex(8)}.tmp")
+    try:
+        with copy.open("xb") as file:
+            file.write(content)
+        copy.replace(place)
+    except BaseException:
+        with suppress(OSError):
+            copy.unlink()
+        raise

@@ -1,0 +1,102 @@
+"""The formats that can be read: one table, of which docs/formats.md and the errors are made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from mpi_hyst._io.columns import ReadError
+from mpi_hyst._io.hdf5 import read_hdf5, read_mat73
+from mpi_hyst._io.lines import HEAD, PACKED, Lines, head, unpacked
+from mpi_hyst._io.lvm import read_lvm
+from mpi_hyst._io.matlab import read_mat
+from mpi_hyst._io.numpy_files import read_npy, read_npz
+from mpi_hyst._io.table import Table
+from mpi_hyst._io.tdms import read_tdms
+from mpi_hyst._io.text import TextTable
+
+OfText: TypeAlias = Callable[[Path, Lines, str], Table]
+OfFile: TypeAlias = Callable[[Path], Table]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: how it is known, and who reads it."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    columns: str
+    """How columns are named, for the documentation."""
+    magic: bytes = b""
+    """What the content begins with; empty for other text."""
+    extra: str = ""
+    """The extra of the package that installs the reader; empty if it needs none."""
+    of_text: OfText | None = None
+    of_file: OfFile | None = None
+
+
+FORMATS = (
+    Format("MATLAB 5", (".mat",), "`name`, `structure.field`, `matrix:0`", b"MATLAB 5.0",
+           extra="mat", of_file=read_mat),
+    Format("MATLAB 7.3", (".mat",), "`name`, `structure.field`, `matrix:0`", b"MATLAB 7.3",
+           extra="hdf5", of_file=read_mat73),
+    Format("HDF5", (".h5", ".hdf5"), "`group/dataset`, `group/dataset:0`", b"\x89HDF\r\n\x1a\n",
+           extra="hdf5", of_file=read_hdf5),
+    Format("TDMS", (".tdms",), "`Group/Channel`, `time_s`", b"TDSm",
+           extra="tdms", of_file=read_tdms),
+    Format("NumPy array", (".npy",), "`0`, `1`, or fields", b"\x93NUMPY", of_file=read_npy),
+    Format("NumPy archive", (".npz",), "`name`, `name:0`, `name/field`", b"PK\x03\x04",
+           of_file=read_npz),
+    Format("LabVIEW measurement", (".lvm",), "`Channel`, `time_s`", b"LabVIEW Measurement",
+           extra="lvm", of_text=read_lvm),
+    Format("text", (".csv", ".tsv", ".txt", ".dat", ".asc"), "names of the header, or `0`, `1`",
+           of_text=TextTable),
+)  # fmt: skip
+_MARK = b"\xef\xbb\xbf"
+_PICKLE = tuple(bytes([0x80, version]) for version in range(2, 6))
+
+
+def known() -> str:
+    """List the formats for a message."""
+    names = [f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS]
+    packers = ", ".join(suffix for suffix, _ in PACKED.values())
+    return f"known: {', '.join(names)}; text also packed: {packers}"
+
+
+def recognise(start: bytes) -> Format:
+    """Return the format of a content by its first bytes; what has no other mark is text."""
+    bare = start.removeprefix(_MARK)
+    return next(one for one in FORMATS if bare.startswith(one.magic))
+
+
+@contextmanager
+def opened_file(path: Path) -> Iterator[Table]:
+    """Recognise a file by its content, and open it; its name matters in messages only."""
+    with path.open("rb") as raw:
+        start = raw.peek(HEAD)
+        if start.startswith(_PICKLE):
+            raise ReadError(f"{path}: a pickle, which could run code when read; {known()}")
+        file, packed = unpacked(raw)
+        found = recognise(head(str(path), file))
+        if found.of_text is not None:
+            with closing(Lines(str(path), file, _not_text(path, packed))) as lines:
+                yield found.of_text(path, lines, packed)
+            return
+    if packed:
+        raise ReadError(f"{path}: expected text in it, got {found.name}: unpack it first")
+    if not path.is_file():
+        raise ReadError(f"{path}: {found.name} cannot be read from a pipe; expected a file")
+    assert found.of_file is not None
+    yield found.of_file(path)
+
+
+def _not_text(path: Path, packed: str) -> str:
+    """Return what is said of a content that is neither text nor has the mark of a format."""
+    suffix = path.with_suffix("").suffix if packed else path.suffix
+    meant = [one.name for one in FORMATS if suffix.lower() in one.suffixes]
+    if meant:
+        return f"the name says {' or '.join(meant)}, the content does not; {known()}"
+    return f"unknown format {suffix!r}; {known()}"

@@ -1,0 +1,40 @@
+"""MATLAB files of version 5, by scipy. Those of version 7.3 are HDF5: see hdf5.py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mpi_hyst._io.columns import ReadError
+from mpi_hyst._io.extras import reader
+from mpi_hyst._io.table import Table, of_arrays
+
+
+def read_mat(path: Path) -> Table:
+    """Open a MATLAB file. Columns are `name` or `structure.field`, with `:0` in matrices."""
+    scipy_io = reader(str(path), "scipy.io", "mat")
+    try:
+        # Given a name, loadmat leaves a broken file open.
+        with path.open("rb") as file:
+            found = scipy_io.loadmat(file, simplify_cells=True)
+    except Exception as error:  # scipy raises what it happens to meet in a broken file
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) is not None:
+            raise
+        raise ReadError(f"{path}: not a whole MATLAB file: {error}") from error
+    arrays: dict[str, np.ndarray[Any, np.dtype[Any]]] = {}
+    for name, value in found.items():
+        if not name.startswith("__"):
+            arrays |= _flat(name, value)
+    return of_arrays(str(path), path, "MATLAB 5", arrays)
+
+
+def _flat(name: str, value: Any) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """Return the arrays in a structure by their paths; numbers and texts beside them are none."""
+    if isinstance(value, dict):
+        return {k: v for key, one in value.items() for k, v in _flat(f"{name}.{key}", one).items()}
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        parts = [_flat(f"{name}.{index}", one) for index, one in enumerate(value.reshape(-1))]
+        return {k: v for part in parts for k, v in part.items()}
+    return {name: value} if isinstance(value, np.ndarray) and value.ndim and value.size else {}

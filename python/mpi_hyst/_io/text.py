@@ -1,0 +1,131 @@
+"""Tables in text: comma, semicolon, tab or white space between the cells."""
+
+from __future__ import annotations
+
+import csv
+import math
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, islice
+from pathlib import Path
+
+import numpy as np
+
+from mpi_hyst._io import dialect as dialects
+from mpi_hyst._io.columns import ReadError
+from mpi_hyst._io.lines import Lines
+from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
+from mpi_hyst._quantity import known_unit
+from mpi_hyst._types import Samples
+
+_SAMPLE_LINES = 500
+_SAMPLE_CHARACTERS = 4_000_000
+
+
+class TextTable:
+    """The table in a text. Its rows are read from start to end, once."""
+
+    def __init__(self, path: Path, lines: Lines, packed: str = "") -> None:
+        """Look at the first lines; `packed` is the suffix of the packer."""
+        self.path: Path | None = path
+        self.source: str = str(path)
+        sample = list(_sample(lines))
+        if not any(line.strip() for line in sample):
+            raise ReadError(f"{path}: empty file, expected a header with column names")
+        self._dialect = dialects.detect(sample)
+        self._lines = chain(sample[self._dialect.first :], lines)
+        self._number = self._dialect.first
+        self.names: Sequence[str] = self._dialect.names
+        self.numeric: Sequence[int] = self._dialect.numeric
+        units = zip(self.names, self._dialect.units, strict=False)
+        self.units: Mapping[str, str] = {
+            name: known_unit(unit) or unit for name, unit in units if unit
+        }
+        self.other: Mapping[str, str] = {
+            name: "no numbers in most rows"
+            for index, name in enumerate(self.names)
+            if index not in self.numeric
+        }
+        parts = ["text", f"packed as {packed}" if packed else "", self._dialect.text]
+        self.format: str = ", ".join(part for part in parts if part)
+        if lines.encoding != "utf-8":
+            self.format += f", {lines.encoding}"
+
+    def load(
+        self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
+    ) -> list[Samples]:
+        """Read columns of numbers."""
+        columns = [array("d") for _ in indices]
+        pairs = list(zip(indices, columns, strict=True))
+        decimal, previous, count = self._dialect.decimal, -math.inf, 0
+        for cells in self._rows():
+            if count == rows:
+                break
+            if count == MAX_ROWS:
+                raise ReadError(f"{self.source}: expected at most {MAX_ROWS} rows")
+            count += 1
+            for index, column in pairs:
+                value = _value(cells[index], decimal)
+                if value is None:
+                    value, why = math.nan, dialects.why_no_number(cells[index], decimal)
+                    wrong(index, f"line {self._number}", why)
+                elif index == time:
+                    if value <= previous:
+                        wrong(index, f"line {self._number}", later(value, previous))
+                    previous = value
+                column.append(value)
+        if not count:
+            raise ReadError(f"{self.source}: no rows after the header")
+        return [np.array(column) for column in columns]
+
+    def _rows(self) -> Iterator[list[str]]:
+        """Yield the rows; each has the cells of the header, and beyond them empty ones only."""
+        width, header = len(self.names), self._dialect.header
+        reader = dialects.reader(self._texts(), self._dialect.delimiter)
+        try:
+            for cells in reader:
+                got = len(cells)
+                if got != width and (got < width or any(map(str.strip, cells[width:]))):
+                    self._refuse(got, width, header)
+                yield cells
+        except csv.Error as error:
+            raise ReadError(f"{self.source}, line {self._number}: {error}") from error
+
+    def _refuse(self, got: int, width: int, header: int | None) -> None:
+        where = (
+            "as in the rows before" if header is None else f"as in the header, line {header + 1}"
+        )
+        raise ReadError(
+            f"{self.source}, line {self._number}: expected {width} cells {where}, got {got}"
+        )
+
+    def _texts(self) -> Iterator[str]:
+        """Yield the lines that hold cells, and count all."""
+        delimiter = self._dialect.delimiter
+        for line in self._lines:
+            self._number += 1
+            # A blank line is often the last one.
+            if line.strip() and not dialects.is_comment(line, delimiter):
+                yield dialects.prepared(line, delimiter)
+
+
+def _sample(lines: Lines) -> Iterator[str]:
+    characters = 0
+    for line in islice(lines, _SAMPLE_LINES):
+        yield line
+        characters += len(line)
+        if characters > _SAMPLE_CHARACTERS:
+            return
+
+
+def _value(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell, or None if it holds no admissible one."""
+    if decimal == ",":
+        if "." in cell:
+            return None
+        cell = cell.replace(",", ".")
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE and "_" not in cell else None

@@ -1,0 +1,1 @@
+"""The figure of a record that nobody has fitted yet."""
