@@ -17,6 +17,7 @@ import pytest
 from support import AnyModel, Array
 
 Record = tuple[Array, Array]
+SCHEMAS = 'schema: expected "mpi_hyst/stage/1", "mpi_hyst/model/1" or "mpi_hyst/model/2"'
 
 
 def good(samples: int = 200) -> Record:
@@ -230,7 +231,7 @@ def test_a_missing_field_is_named(kind: str, field: str, path: Path) -> None:
     del content[field]
     message = loading(path, content)
     if field == "schema":
-        assert message == 'schema: expected "mpi_hyst/model/1" or "mpi_hyst/model/2", got none'
+        assert message == f"{SCHEMAS}, got none"
     else:
         assert message.startswith(f"not a model file: missing field `{field}`")
 
@@ -252,7 +253,7 @@ def test_an_unknown_field_is_named(kind: str, path: Path) -> None:
 
 @pytest.mark.parametrize("schema", ["mpi_hyst/model/3", "mpi_hyst/model", "", "other/1"])
 def test_another_schema_is_called_just_that(schema: str, path: Path) -> None:
-    expected = f'schema: expected "mpi_hyst/model/1" or "mpi_hyst/model/2", got "{schema}"'
+    expected = f'{SCHEMAS}, got "{schema}"'
     assert loading(path, {**fields("modified", path), "schema": schema}) == expected
     # also where nothing else is as in this schema
     assert loading(path, {"schema": schema, "operators": [1, 2]}) == expected

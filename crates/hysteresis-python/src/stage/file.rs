@@ -45,8 +45,8 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
             Ok(Py::new(py, Stage(stage))?.into_any())
         }
         Err(JsonError::Schema { got }) => {
-            let (expected, got) = (stage::SCHEMA, got.as_deref().unwrap_or("none"));
-            let message = format!("schema: expected {expected}, {SCHEMA} or {SCHEMA_SPLIT}, got {got}");
+            let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
+            let message = format!("schema: expected {:?}, {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got}", stage::SCHEMA);
             Err(errors::file(&path, &message))
         }
         Err(error) => Err(errors::file(&path, &error)),
