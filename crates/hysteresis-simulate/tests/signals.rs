@@ -163,8 +163,8 @@ proptest! {
             let mut next = 0;
             for segment in &part.segments {
                 prop_assert_eq!(segment.start, next);
-                next = segment.end;
-                let own = &part.drive[segment.start..segment.end];
+                next = segment.stop;
+                let own = &part.drive[segment.start..segment.stop];
                 prop_assert!(own.iter().all(|u| (segment.range.0..=segment.range.1).contains(u)));
                 prop_assert!(longest_step(own) * part.rate <= segment.max_slew);
             }

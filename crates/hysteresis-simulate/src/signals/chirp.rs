@@ -26,7 +26,7 @@ pub enum Sweep {
 /// use hysteresis_simulate::signals::{Chirp, Sweep};
 /// let chirp = Chirp {
 ///     amplitude: 2.0, center: 5.0, start_frequency: 1.0, stop_frequency: 20.0, seconds: 3.0, rate: 100.0,
-///     sweep: Sweep::Linear, taper: 0.05,
+///     sweep: Sweep::Linear, taper: Chirp::TAPER,
 /// };
 /// let samples = chirp.sample()?;
 /// assert_eq!((samples.len(), samples[0], samples[299]), (300, 5.0, 5.0));
@@ -54,6 +54,9 @@ pub struct Chirp {
 }
 
 impl Chirp {
+    /// The usual share in which it fades.
+    pub const TAPER: f64 = 0.05;
+
     /// The samples.
     ///
     /// # Errors

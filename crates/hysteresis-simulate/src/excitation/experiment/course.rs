@@ -99,6 +99,6 @@ impl Sampling {
         let steps = drive[start.saturating_sub(1)..].windows(2);
         let longest = steps.map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
         let Course { name, purpose, frequencies, .. } = *course;
-        Segment { name, purpose, start, end: drive.len(), range, frequencies, max_slew: longest * self.rate }
+        Segment { name, purpose, start, stop: drive.len(), range, frequencies, max_slew: longest * self.rate }
     }
 }

@@ -21,9 +21,6 @@ pub enum FastSignal {
 /// The lowest frequency of the chirp as a share of the highest.
 const LOWEST: f64 = 1.0 / 200.0;
 
-/// Share of the chirp in which it fades in, and out.
-const TAPER: f64 = 0.05;
-
 /// Whole periods of the multisine.
 const PERIODS: u32 = 4;
 
@@ -70,7 +67,7 @@ impl ExperimentOptions {
         match self.fast_signal {
             FastSignal::Chirp => {
                 let (start_frequency, stop_frequency) = (LOWEST * self.fast_frequency, self.fast_frequency);
-                let (amplitude, center, sweep, taper) = (1.0, 0.0, Sweep::Linear, TAPER);
+                let (amplitude, center, sweep, taper) = (1.0, 0.0, Sweep::Linear, Chirp::TAPER);
                 let chirp = Chirp { amplitude, center, start_frequency, stop_frequency, seconds, rate, sweep, taper };
                 Ok((chirp.sample()?, start_frequency))
             }

@@ -25,7 +25,7 @@ pub struct Segment {
     /// Its first sample.
     pub start: usize,
     /// The sample behind its last one.
-    pub end: usize,
+    pub stop: usize,
     /// The lowest and the highest drive.
     pub range: (f64, f64),
     /// The lowest and the highest frequency, in Hz; of loops that of a full stroke at their speed, 0 at rest.
@@ -87,7 +87,7 @@ impl Part {
         self.drive.extend(part.drive);
         self.segments.extend(part.segments.into_iter().map(|segment| Segment {
             start: before + segment.start,
-            end: before + segment.end,
+            stop: before + segment.stop,
             ..segment
         }));
         if part.initialization_samples > 0 {

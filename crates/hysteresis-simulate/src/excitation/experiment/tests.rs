@@ -31,7 +31,7 @@ fn loops_have_the_frequencies_that_they_say() {
         let segment = loops.segments.iter().find(|segment| segment.name == name).unwrap();
         assert_eq!(segment.range, (0.0, 150.0));
         assert!((segment.frequencies.0 - frequency).abs() < 1e-12);
-        let seconds = f64::from(u32::try_from(segment.end - segment.start).unwrap()) / 1e3;
+        let seconds = f64::from(u32::try_from(segment.stop - segment.start).unwrap()) / 1e3;
         assert!((seconds - cycles / frequency).abs() < 0.011, "{name}: {seconds} s");
     }
 }
@@ -65,7 +65,7 @@ fn joined_parts_keep_their_segments() {
     let (fast, loops) = (&parts[0], &parts[1]);
     assert_eq!(joined.drive, [&fast.drive[..], &loops.drive[..]].concat());
     assert_eq!(joined.segments.len(), fast.segments.len() + loops.segments.len());
-    assert!(joined.segments.windows(2).all(|pair| pair[0].end == pair[1].start));
+    assert!(joined.segments.windows(2).all(|pair| pair[0].stop == pair[1].start));
     assert_eq!(joined.initialization_samples, fast.drive.len() + loops.initialization_samples);
     let error = ExperimentOptions { fast_rate: 1e4, fast_frequency: 2e3, ..options }.experiment().unwrap().joined();
     let expected = "fast_rate: expected 5000.0 Hz, the rate of the loops, for a drive in one part, got 10000.0";
