@@ -935,9 +935,11 @@ class Identification:
     def partial(self) -> bool:
         """Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds."""
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[False] = False) -> _Vector:
-        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
-        through creep, dynamics and dead time.
+    def predict(
+        self, u: ArrayLike, *, dt: float | None = None, return_std: Literal[False] = False
+    ) -> _Vector:
+        """The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
+        time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit, with the errors
@@ -959,9 +961,11 @@ class Identification:
         (True, True)
         """
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[True]) -> tuple[_Vector, _Vector]:
-        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
-        through creep, dynamics and dead time.
+    def predict(
+        self, u: ArrayLike, *, dt: None = None, return_std: Literal[True]
+    ) -> tuple[_Vector, _Vector]:
+        """The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
+        time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit, with the errors
@@ -3366,7 +3370,7 @@ def chirp(
     --------
     >>> import mpi_hyst as mh
     >>> u = mh.signals.chirp(2.0, 10.0, 2000.0, seconds=2.0, rate=10_000, center=5.0)
-    >>> u.shape, float(u[0]), float(u[-1]), float(u.max())
+    >>> u.shape, float(u[0]), float(u[-1]), round(float(u.max()), 3)
     ((20000,), 5.0, 5.0, 7.0)
     """
 

@@ -35,7 +35,7 @@ fn multisines() -> impl Strategy<Value = Multisine> {
 fn experiments() -> impl Strategy<Value = ExperimentOptions> {
     let shape = prop_oneof![Just(Shape::Triangle), Just(Shape::Sine)];
     let signal = prop_oneof![Just(FastSignal::Chirp), Just(FastSignal::Multisine)];
-    let places = (-1e3..1e3_f64, 1e-3..1e3_f64, 0.2..0.8, 0.0..=1.0_f64);
+    let places = (-1e3..1e3_f64, 1e-3..1e3_f64, 0.2..0.8, prop_oneof![0.0..=1.0_f64, Just(0.5)]);
     (places, (1.0..20.0, 1001.0..2e3, 1..8_u32), (shape, signal, 1e-3..1.0, 0.05..0.5)).prop_map(
         |((low, width, center, start), (slew, rate, cycles), (shape, fast_signal, amplitude, share))| {
             let (low, high): (f64, f64) = (low, low + width);
@@ -165,6 +165,7 @@ proptest! {
                 prop_assert_eq!(segment.start, next);
                 next = segment.stop;
                 let own = &part.drive[segment.start..segment.stop];
+                prop_assert!(!own.is_empty());
                 prop_assert!(own.iter().all(|u| (segment.range.0..=segment.range.1).contains(u)));
                 prop_assert!(longest_step(own) * part.rate <= segment.max_slew);
             }

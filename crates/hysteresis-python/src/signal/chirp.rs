@@ -36,7 +36,7 @@ use crate::convert::errors::{self, raise};
 /// --------
 /// >>> import mpi_hyst as mh
 /// >>> u = mh.signals.chirp(2.0, 10.0, 2000.0, seconds=2.0, rate=10_000, center=5.0)
-/// >>> u.shape, float(u[0]), float(u[-1]), float(u.max())
+/// >>> u.shape, float(u[0]), float(u[-1]), round(float(u.max()), 3)
 /// ((20000,), 5.0, 5.0, 7.0)
 #[pyfunction]
 #[pyo3(signature = (amplitude, start_frequency, stop_frequency, *, seconds, rate=None, center=None, sweep="linear", taper=None),

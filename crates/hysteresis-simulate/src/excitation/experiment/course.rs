@@ -49,8 +49,11 @@ impl Sampling {
             for leg in &course.legs {
                 self.extend(&mut drive, course.slew, leg);
             }
-            segments.push(self.segment(&drive, begin, &course));
-            begin = drive.len();
+            // The way back to the rest drive may be none.
+            if drive.len() > begin {
+                segments.push(self.segment(&drive, begin, &course));
+                begin = drive.len();
+            }
         }
         Ok(Part { name: Cow::Borrowed(name), rate: self.rate, drive, segments, initialization_samples: 0 })
     }

@@ -111,3 +111,9 @@ fn what_no_experiment_can_have_is_named() {
     let sine = ExperimentOptions { shape: Shape::Sine, center: 151.0, ..options() };
     assert!(named(sine).starts_with("center: "));
 }
+
+#[test]
+fn an_experiment_that_rests_at_its_center_has_no_way_back() {
+    let loops = &ExperimentOptions::new(-500.0, 500.0, 2e4, 1e3).experiment().unwrap().parts[1];
+    assert_eq!(names(loops)[7..], ["fast major", "fast decaying", "end"]);
+}
