@@ -13,6 +13,8 @@ import pytest
 WITHOUT_EXAMPLES = {
     "control.ControllerTerms": "of HybridController, whose example reads it",
     "signals.Excitation": "made by excitation, whose example reads it",
+    "signals.ExperimentPart": "made by experiment, whose example reads it",
+    "signals.ExperimentSegment": "made by experiment, whose example reads it",
     "results.Finding": "made by diagnose, whose example reads it",
     "results.DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "results.Identification": "made by identify, whose example reads it",

@@ -61,6 +61,10 @@ LOOP: dict[str, Any] = {
 }
 
 
+def experiment() -> list[mh.signals.ExperimentPart]:
+    return mh.signals.experiment(-5.0, 5.0, slew=200.0, rate=1e3, cycles=2, rest=0.1)
+
+
 def finite(x: float) -> float:
     return x if math.isfinite(x) else 0.0
 
@@ -96,6 +100,8 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Tuning": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG),
     "Margins": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG).at_min_slope,
     "Excitation": lambda: mh.signals.excitation(-5.0, 5.0, slew=20.0, rate=500.0),
+    "ExperimentPart": lambda: experiment()[0],
+    "ExperimentSegment": lambda: experiment()[1].segments[1],
     "ControllerTerms": lambda: controller().terms,
 }
 """Objects that have attributes alone."""

@@ -28,6 +28,8 @@ __all__ = [
     "Creep",
     "DynamicsIdentification",
     "Excitation",
+    "ExperimentPart",
+    "ExperimentSegment",
     "Finding",
     "FirstOrder",
     "Forward",
@@ -61,16 +63,19 @@ __all__ = [
     "StageInverse",
     "StateSpace",
     "Tuning",
+    "chirp",
     "decaying_triangle",
     "demagnetize",
     "diagnose",
     "excitation",
+    "experiment",
     "gains",
     "identify",
     "identify_dynamics",
     "invert_dynamics",
     "load",
     "loop_width",
+    "multisine",
     "plant",
     "precompensate",
     "preview",
@@ -930,9 +935,11 @@ class Identification:
     def partial(self) -> bool:
         """Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds."""
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[False] = False) -> _Vector:
-        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
-        through creep, dynamics and dead time.
+    def predict(
+        self, u: ArrayLike, *, dt: float | None = None, return_std: Literal[False] = False
+    ) -> _Vector:
+        """The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
+        time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit, with the errors
@@ -954,9 +961,11 @@ class Identification:
         (True, True)
         """
     @overload
-    def predict(self, u: ArrayLike, *, return_std: Literal[True]) -> tuple[_Vector, _Vector]:
-        """The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
-        through creep, dynamics and dead time.
+    def predict(
+        self, u: ArrayLike, *, dt: None = None, return_std: Literal[True]
+    ) -> tuple[_Vector, _Vector]:
+        """The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
+        time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit, with the errors
@@ -3330,6 +3339,229 @@ def decaying_triangle(
     >>> import mpi_hyst as mh
     >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=3, rate=4)[1::2]  # the reversals
     array([ 1.   , -1.   ,  0.875, -0.625,  0.375, -0.125])
+    """
+
+def chirp(
+    amplitude: float,
+    start_frequency: float,
+    stop_frequency: float,
+    *,
+    seconds: float,
+    rate: float = 10000.0,
+    center: float = 0.0,
+    sweep: Literal["linear", "logarithmic"] = "linear",
+    taper: float = 0.05,
+) -> _Vector:
+    """A sine whose frequency sweeps: center + amplitude w(t / T) sin(phi(t)), from center to center without a jump.
+
+    The frequency phi' / (2 pi) at the time t is f0 + (f1 - f0) t / T of a linear sweep, f0 (f1 / f0)^(t / T) of a logarithmic
+    one, with T the time from the first sample to the last. w fades in along half a cosine, over the share `taper` of T,
+    and out again. So the signal changes nowhere faster than amplitude (2 pi max(f0, f1) + pi / (2 taper T)) per second.
+
+    Parameters
+    ----------
+    amplitude, center : float
+        Half of the peak-to-peak swing, and where it starts and ends, in the unit of the signal.
+    start_frequency, stop_frequency : float
+        f0 and f1 in Hz, at most half of the rate.
+    seconds, rate : float
+        Duration, and samples per second in Hz.
+    sweep : "linear" or "logarithmic"
+        Every Hz, or every octave, gets the same time.
+    taper : float
+        Share of the duration in which the signal fades in, and out: above 0, at most 0.5.
+
+    Raises
+    ------
+    ValueError
+        That names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.chirp(2.0, 10.0, 2000.0, seconds=2.0, rate=10_000, center=5.0)
+    >>> u.shape, float(u[0]), float(u[-1]), round(float(u.max()), 3)
+    ((20000,), 5.0, 5.0, 7.0)
+    """
+
+def multisine(
+    amplitude: float,
+    lines: Sequence[int],
+    *,
+    samples: int,
+    periods: int = 1,
+    seed: int | None = None,
+    fade: int = 0,
+    center: float = 0.0,
+) -> _Vector:
+    """Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a peak of
+    `amplitude`.
+
+    Line k has the frequency k rate / samples. A discrete Fourier transform over one period holds the lines and nothing
+    else, all of one size. The phases are those of Schroeder (1970), which keep the peak low beside the rms: the crest factor
+    of neighbouring lines is 1.7 to 2. With a seed they are random, and the crest factor of many lines is 3 to 4.
+
+    Parameters
+    ----------
+    amplitude, center : float
+        The largest distance from the center, and the center, in the unit of the signal.
+    lines : sequence of int
+        Cycles per period: above 0, below half of `samples`, each once.
+    samples : int
+        Samples of a period.
+    periods : int
+        Whole periods.
+    seed : int, optional
+        Random phases, the same for the same seed. Without it those of Schroeder.
+    fade : int
+        Samples before the whole periods in which the signal fades in from `center`, and as many behind them. Without
+        any the signal begins and ends somewhere within its swing.
+
+    Returns
+    -------
+    array of periods x samples + 2 fade floats
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.multisine(2.0, range(1, 400), samples=5000, periods=4, fade=500)
+    >>> u.shape, float(u[0]), float(u[-1]), round(float(abs(u).max()), 6)
+    ((21000,), 0.0, 0.0, 2.0)
+    """
+
+@final
+class ExperimentSegment:
+    """A stretch of a drive with a purpose of its own."""
+
+    @property
+    def name(self) -> str:
+        """What it is, in one or two words."""
+    @property
+    def purpose(self) -> str:
+        """What it tells."""
+    @property
+    def start(self) -> int:
+        """Its first sample."""
+    @property
+    def stop(self) -> int:
+        """The sample after its last."""
+    @property
+    def range(self) -> tuple[float, float]:
+        """The lowest and the highest drive."""
+    @property
+    def frequencies(self) -> tuple[float, float]:
+        """The lowest and the highest frequency, in Hz: of loops that of a full stroke at their speed, 0 at rest."""
+    @property
+    def max_slew(self) -> float:
+        """The fastest step, per second."""
+
+@final
+class ExperimentPart:
+    """A drive to play and record in one go, at one sampling rate: made by `experiment`."""
+
+    @property
+    def name(self) -> str:
+        """ "fast", "loops", or "experiment" if both are joined."""
+    @property
+    def rate(self) -> float:
+        """Samples per second, in Hz."""
+    @property
+    def drive(self) -> _Vector:
+        """The samples, from start to start."""
+    @property
+    def segments(self) -> list[ExperimentSegment]:
+        """What the samples are for: one segment after the other, none left out."""
+    @property
+    def initialization_samples(self) -> int:
+        """How many samples come before both limits were reached: the `skip` of `identify` for an actuator whose history is
+        unknown. 0 if the limits are never reached.
+        """
+
+def experiment(
+    low: float,
+    high: float,
+    *,
+    slew: float,
+    rate: float,
+    fast_rate: float | None = None,
+    frequencies: tuple[float, float] = (1.0, 10.0),
+    cycles: int = 20,
+    shape: Literal["triangle", "sine"] = "triangle",
+    center: float | None = None,
+    start: float | None = None,
+    rest: float = 10.0,
+    fast_signal: Literal["chirp", "multisine"] = "chirp",
+    fast_amplitude: float | None = None,
+    fast_frequency: float | None = None,
+    joined: bool = False,
+) -> list[ExperimentPart]:
+    """The drives from which a whole stage is identified, within limits and slew rate.
+
+    The parts in the order in which to play them, each from rest at `start` back to it:
+
+    - "fast": a small chirp or multisine for modes and dead time, at `start` or as near to it as both swings stay within
+      the limits.
+    - "loops": full strokes, decaying and growing loops, small loops about other drives, rests for creep, and full and
+      decaying loops again at a second frequency, which tells rate from amplitude.
+
+    The actuator must rest at `start` before, or come from `demagnetize`: then each record is fitted from its first sample.
+    Give both records to `identify` as one list, each with its own dt.
+
+    Parameters
+    ----------
+    low, high : float
+        Limits of the drive (V): never left, both reached.
+    slew : float
+        Largest speed of the drive (V/s): never exceeded from sample to sample.
+    rate : float
+        Samples per second of the loops, in Hz.
+    fast_rate : float, optional
+        Samples per second of the fast signal, in Hz: that of the loops unless given.
+    frequencies : (float, float)
+        Frequencies of a full stroke in Hz, the lower one first. Where the slew rate is too low for the second one, it is
+        what the slew rate allows. The first one is at most a third of the second one.
+    cycles : int
+        Cycles that the loops take to decay, and again to grow.
+    shape : "triangle" or "sine"
+        Straight moves from reversal to reversal, or half cosines of the same largest speed.
+    center : float, optional
+        What the reversals decay to: the middle of the limits unless given.
+    start : float, optional
+        The rest drive, where every part starts and ends: zero, or the limit nearest to it, unless given.
+    rest : float
+        Duration of each of the four rests, in seconds.
+    fast_signal : "chirp" or "multisine"
+        The fast signal: 20 000 samples, but at least 2 s and at most 10 s.
+    fast_amplitude : float, optional
+        Its largest amplitude (V): 1 % of half the range unless given. The slew rate may ask for less.
+    fast_frequency : float, optional
+        Its highest frequency in Hz: 0.4 of the Nyquist frequency unless given.
+    joined : bool
+        Whether both parts are one drive, at one rate.
+
+    Returns
+    -------
+    list of ExperimentPart
+        With `name`, `rate`, `drive`, `segments` and `initialization_samples`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> fast, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
+    >>> fast
+    <ExperimentPart fast: 22003 samples at 10000 Hz, 4 segments>
+    >>> print(*(segment.name for segment in loops.segments), sep=", ")
+    start, settle, major, decaying, growing, inner, rests, fast major, fast decaying, return, end
     """
 
 @final

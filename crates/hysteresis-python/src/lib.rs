@@ -83,7 +83,13 @@ mod _core {
     #[pymodule_export]
     use crate::plant::simulate::simulate;
     #[pymodule_export]
+    use crate::signal::chirp::chirp;
+    #[pymodule_export]
     use crate::signal::excitation::{Excitation, demagnetize, excitation};
+    #[pymodule_export]
+    use crate::signal::experiment::{ExperimentPart, ExperimentSegment, experiment};
+    #[pymodule_export]
+    use crate::signal::multisine::multisine;
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]

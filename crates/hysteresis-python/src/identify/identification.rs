@@ -14,6 +14,7 @@ use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics;
+use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
 use crate::convert::pickling::result_methods;
@@ -269,8 +270,8 @@ result_methods!(Identification {
         self.found.partial
     }
 
-    /// The output for the input `u`, sampled like the first record, from the virgin state and at rest at its first value:
-    /// through creep, dynamics and dead time.
+    /// The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
+    /// time. `u` is sampled every `dt` seconds, by default like the first record.
     ///
     /// With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
     /// the covariance of all that was fitted, linearised at the fit, with the errors
@@ -290,14 +291,31 @@ result_methods!(Identification {
     /// >>> predicted, std = found.predict(u, return_std=True)
     /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
     /// (True, True)
-    #[pyo3(signature = (u, *, return_std=false))]
-    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>, return_std: bool) -> PyResult<Bound<'py, PyAny>> {
+    #[pyo3(signature = (u, *, dt=None, return_std=false))]
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        dt: Option<&Bound<'py, PyAny>>,
+        return_std: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        numbers!(dt);
+        if dt.is_some() && return_std {
+            let expected = "None beside return_std, which is for the sampling of the first record";
+            return Err(errors::value("dt", format_args!("expected {expected}")));
+        }
+        if let Some(dt) = dt.filter(|dt| !(*dt > 0.0 && dt.is_finite())) {
+            return Err(errors::value("dt", format_args!("expected a finite number above 0, got {dt:?}")));
+        }
         let input = vector("u", u)?;
         let input = input.as_slice()?;
         let array = |values: Result<Vec<f64>, RecordError>| {
             values.map(|values| PyArray1::from_vec(py, values)).map_err(|error| raise(record(error)))
         };
-        let predicted = array(self.found.predict(input))?;
+        let predicted = array(match dt {
+            Some(dt) => self.found.predict_at(input, dt),
+            None => self.found.predict(input),
+        })?;
         if !return_std {
             return Ok(predicted.into_any());
         }

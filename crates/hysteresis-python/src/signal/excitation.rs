@@ -179,14 +179,7 @@ fn options(
     shape: &str,
     (center, start): (Option<f64>, Option<f64>),
 ) -> PyResult<ExcitationOptions> {
-    let shape = match shape {
-        "triangle" => Shape::Triangle,
-        "sine" => Shape::Sine,
-        _ => {
-            let expected = "\"triangle\" or \"sine\"";
-            return Err(errors::value("shape", format_args!("expected {expected}, got \"{shape}\"")));
-        }
-    };
+    let shape = shape_of(shape)?;
     let cycles = cycles.map_or(Ok(20), |cycles| count("cycles", cycles))?;
     Ok(ExcitationOptions {
         low,
@@ -199,4 +192,15 @@ fn options(
         // Not clamp, which panics if low is above high: the plan says what is wrong with them.
         start: start.unwrap_or(0.0_f64.max(low).min(high)),
     })
+}
+
+pub(super) fn shape_of(name: &str) -> PyResult<Shape> {
+    match name {
+        "triangle" => Ok(Shape::Triangle),
+        "sine" => Ok(Shape::Sine),
+        _ => {
+            let expected = "\"triangle\" or \"sine\"";
+            Err(errors::value("shape", format_args!("expected {expected}, got \"{name}\"")))
+        }
+    }
 }

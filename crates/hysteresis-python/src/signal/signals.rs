@@ -10,7 +10,8 @@ use crate::convert::errors::raise;
 /// Samples per second unless told, in Hz.
 pub(super) const RATE: f64 = 1e4;
 
-type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+/// What a signal is in Python.
+pub(super) type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 fn array(py: Python<'_>, samples: Result<Vec<f64>, Error>) -> Samples<'_> {
     samples.map(|samples| PyArray1::from_vec(py, samples)).map_err(raise)

@@ -1,106 +1,110 @@
-"""`mpi-hyst excite`: a drive for identification or demagnetization as a CSV file."""
+"""`mpi-hyst excite`: the drives of an experiment, or a demagnetizing sequence, as CSV files."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError, parameter, renamed
-from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.excite.request import TIME, Request
+from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
-from mpi_hyst._quantity import Quantity
 from mpi_hyst._report.excite.drive import Drive, facts
-from mpi_hyst._text import in_unit, printable, text_pairs
-
-_TIME = "time_s"
-_OPTIONS = ("slew", "rate", "cycles", "shape", "center", "start")
-
-
-@dataclass(frozen=True)
-class Request:
-    """The options, by their names."""
-
-    limits: tuple[float, float]
-    rate: float
-    slew: float
-    drive_path: Path
-    cycles: int = 20
-    shape: Literal["triangle", "sine"] = "triangle"
-    center: float | None = None
-    start: float | None = None
-    demagnetize: bool = False
-    column: str = "voltage_v"
-    report_path: Path | None = None
+from mpi_hyst._report.excite.plan import Part, Plan
+from mpi_hyst._text import in_unit, text_pairs
+from mpi_hyst._types import Samples
 
 
 def run(request: Request) -> str:
-    """Design the drive, write it, and return the summary."""
-    check_outputs([request.drive_path, request.report_path])
-    if request.column in ("", _TIME):
-        raise CommandError(f"--column: expected a name other than {_TIME}, got {request.column!r}")
-    if request.column != printable(request.column).strip():
-        raise CommandError(f"--column: expected a printable name, got {request.column!r}")
+    """Design the drives, write them, and return the summary."""
+    request.check()
+    return _demagnetize(request) if request.demagnetize else _experiment(request)
+
+
+def _experiment(request: Request) -> str:
+    directory = None if request.single_file else request.out
+    report_path = request.report_path
+    if directory is not None and report_path is None:
+        report_path = directory / "plan.html"
+    paths = _check_places(request, directory, report_path)
+    plan = _plan(request)
+    outputs = [
+        _table(path, part.seconds, request.column, part.drive)
+        for path, part in zip(paths, plan.parts, strict=True)
+    ]
+    if directory is not None:
+        outputs.append(Output.of_text(directory / "plan.json", plan.as_json()))
+    if report_path is not None:
+        from mpi_hyst._report.excite.plan_page import report
+
+        outputs.append(Output.of_text(report_path, report(plan)))
+    write_outputs(outputs, directory)
+    return plan.as_text([str(output.path) for output in outputs])
+
+
+def _check_places(request: Request, directory: Path | None, report_path: Path | None) -> list[Path]:
+    """Refuse files that cannot be written, and return those for the drives."""
+    if report_path is not None:
+        what = "--report" if request.report_path is not None else "the plan in a directory"
+        require_report_packages(what)
+    if directory is None:
+        check_outputs([request.out, report_path])
+        return [request.out]
+    check_directory(directory)
+    drives = [directory / "fast.csv", directory / "loops.csv"]
+    own = [*drives, directory / "plan.json"]
+    if report_path in own:
+        raise CommandError(f"{report_path}: named for two outputs")
+    # What lies in a directory that is yet to be made has nothing in its way.
+    outputs = [path for path in (*own, report_path) if path is not None]
+    check_outputs([path for path in outputs if directory.exists() or path.parent != directory])
+    return drives
+
+
+def _plan(request: Request) -> Plan:
+    try:
+        made = mh.signals.experiment(
+            *request.limits, joined=request.single_file, **request.of_experiment()
+        )
+    except (ValueError, TypeError) as error:
+        raise request.explain(error) from error
+    names = [request.out.name] if request.single_file else [f"{one.name}.csv" for one in made]
+    parts = [Part.of(name, one) for name, one in zip(names, made, strict=True)]
+    return Plan(
+        parts,
+        request.quantity,
+        request.limits,
+        request.slew,
+        request.cycles,
+        request.center,
+        request.start,
+    )
+
+
+def _demagnetize(request: Request) -> str:
+    check_outputs([request.out, request.report_path])
     if request.report_path is not None:
         require_report_packages("--report")
-    drive = design(request)
-    table = write_table({_TIME: drive.seconds, request.column: drive.values})
-    outputs = [Output.of_text(request.drive_path, table)]
+    try:
+        values = mh.signals.demagnetize(*request.limits, **request.shared())
+    except (ValueError, TypeError) as error:
+        raise request.explain(error) from error
+    drive = Drive(values, request.quantity, request.rate, request.slew, request.cycles)
+    outputs = [_table(request.out, drive.seconds, request.column, drive.values)]
     if request.report_path is not None:
         from mpi_hyst._report.excite.page import report
 
-        page = report(drive, request.drive_path.name)
-        outputs.append(Output.of_text(request.report_path, page))
+        outputs.append(Output.of_text(request.report_path, report(drive, request.out.name)))
     write_outputs(outputs)
-    what = f"{request.drive_path}: {drive.title}\n\n{text_pairs(facts(drive))}"
-    return f"{what}\n\n{_next_step(drive, request)}"
-
-
-def design(request: Request) -> Drive:
-    """Make the drive."""
-    options: dict[str, Any] = {name: getattr(request, name) for name in _OPTIONS}
-    try:
-        if request.demagnetize:
-            values = mh.signals.demagnetize(*request.limits, **options)
-            initialization_samples, reversals = 0, 2 * request.cycles + 1
-        else:
-            made = mh.signals.excitation(*request.limits, **options)
-            values, reversals = made.drive, made.reversals.size
-            initialization_samples = made.initialization_samples
-    except (ValueError, TypeError) as error:
-        raise CommandError(_name_options(error)) from error
-    return Drive(
-        values,
-        Quantity(request.column),
-        request.rate,
-        request.slew,
-        request.cycles,
-        initialization_samples,
-        reversals,
-        request.demagnetize,
-    )
-
-
-def _next_step(drive: Drive, request: Request) -> str:
-    if request.demagnetize:
-        low, high = request.limits
-        center = 0.5 * (low + high) if request.center is None else request.center
-        return (
-            "Next: play it. The actuator is then in the state in which a model with the input "
-            f"offset {in_unit(center, drive.quantity.unit)} starts."
-        )
+    low, high = request.limits
+    center = 0.5 * (low + high) if request.center is None else request.center
     return (
-        "Next: play it and record the position at the same rate, then\n"
-        f"mpi-hyst identify RECORD.csv --input {request.column} --output COLUMN "
-        f"--skip {drive.initialization_samples} --operators {request.cycles} -o stage.json"
+        f"{request.out}: demagnetizing sequence\n\n{text_pairs(facts(drive))}\n\n"
+        "Next: play it. The actuator is then in the state in which a model with the input "
+        f"offset {in_unit(center, drive.quantity.unit)} starts."
     )
 
 
-def _name_options(error: Exception) -> str:
-    """Return the message of the library with the option in front, or in place of the argument."""
-    argument = parameter(error)
-    if argument in ("low", "high"):
-        return f"--limits: {error}"
-    return renamed(str(error), argument, f"--{argument}") if argument in _OPTIONS else str(error)
+def _table(path: Path, seconds: Samples, column: str, drive: Samples) -> Output:
+    return Output.of_text(path, write_table({TIME: seconds, column: drive}))

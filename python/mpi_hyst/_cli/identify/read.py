@@ -20,6 +20,7 @@ from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 
 _Value = TypeVar("_Value", str, int)
+_SAME = 1e-3  # share by which equal sampling intervals may differ: clocks are not exact
 _AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 
 
@@ -27,7 +28,9 @@ def read(request: Request) -> Records:
     """Read all records, each with the part to skip."""
     records, units = _read("--skip", request.data, request.skip, request.rows, request)
     held_out, _ = _read("--validate-skip", request.validate, request.validate_skip, (), request)
-    _check_intervals([*records, *held_out])
+    first = records[0]
+    records, held_out = _same_clock(records, first), _same_clock(held_out, first)
+    _check_validation(held_out, first)
     if not request.validate_from:
         return Records(records, held_out, ends=False, units=units)
     ends = _ends(records, request)
@@ -129,16 +132,25 @@ def _samples(option: str, amount: str, path: Path, seconds: Samples | None, samp
     return count
 
 
-def _check_intervals(records: Sequence[Record]) -> None:
-    """Refuse records of different sampling rates, and those with and without one together."""
-    first = records[0]
-    for record in records[1:]:
+def _same_clock(records: Sequence[Record], first: Record) -> list[Record]:
+    """Give records of nearly the sampling interval of the first one that interval itself.
+
+    Refuse records with and without one together.
+    """
+    same = []
+    for record in records:
         if (first.dt is None) != (record.dt is None):
             known, unknown = (first, record) if record.dt is None else (record, first)
             raise CommandError(f"{unknown.name}: expected a time column as in {known.name}")
-        if first.dt is None or record.dt is None:
-            continue
-        if abs(record.dt - first.dt) > 1e-3 * first.dt:
+        near = first.dt and record.dt and abs(record.dt - first.dt) <= _SAME * first.dt
+        same.append(replace(record, dt=first.dt) if near else record)
+    return same
+
+
+def _check_validation(held_out: Sequence[Record], first: Record) -> None:
+    """Refuse files for validation at another rate: the library takes that of the first record."""
+    for record in held_out:
+        if first.dt is not None and record.dt is not None and record.dt != first.dt:
             raise CommandError(
                 f"{record.name}: expected the sampling interval of {first.name}, "
                 f"{digits(first.dt)} s, got {digits(record.dt)} s"

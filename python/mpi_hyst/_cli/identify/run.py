@@ -69,7 +69,7 @@ def fit(
     try:
         return mh.identify(
             [(record.input, record.output) for record in whole],
-            dt=records.dt,
+            dt=records.intervals,
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,

@@ -45,7 +45,13 @@ def report(
     ]
     if left_out:
         sections.append(left_out_section(left_out, task))
-    sections.append(uncertainty(found, fitted, task))
+    # The deviation is known for the sampling of the first record.
+    alike = [
+        trace
+        for trace, record in zip(fitted, records.fitted, strict=False)
+        if record.dt == records.dt
+    ]
+    sections.append(uncertainty(found, alike, task))
     if made := choices(found):
         sections.append(chosen(made, task))
     sections.append(model(result))

@@ -42,8 +42,14 @@ class Records:
 
     @property
     def dt(self) -> float | None:
-        """The sampling interval in seconds, or None if it is not known."""
+        """The sampling interval of the first record in seconds, or None if it is not known."""
         return self.fitted[0].dt
+
+    @property
+    def intervals(self) -> list[float] | None:
+        """The sampling intervals of the fitted records, or None if they are not known."""
+        known = [record.dt for record in self.fitted if record.dt is not None]
+        return known or None
 
     @property
     def names(self) -> list[str]:
@@ -71,7 +77,7 @@ class Evaluated:
     def residuals(self, found: mh.results.Identification) -> Samples:
         """Measured minus modelled output."""
         own = self.offset - float(found.output_offsets[0])
-        return self.record.output - (found.predict(self.record.input) + own)
+        return self.record.output - (found.predict(self.record.input, dt=self.record.dt) + own)
 
 
 def evaluate(
@@ -87,7 +93,7 @@ def evaluate(
 
 def _own_offset(record: Record, found: mh.results.Identification) -> float:
     """Return the output offset that minimizes the rms error on a record."""
-    left = (record.output - found.predict(record.input))[record.skip :]
+    left = (record.output - found.predict(record.input, dt=record.dt))[record.skip :]
     return float(found.output_offsets[0] + left.mean())
 
 

@@ -1,7 +1,6 @@
-//! Sampled test signals: every one starts at its offset and keeps within offset +- amplitude.
+//! Periodic signals: every one starts at its offset and keeps within offset +- amplitude.
 
-pub use hysteresis_control::sampling::Error;
-use hysteresis_control::sampling::{check_count, check_finite, check_positive, reserve};
+use hysteresis_control::sampling::{Error, check_count, check_finite, check_positive, reserve};
 
 /// A signal's swing, frequency and sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]

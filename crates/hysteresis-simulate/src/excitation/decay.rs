@@ -1,20 +1,8 @@
-//! Drives that make an actuator's memory known: the input to identify from, and the demagnetising sequence.
-//!
-//! Both go from reversal to reversal, each move as fast as a slew limit and the sampling allow, and meet every reversal
-//! with a sample of its own. So small loops take less time than large ones, and no reversal is clipped.
+//! A full stroke and decaying reversals: the shortest input to identify from, and the demagnetising sequence.
 
 use hysteresis_control::sampling::{Error, check_count, check_finite, check_positive, reserve};
 
-/// How the signal goes from one reversal to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Shape {
-    /// In equal steps, at most `slew` / `rate` each.
-    #[default]
-    Triangle,
-    /// Along half a cosine, whose steepest step is at most `slew` / `rate`: pi/2 times as long as the triangle, and
-    /// without a jump of speed at the reversals.
-    Sine,
-}
+use super::moves::{Moves, ROUNDING, Shape};
 
 /// Limits, sampling and decay of a drive.
 ///
@@ -79,7 +67,8 @@ impl ExcitationOptions {
         let mut reversals = vec![self.high, self.low];
         reversals.extend(self.decay());
         let drive = self.through(&reversals)?;
-        let initialization_samples = self.steps(self.start, self.high) + self.steps(self.high, self.low);
+        let initialization_samples =
+            self.moves().steps(self.start, self.high) + self.moves().steps(self.high, self.low);
         // `through` has checked that far more than this fits.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2^27")]
         let initialization_samples = initialization_samples as usize;
@@ -123,6 +112,12 @@ impl ExcitationOptions {
     }
 
     fn check(&self) -> Result<(), Error> {
+        self.check_domain()?;
+        self.check_steps()
+    }
+
+    /// Checks each number by itself.
+    pub(super) fn check_domain(&self) -> Result<(), Error> {
         check_finite("low", self.low)?;
         check_finite("high", self.high)?;
         if self.high <= self.low {
@@ -142,6 +137,11 @@ impl ExcitationOptions {
             let expected = format!("a whole number from 1 to {MAX_CYCLES}");
             return Err(Error::domain("cycles", expected, f64::from(self.cycles)));
         }
+        Ok(())
+    }
+
+    /// Checks that the sampling tells neighbouring reversals apart at this slew.
+    pub(super) fn check_steps(&self) -> Result<(), Error> {
         let decrement = (self.high - self.center).min(self.center - self.low) / (2.0 * f64::from(self.cycles));
         if self.slew > self.rate * decrement * (1.0 + ROUNDING) {
             let slowest = self.slew / decrement;
@@ -155,7 +155,7 @@ impl ExcitationOptions {
     }
 
     /// The reversals from full swing down to the smallest.
-    fn decay(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn decay(&self) -> impl Iterator<Item = f64> + '_ {
         let halves = 2 * self.cycles;
         [self.high, self.low].into_iter().chain((1..halves).map(move |k| {
             let side = if k % 2 == 1 { self.high } else { self.low };
@@ -165,53 +165,28 @@ impl ExcitationOptions {
 
     /// The samples from the start through these reversals to `center` and back to the start.
     fn through(&self, reversals: &[f64]) -> Result<Vec<f64>, Error> {
-        let moves = || {
-            let ends = reversals.iter().copied().chain([self.center, self.start]);
-            let starts = core::iter::once(self.start).chain(reversals.iter().copied()).chain([self.center]);
-            starts.zip(ends).map(|(from, to)| (from, to, self.steps(from, to)))
-        };
-        let samples = 1.0 + moves().map(|(_, _, steps)| steps).sum::<f64>();
+        let (moves, mut samples, mut from) = (self.moves(), 1.0, self.start);
+        let ends = || reversals.iter().copied().chain([self.center, self.start]);
+        for to in ends() {
+            samples += moves.steps(from, to);
+            from = to;
+        }
         let mut drive = reserve("rate", check_count("rate", samples)?)?;
         drive.push(self.start);
-        for (from, to, steps) in moves() {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number up to 2^27")]
-            let count = steps as u32;
-            drive.extend((1..count).map(|k| self.between(from, to, f64::from(k) / steps)));
-            if count > 0 {
-                drive.push(to);
-            }
+        for to in ends() {
+            moves.extend(&mut drive, to);
         }
         Ok(drive)
     }
 
-    /// How many steps a move takes: a whole number.
-    fn steps(&self, from: f64, to: f64) -> f64 {
-        let longest = self.slew / self.rate;
-        let stretch = match self.shape {
-            Shape::Triangle => 1.0,
-            Shape::Sine => core::f64::consts::FRAC_PI_2,
-        };
-        // A move that fits but for rounding needs no further step.
-        ((to - from).abs() * stretch / longest * (1.0 - ROUNDING)).ceil()
-    }
-
-    /// The point at a share of the steps from one reversal to the next.
-    fn between(&self, from: f64, to: f64, share: f64) -> f64 {
-        let way = match self.shape {
-            Shape::Triangle => share,
-            Shape::Sine => (core::f64::consts::FRAC_PI_2 * share).sin().powi(2),
-        };
-        // The clamp is for roundings, which must not leave the limits.
-        (from + (to - from) * way).clamp(from.min(to), from.max(to))
+    fn moves(&self) -> Moves {
+        Moves { slew: self.slew, rate: self.rate, shape: self.shape }
     }
 }
 
 /// A move k reversals before the end takes 2 k steps or more, so this many cycles take more samples than any rate may
 /// make.
 const MAX_CYCLES: u32 = 1 << 14;
-
-/// What the quotients that decide about a further step may be off by.
-const ROUNDING: f64 = 1e-12;
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,76 @@
+//! `mpi_hyst.signals.multisine`.
+
+use hysteresis_simulate::signals::{Multisine, Phases};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::signals::Samples;
+use crate::convert::arguments::{count, numbers, whole};
+use crate::convert::errors::{raise, unexpected};
+
+/// Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a peak of
+/// `amplitude`.
+///
+/// Line k has the frequency k rate / samples. A discrete Fourier transform over one period holds the lines and nothing
+/// else, all of one size. The phases are those of Schroeder (1970), which keep the peak low beside the rms: the crest factor
+/// of neighbouring lines is 1.7 to 2. With a seed they are random, and the crest factor of many lines is 3 to 4.
+///
+/// Parameters
+/// ----------
+/// amplitude, center : float
+///     The largest distance from the center, and the center, in the unit of the signal.
+/// lines : sequence of int
+///     Cycles per period: above 0, below half of `samples`, each once.
+/// samples : int
+///     Samples of a period.
+/// periods : int
+///     Whole periods.
+/// seed : int, optional
+///     Random phases, the same for the same seed. Without it those of Schroeder.
+/// fade : int
+///     Samples before the whole periods in which the signal fades in from `center`, and as many behind them. Without
+///     any the signal begins and ends somewhere within its swing.
+///
+/// Returns
+/// -------
+/// array of periods x samples + 2 fade floats
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.multisine(2.0, range(1, 400), samples=5000, periods=4, fade=500)
+/// >>> u.shape, float(u[0]), float(u[-1]), round(float(abs(u).max()), 6)
+/// ((21000,), 0.0, 0.0, 2.0)
+#[pyfunction]
+#[pyo3(signature = (amplitude, lines, *, samples, periods=None, seed=None, fade=None, center=None),
+    text_signature = "(amplitude, lines, *, samples, periods=1, seed=None, fade=0, center=0.0)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+pub(crate) fn multisine<'py>(
+    py: Python<'py>,
+    amplitude: &Bound<'py, PyAny>,
+    lines: &Bound<'py, PyAny>,
+    samples: &Bound<'py, PyAny>,
+    periods: Option<&Bound<'py, PyAny>>,
+    seed: Option<&Bound<'py, PyAny>>,
+    fade: Option<&Bound<'py, PyAny>>,
+    center: Option<&Bound<'py, PyAny>>,
+) -> Samples<'py> {
+    numbers!(amplitude, center = 0.0);
+    let lines = lines.extract().map_err(|_| unexpected("lines", "whole numbers above 0", lines))?;
+    // More than any signal may have stays more.
+    let few = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+    let samples = few(count("samples", samples)?);
+    let periods = few(periods.map_or(Ok(1), |periods| count("periods", periods))?);
+    let fade = few(fade.map_or(Ok(0), |fade| whole("fade", fade))?);
+    let phases = match seed {
+        None => Phases::Schroeder,
+        Some(seed) => Phases::Random(whole("seed", seed)?),
+    };
+    let multisine = Multisine { amplitude, center, lines, phases, samples, periods, fade };
+    py.detach(|| multisine.sample()).map(|samples| PyArray1::from_vec(py, samples)).map_err(raise)
+}
