@@ -9,6 +9,12 @@ import numpy as np
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst.io import Columns
 
+_AVERAGED = 50  # samples
+
+
+class UnevenTimesError(CommandError):
+    """Times that are not those of an even grid."""
+
 
 def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     """Return the sampling interval in seconds, from the time column or from --rate."""
@@ -31,10 +37,24 @@ def known_interval(columns: Columns, rate: float | None = None) -> float | None:
     # A time written with few digits is rounded by a part of a step; the roundings do not add up.
     uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
     if uneven > 0.1 * dt:
-        raise CommandError(
+        raise UnevenTimesError(
             f"{columns.path}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
         )
     return dt
+
+
+def fitted_interval(columns: Columns, rate: float | None = None) -> float | None:
+    """Return the same for a record to fit, whose uneven times are a finding and no error.
+
+    It is the median of mean intervals over many samples, which neither gaps nor rounded times move.
+    """
+    try:
+        return known_interval(columns, rate)
+    except UnevenTimesError:
+        seconds = columns.seconds
+    assert seconds is not None
+    over = min(_AVERAGED, seconds.size - 1)
+    return float(np.median(seconds[over:] - seconds[:-over])) / over
 
 
 def _interval_of(rate: float, columns: Columns) -> float:

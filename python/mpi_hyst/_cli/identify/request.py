@@ -35,7 +35,9 @@ class Request:
     validate_from: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
     slew: float | None = None
+    negate_output: bool = False
     keep_partial: bool = False
+    strict: bool = False
     fit: dict[str, Any] = field(default_factory=dict)
     """What goes to `mh.identify` under its own name; what was not given is not in it."""
 
