@@ -37,8 +37,7 @@ pub(super) fn followed(record: &Record<'_>, residual: &[f64], lag: f64) -> Vec<F
     loop {
         let measured = causes.iter().filter_map(|cause| Some((cause, follow(record, &left, cause)?)));
         let past = measured.filter(|(_, followed)| followed.correlation.abs() > followed.limit);
-        let size = |followed: &Followed| followed.correlation.abs();
-        let Some((cause, followed)) = past.max_by(|(_, a), (_, b)| size(a).total_cmp(&size(b))) else {
+        let Some((cause, followed)) = past.max_by(|a, b| weight(a).total_cmp(&weight(b))) else {
             return found;
         };
         let value = followed.correlation;
@@ -50,6 +49,12 @@ pub(super) fn followed(record: &Record<'_>, residual: &[f64], lag: f64) -> Vec<F
         let code = cause.code;
         causes.retain(|cause| cause.code != code);
     }
+}
+
+/// How much speaks for a cause. In a drive that only decays, amplitude is time: then what is simpler counts.
+fn weight((cause, followed): &(&Cause, Followed)) -> f64 {
+    const OF_SEVERAL_COLUMNS: f64 = 0.9;
+    followed.correlation.abs() * if cause.columns.len() > 1 { OF_SEVERAL_COLUMNS } else { 1.0 }
 }
 
 fn causes(record: &Record<'_>, lag: f64) -> Vec<Cause> {
