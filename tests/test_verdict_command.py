@@ -34,7 +34,8 @@ def test_strict_tells_amber_and_red_by_the_exit_status(tmp_path: Path) -> None:
         result = run("identify", path, *COLUMNS, *FIT, "-o", str(stage), "--strict")
         assert result.exit_code == status, result.output
         assert result.stdout.splitlines()[0].startswith(f"verdict: {verdict}")
-        assert mh.load(str(stage)).identified is not None
+        loaded = mh.load(str(stage))
+        assert isinstance(loaded, mh.Stage) and loaded.identified is not None
         said = "" if status == 0 else f"mpi-hyst: --strict: the verdict is {verdict}\n"
         assert result.stderr.endswith(said) and ("--strict" in result.stderr) == bool(said)
 

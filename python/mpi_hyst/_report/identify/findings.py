@@ -25,19 +25,21 @@ _CHECKS = (
 )
 
 
-def verdict(level: str, findings: Sequence[mh.results.Finding]) -> str:
+def verdict(found: mh.results.Identification) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
-    codes = list(dict.fromkeys(found.code for found in _worst_first(findings)))
-    return f"verdict: {level}" + (f" ({', '.join(codes)})" if codes else "")
+    codes = list(dict.fromkeys(finding.code for finding in _worst_first(found.warnings)))
+    interrupted = ", but the search was interrupted" if found.partial else ""
+    return f"verdict: {found.verdict}{interrupted}" + (f" ({', '.join(codes)})" if codes else "")
 
 
-def banner(level: str, findings: Sequence[mh.results.Finding], records: Records) -> Verdict:
+def banner(found: mh.results.Identification, records: Records) -> Verdict:
     """Return the verdict at the top of the report."""
     lines = [
-        f"{found.code}: {_place(found, records)}{found.message}. Try: {found.hint}."
-        for found in _worst_first(findings)
+        f"{finding.code}: {_place(finding, records)}{finding.message}. Try: {finding.hint}."
+        for finding in _worst_first(found.warnings)
     ]
-    return Verdict(level, _MEANING[level], lines)
+    interrupted = " The search was interrupted." if found.partial else ""
+    return Verdict(found.verdict, f"{_MEANING[found.verdict]}{interrupted}", lines)
 
 
 def text(findings: Sequence[mh.results.Finding], records: Records) -> str:

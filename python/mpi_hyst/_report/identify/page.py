@@ -55,7 +55,7 @@ def report(
             f"{' (partial)' if found.partial else ''}",
             subtitle=f"{title(found, len(records.fitted))}, "
             f"{task.input.label} to {task.output.label}",
-            verdict=findings.banner(found.verdict, found.warnings, records),
+            verdict=findings.banner(found, records),
             cards=_cards(result),
             sections=sections,
             footer=f"mpi_hyst. Error: measured minus modelled output. {base(records)}",

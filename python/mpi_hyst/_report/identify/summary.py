@@ -33,7 +33,7 @@ def summary(
     if max(len(fitted), len(held_out)) > 1:
         base += "; all: of the largest range"
     parts = [
-        findings.verdict(found.verdict, found.warnings),
+        findings.verdict(found),
         title(found, len(fitted)),
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
