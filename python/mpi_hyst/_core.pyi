@@ -81,6 +81,7 @@ __all__ = [
     "table_2",
     "triangle",
     "tune",
+    "verdict",
     "write_file",
 ]
 
