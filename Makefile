@@ -54,7 +54,7 @@ CASES ?= 2000
 test-random: $(PACKAGE) ## the laws on many more examples: SEED=n repeats a run, CASES=n sets how many the Rust tests draw
 	@echo "make test-random SEED=$(SEED) CASES=$(CASES)"
 	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
-		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features
+		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features --no-fail-fast
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED)
 
 lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, stubtest

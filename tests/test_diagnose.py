@@ -98,7 +98,8 @@ def test_what_is_wrong_with_an_output_is_named(
     assert name in names(found)
     finding = next(finding for finding in found if finding.code == name)
     assert finding.value > finding.limit > 0 and finding.record is None
-    assert finding.message and f"{finding.code}: value {finding.value:.3f}" in repr(finding)
+    assert finding.message and f": value {finding.value:.3f}" in repr(finding)
+    assert f"<Finding {finding.code}, {finding.severity}: " in repr(finding)
 
 
 def test_a_lag_that_no_delay_takes_up_is_named() -> None:
@@ -159,7 +160,11 @@ def test_a_measured_stack() -> None:
         records, None, found.model, skip=skips, dead_time=found.dead_time_samples or 0.0
     )
     # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range
-    assert [(finding.code, finding.record) for finding in told] == [("drift", 0)]
+    assert [(finding.code, finding.record) for finding in told] == [
+        ("identical_loops", 0),
+        ("drift", 0),
+    ]
+    assert found.verdict == mh.results.verdict(told) == "amber"
     # its README: on full loops alone the lag is invisible
     told = fitted(*records[0], skips[0], operators=16)
     assert {"no_minor_loops", "drift"} <= set(names(told))

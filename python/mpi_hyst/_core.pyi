@@ -86,6 +86,7 @@ __all__ = [
     "table_2",
     "triangle",
     "tune",
+    "verdict",
     "write_file",
 ]
 
@@ -929,8 +930,14 @@ class Identification:
     def evaluations(self) -> int:
         """How many passes over the records the search took."""
     @property
+    def verdict(self) -> Literal["green", "amber", "red"]:
+        """Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
+
+        Amber: some numbers are doubtful, or another record would make the result better. Red: this is not the stage.
+        """
+    @property
     def warnings(self) -> list[Finding]:
-        """What these records cannot tell and what the model left in them: the list that `diagnose` gives for them."""
+        """What these records cannot tell and what the model left in them. docs/findings.md explains every code."""
     @property
     def partial(self) -> bool:
         """Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds."""
@@ -946,7 +953,7 @@ class Identification:
         of successive samples taken as independent and the model as true. It tells how far the prediction may be from
         that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
-        the inputs that they reach, the truth may be further away.
+        the inputs that they reach, the truth may be further away: a UserWarning says so.
 
         Examples
         --------
@@ -972,7 +979,7 @@ class Identification:
         of successive samples taken as independent and the model as true. It tells how far the prediction may be from
         that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
-        the inputs that they reach, the truth may be further away.
+        the inputs that they reach, the truth may be further away: a UserWarning says so.
 
         Examples
         --------
@@ -1720,6 +1727,7 @@ def identify(
     y: ArrayLike | None = None,
     *,
     dt: float | Sequence[float] | None = None,
+    times: ArrayLike | Sequence[ArrayLike | None] | None = None,
     model: Literal["modified", "conventional"] = "modified",
     operators: int | Literal["auto"] | None = 20,
     weights: Literal["auto", "free", "quadratic", "split"] = "auto",
@@ -1749,6 +1757,8 @@ def identify(
     dt : float or list of float, optional
         Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
         hysteresis can be fitted.
+    times : array or list of arrays, optional
+        When every sample was taken, in seconds, for each record. They change no fit: a warning tells gaps and jitter.
     model : "modified" or "conventional"
         Coupled plays, or plays for comparison.
     weights : "auto", "free", "quadratic" or "split"
@@ -1814,7 +1824,12 @@ class Finding:
 
     @property
     def code(self) -> str:
-        """Which finding: one of the names that `diagnose` and `DynamicsIdentification` list."""
+        """Which finding: one of the names that docs/findings.md explains."""
+    @property
+    def severity(self) -> Literal["amber", "red"]:
+        """ "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
+        stage.
+        """
     @property
     def message(self) -> str:
         """One sentence with the numbers in it."""
@@ -1826,10 +1841,41 @@ class Finding:
         """What it was compared with."""
     @property
     def hint(self) -> str:
-        """What to do about it."""
+        """What to try next."""
     @property
     def record(self) -> int | None:
         """The record that shows it most, or None where there is one record only or all count together."""
+    @property
+    def sample(self) -> int | None:
+        """The sample of that record where it is, or where it ends; skipped samples count. None where it is no place."""
+
+def verdict(findings: Sequence[Finding]) -> Literal["green", "amber", "red"]:
+    """The verdict on findings: that of the worst of them, or "green" if there is none.
+
+    Parameters
+    ----------
+    findings : list of Finding
+        Those of `diagnose`, or the warnings of an identification, whose `verdict` is the same.
+
+    Returns
+    -------
+    "green", "amber" or "red"
+
+    Raises
+    ------
+    TypeError
+        For what is no list of findings.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> actuator = mh.paper.table_1_recovered()
+    >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)
+    >>> mh.results.verdict(mh.diagnose(u, actuator.forward().run(u), actuator))  # full strokes alone
+    'amber'
+    >>> mh.results.verdict([])
+    'green'
+    """
 
 def diagnose(
     u: _Records,
@@ -1839,27 +1885,11 @@ def diagnose(
     skip: _Samples | Sequence[_Samples] = 0,
     dt: float | Sequence[float] | None = None,
     dead_time: float = 0.0,
+    times: ArrayLike | Sequence[ArrayLike | None] | None = None,
 ) -> list[Finding]:
-    r"""Looks for what records cannot tell and what a model left in them.
+    """Looks for what records cannot tell and what a model left in them.
 
-    =================== ===================================================================== ======
-    code                value                                                                 limit
-    =================== ===================================================================== ======
-    too_few_samples     fitted samples for each unknown; fires below                          10
-    unreached_threshold operators whose output never changes in the fitted samples            0
-    no_minor_loops      reversals inside the input range; fires below                         2
-    collinear_operators standard error of the least determined combination of operators, over 1
-                        the mean contribution of one
-    rate_effects        correlation of the residual with the speed of the input               0.3 *
-    drift               correlation of the residual with time or its logarithm                0.3 *
-    outliers            largest distance from the median of five neighbours, in robust        7
-                        standard deviations of the residual
-    clipped_output      travel of the input while the output stays at an end, over its range  0.02
-    clipped_input       travel of the output while the input stays at an end, over its range  0.05 +
-    =================== ===================================================================== ======
-
-    \* or 4 standard deviations of what chance gives, if that is more: 4 / sqrt(m), m the number of independent samples;
-    less than 1e-4 of the output range is not told. + and 8 standard deviations of the noise.
+    Every finding has a code, a severity, a number, a limit and what to try next. docs/findings.md lists the codes.
 
     The residual is the measured minus the modelled output without its mean, over the fitted samples.
 
@@ -1875,11 +1905,13 @@ def diagnose(
         Sampling interval in seconds, one for all records or one for each.
     dead_time : float
         What y lags u, in seconds; in samples where there is no dt.
+    times : array or list of arrays, optional
+        When every sample was taken, in seconds, for each record.
 
     Returns
     -------
     list of Finding
-        Empty if nothing was found.
+        Empty if nothing was found. `results.verdict` says how bad it is.
 
     Raises
     ------
@@ -2788,6 +2820,9 @@ class DynamicsIdentification:
     @property
     def noise(self) -> float:
         """Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output."""
+    @property
+    def verdict(self) -> Literal["green", "amber", "red"]:
+        """Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`."""
     @property
     def warnings(self) -> list[Finding]:
         """What makes the numbers doubtful; empty if nothing does."""

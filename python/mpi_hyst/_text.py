@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 # Control characters, invisible and bidirectional marks, and surrogates, which stand for bytes of a
 # name that are not UTF-8.
@@ -31,6 +31,21 @@ def digits(value: float, count: int = 4) -> str:
     if -5 <= exponent < 7:
         return f"{value:.{max(0, count - 1 - exponent)}f}"
     return f"{value:.{count - 1}e}"
+
+
+NOT_DETERMINED = "not determined"
+
+
+def determined(
+    value: float, std: float, *, scale: float | None = None, bounds: Collection[float] = (0.0,)
+) -> bool:
+    """Return whether an estimate means something: its standard error is at most its scale.
+
+    The scale is its value by default. At a bound there is no standard error, and none is needed.
+    """
+    if math.isnan(std):
+        return any(math.isclose(value, bound, abs_tol=1e-9) for bound in bounds)
+    return std <= (abs(value) if scale is None else scale)
 
 
 def in_unit(value: float, unit: str, count: int = 4) -> str:

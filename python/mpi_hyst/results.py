@@ -1,4 +1,4 @@
-"""What identification and diagnosis return: models with their errors, findings, loop widths.
+"""What identification and diagnosis return: models with their errors, findings, verdicts.
 
 `identify` makes an `Identification`, `identify_dynamics` a `DynamicsIdentification`, `diagnose`
 a list of `Finding`.
@@ -11,6 +11,7 @@ from mpi_hyst._core import (
     LeftOutLoop,
     Quality,
     loop_width,
+    verdict,
 )
 
 __all__ = [
@@ -20,4 +21,5 @@ __all__ = [
     "LeftOutLoop",
     "Quality",
     "loop_width",
+    "verdict",
 ]

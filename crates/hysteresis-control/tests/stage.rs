@@ -121,7 +121,7 @@ fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
     let reference: Vec<f64> = raster(0.2).iter().map(|r| r + 10.0).collect();
     let error = stage.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap_err();
     assert!(matches!(error, Error::Start { got: 10.0, .. }), "{error}");
-    assert!(error.to_string().contains("lead_in"), "{error}");
+    assert!(error.to_string().contains("lead-in"), "{error}");
     let options = PrecompensateOptions { lead_in: Some(0.05), ..PrecompensateOptions::default() };
     let found = stage.precompensate(&reference, DT, &options).unwrap();
     assert_eq!((found.lead_in_samples, found.drive.len()), (500, reference.len() + 500));
@@ -231,6 +231,7 @@ fn a_file_keeps_numbers_that_are_not_finite() {
             covariance: vec![vec![f64::INFINITY]],
             warnings: vec![StageWarning {
                 code: "collinear_operators".into(),
+                severity: "red".into(),
                 message: "odd".into(),
                 value: f64::NEG_INFINITY,
                 limit: 1.0,
@@ -246,4 +247,10 @@ fn a_file_keeps_numbers_that_are_not_finite() {
     let found = read.parts().identified.clone().unwrap();
     assert!(found.max_error.is_nan() && found.covariance[0][0].is_infinite());
     assert!(found.warnings[0].value < f64::MIN && found.rmse < 0.2);
+    assert_eq!(found.warnings[0].severity, "red");
+    // Older files do not say how severe a warning is.
+    let older = text.replacen("\"severity\":\"red\",", "", 1);
+    let older = if older == text { text.replacen("\"severity\": \"red\",", "", 1) } else { older };
+    assert_ne!(older, text);
+    assert_eq!(Stage::from_json(&older).unwrap().parts().identified.clone().unwrap().warnings[0].severity, "amber");
 }

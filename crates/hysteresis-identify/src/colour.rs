@@ -1,6 +1,7 @@
 //! Whether residuals are white, and if not how slowly they change.
 
-use crate::finding::{Finding, FindingCode};
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
 use crate::numeric::as_f64;
 
 /// Autocorrelations that the test for white residuals looks at (Ljung and Box), and the statistic that white noise

@@ -7,6 +7,7 @@ use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinsk
 
 use crate::diagnostics::findings;
 use crate::error::Error;
+use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::choice::{choose, levels};
 use crate::fit::joint::JointFit;
@@ -17,15 +18,17 @@ use crate::fit::root::Root;
 use crate::fit::search::search;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
-use crate::joint_findings::joint_findings;
+use crate::joint_findings::{joint_findings, untold_dead_time};
 use crate::joint_search::{Found, search_joint};
-use crate::options::{ModelKind, Options};
+use crate::numeric::as_f64;
+use crate::options::{ModelKind, Options, Thresholds};
 use crate::record::Record;
 use crate::result::covariance::Covariance;
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::result::spread::Spread;
 use crate::result::standard_errors::StandardErrors;
+use crate::turned_sign::{judged, turned_positions, with_positions};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///
@@ -71,15 +74,36 @@ pub fn identify(
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
     let mut monitor = SearchMonitor::new(progress);
-    if !options.is_joint() {
-        let found = search_hysteresis(records, options, &mut monitor)?;
-        return identification(records, found, monitor.evaluations());
+    let found = if options.is_joint() {
+        monitor.begin(Span { from: 0.0, to: 0.4 });
+        let plain = search_hysteresis(records, &options.hysteresis_alone(), &mut monitor)?;
+        let found = search_joint(records, options, plain, &mut monitor)?;
+        monitor.finish();
+        found
+    } else {
+        search_hysteresis(records, options, &mut monitor)?
+    };
+    let found = identification(records, found, monitor.evaluations())?;
+    judge_sign(records, options, found, &mut monitor)
+}
+
+/// Fits again with the sign of the position turned where that seems to be wrong, and says what it finds.
+fn judge_sign(
+    records: &[Record<'_>],
+    options: &Options,
+    found: Identification,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Identification, Error> {
+    if found.partial || found.warnings.iter().all(|finding| finding.code != FindingCode::WrongSign) {
+        return Ok(found);
     }
-    monitor.begin(Span { from: 0.0, to: 0.4 });
-    let plain = search_hysteresis(records, &options.hysteresis_alone(), &mut monitor)?;
-    let found = search_joint(records, options, plain, &mut monitor)?;
-    monitor.finish();
-    identification(records, found, monitor.evaluations())
+    let positions = turned_positions(records);
+    let turned = with_positions(records, &positions)?;
+    monitor.begin(Span { from: 1.0, to: 1.0 });
+    let hysteresis = search_hysteresis(&turned, &options.hysteresis_alone(), monitor)?.fit;
+    let left = (hysteresis.fit.squares / as_f64(found.fit.samples)).sqrt() / found.fit.range;
+    let warnings = judged(found.warnings, found.fit.nrmse, left);
+    Ok(Identification { warnings, ..found })
 }
 
 /// Hysteresis and a dead time.
@@ -120,7 +144,13 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let model = model(&choice.options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
     let mut warnings = findings(records, &chain);
-    warnings.extend(linear.iter().flat_map(|linear| joint_findings(&space, &fit, &standard_errors, linear)));
+    // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
+    let are_given = matches!(choice.options.thresholds, Thresholds::Given(_));
+    warnings.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
+    match &linear {
+        Some(linear) => warnings.extend(joint_findings(&space, &fit, &standard_errors, linear)),
+        None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
+    }
     let quality = |(place, record): (usize, &Record<'_>)| {
         quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))
     };

@@ -1,6 +1,7 @@
 //! What makes the linear part of a joint fit doubtful.
 
-use crate::finding::{Finding, FindingCode};
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
 use crate::fit::dead_time::MIN_NEGATIVE_SAMPLES;
 use crate::fit::point::Parameter;
 use crate::fit::projection::ProjectedFit;
@@ -83,6 +84,23 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
     );
     let code = FindingCode::DeadTimeConfounded;
     (error.is_nan() || error > MAX_DEAD_TIME_ERROR).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+}
+
+/// A dead time without dynamics that the records do not tell.
+pub(crate) fn untold_dead_time(space: &Space, fit: &ProjectedFit, errors: &StandardErrors) -> Option<Finding> {
+    /// A dead time counts from so many samples on.
+    const MIN_SAMPLES: f64 = 0.5;
+    let axis = space.axis(Parameter::DeadTime)?;
+    let (value, dt) = (fit.point.get(Parameter::DeadTime), space.intervals().smallest());
+    let (samples, error) = (value / dt, errors.dead_time / dt);
+    let message = if error.is_nan() {
+        format!("the records do not tell the dead time, {samples:.2} samples")
+    } else {
+        format!("the standard error of the dead time, {samples:.2} samples, is {error:.2} samples")
+    };
+    let inside = axis.lower < value && value < axis.upper;
+    let untold = samples > MIN_SAMPLES && (error > samples || (error.is_nan() && inside));
+    untold.then(|| Finding::new(FindingCode::DeadTimeConfounded, error, samples, message))
 }
 
 /// The evidence for dynamics, and what noise alone may pretend.

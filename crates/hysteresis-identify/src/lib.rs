@@ -16,6 +16,7 @@ mod diagnostics;
 mod dynamics;
 mod error;
 mod finding;
+mod finding_code;
 mod fit;
 mod identify;
 mod joint_findings;
@@ -28,12 +29,14 @@ mod result;
 #[cfg(feature = "serde")]
 mod saved;
 mod signal;
+mod turned_sign;
 
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
 pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
 pub use error::{Error, RecordError};
-pub use finding::{Finding, FindingCode};
+pub use finding::{Finding, Severity, Verdict};
+pub use finding_code::FindingCode;
 pub use fit::{CrossValidation, Progress, SearchStage, Stop};
 pub use identify::identify;
 pub use options::{ModelKind, Options, Order, Setting, Thresholds, WeightLaw};

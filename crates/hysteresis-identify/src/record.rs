@@ -26,6 +26,7 @@ pub struct Record<'a> {
     input_bounds: (f64, f64),
     output_range: f64,
     dt: Option<f64>,
+    times: Option<&'a [f64]>,
 }
 
 impl<'a> Record<'a> {
@@ -51,7 +52,7 @@ impl<'a> Record<'a> {
             }
         }
         let (low, high) = bounds(&output[skip..]);
-        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low, dt: None })
+        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low, dt: None, times: None })
     }
 
     /// The same record with a sampling interval of its own, in seconds; the others have that of the options.
@@ -61,6 +62,26 @@ impl<'a> Record<'a> {
     pub fn sampled_every(self, dt: f64) -> Result<Self, Error> {
         check_interval(dt)?;
         Ok(Self { dt: Some(dt), ..self })
+    }
+
+    /// The same record with the time at which every sample was taken, in seconds. They change no fit: it is said if they are
+    /// uneven.
+    ///
+    /// # Errors
+    /// [`RecordError::Length`] unless there is one for each sample, [`RecordError::NotFinite`] for a NaN, an infinity or a
+    /// magnitude beyond 1e100.
+    pub fn at_times(self, times: &'a [f64]) -> Result<Self, RecordError> {
+        if times.len() != self.input.len() {
+            return Err(RecordError::Length { argument: "times", expected: self.input.len(), got: times.len() });
+        }
+        check_finite("times", times)?;
+        Ok(Self { times: Some(times), ..self })
+    }
+
+    /// When every sample was taken, in seconds, if it is known.
+    #[must_use]
+    pub fn times(&self) -> Option<&'a [f64]> {
+        self.times
     }
 
     /// The sampling interval in seconds, if the record has its own.

@@ -6,8 +6,6 @@ use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::finding::{Finding, FindingCode};
-
 /// A matrix as its shape and its rows.
 pub(crate) mod matrix {
     use super::{Deserialize, Deserializer, Error, Mat, Serialize, Serializer};
@@ -80,31 +78,6 @@ pub(crate) mod creep {
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Creep>, D::Error> {
         let parts: Option<(Vec<f64>, Vec<f64>)> = Deserialize::deserialize(deserializer)?;
         parts.map(|(amplitudes, times)| Creep::new(&amplitudes, &times)).transpose().map_err(D::Error::custom)
-    }
-}
-
-/// A finding without its hint, which belongs to its code.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SavedFinding {
-    code: FindingCode,
-    message: String,
-    value: f64,
-    limit: f64,
-    record: Option<usize>,
-}
-
-impl Serialize for Finding {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { code, message, value, limit, hint: _, record } = self.clone();
-        SavedFinding { code, message, value, limit, record }.serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for Finding {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let SavedFinding { code, message, value, limit, record } = Deserialize::deserialize(deserializer)?;
-        Ok(Self { code, message, value, limit, hint: code.hint(), record })
     }
 }
 

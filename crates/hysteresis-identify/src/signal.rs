@@ -68,6 +68,68 @@ pub(super) fn distances_from_neighbours(values: &[f64]) -> Vec<f64> {
     (0..values.len()).map(distance).collect()
 }
 
+/// The middle value; of an even number, the higher of the two in the middle. Of no values, 0.
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Where the largest magnitude is.
+pub(super) fn largest(values: &[f64]) -> Option<usize> {
+    (0..values.len()).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()))
+}
+
+/// The straight line of least squares through points; through their mean if `x` is constant.
+pub(super) fn line(x: &[f64], y: &[f64]) -> impl Fn(f64) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
+    let (at, mean) = (mean(x), mean(y));
+    let squares: f64 = x.iter().map(|x| (x - at) * (x - at)).sum();
+    let products: f64 = x.iter().zip(y).map(|(x, y)| (x - at) * (y - mean)).sum();
+    let slope = if squares > 0.0 { products / squares } else { 0.0 };
+    move |x| mean + slope * (x - at)
+}
+
+/// What least squares makes of a signal with a mean and these columns, without the mean; a column that the others make up is
+/// left out.
+pub(super) fn projection(values: &[f64], columns: &[Vec<f64>]) -> Vec<f64> {
+    /// What is left of a column of unit deviation if the others make it up.
+    const DEPENDENT: f64 = 1e-6;
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / as_f64(a.len());
+    let mut orthogonal: Vec<Vec<f64>> = Vec::new();
+    let mut made = vec![0.0; values.len()];
+    for column in columns.iter().filter_map(|column| standardised(column)) {
+        let mut rest = column;
+        for known in &orthogonal {
+            let share = dot(&rest, known);
+            rest.iter_mut().zip(known).for_each(|(rest, known)| *rest -= share * known);
+        }
+        if rms(&rest) < DEPENDENT {
+            continue;
+        }
+        let Some(rest) = standardised(&rest) else { continue };
+        let share = dot(values, &rest);
+        made.iter_mut().zip(&rest).for_each(|(made, rest)| *made += share * rest);
+        orthogonal.push(rest);
+    }
+    made
+}
+
+/// Half the height of the newest finished swing at every sample; before there is one, that of the first.
+pub(super) fn last_swings(values: &[f64], swing: f64) -> Vec<f64> {
+    let turns = turns(values, swing);
+    let mut swings = turns.windows(2).map(|pair| (pair[1], 0.5 * (values[pair[1]] - values[pair[0]]).abs())).peekable();
+    let mut height = swings.peek().map_or(0.0, |(_, height)| *height);
+    let mut heights = Vec::with_capacity(values.len());
+    for k in 0..values.len() {
+        while let Some((_, next)) = swings.next_if(|(turn, _)| *turn <= k) {
+            height = next;
+        }
+        heights.push(height);
+    }
+    heights
+}
+
 /// Half the difference of the samples after and before, `delay` (rounded) samples ago, from sample `skip` on.
 pub(super) fn speed(input: &[f64], skip: usize, delay: f64) -> Vec<f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
@@ -109,21 +171,21 @@ pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
 }
 
 /// How far `other` moves, over `range`, while `values` stays at its highest or lowest value; the most of all stays,
-/// with that value.
-pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64], range: f64) -> (f64, f64) {
+/// with the sample where it begins.
+pub(super) fn travel_at_the_ends(values: &[f64], other: &[f64], range: f64) -> (f64, usize) {
     let (low, high) = bounds(values);
-    let mut longest = (0.0, high);
+    let mut longest = (0.0, 0);
     for level in [low, high] {
-        let mut stay: Option<(f64, f64)> = None;
-        for (value, other) in values.iter().zip(other) {
+        let mut stay: Option<(f64, f64, usize)> = None;
+        for (k, (value, other)) in values.iter().zip(other).enumerate() {
             stay = (*value == level).then(|| {
-                let (from, to) = stay.unwrap_or((*other, *other));
-                (from.min(*other), to.max(*other))
+                let (from, to, first) = stay.unwrap_or((*other, *other, k));
+                (from.min(*other), to.max(*other), first)
             });
-            if let Some((from, to)) = stay
+            if let Some((from, to, first)) = stay
                 && to - from > longest.0
             {
-                longest = (to - from, level);
+                longest = (to - from, first);
             }
         }
     }
@@ -159,9 +221,9 @@ mod tests {
     fn a_stay_at_an_end_is_measured_by_what_the_other_does() {
         let clipped = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 2.0];
         let other = [0.0, 1.0, 2.0, 3.0, 2.5, 1.0, 4.0];
-        assert_eq!(travel_at_the_ends(&clipped, &other, 4.0), (0.25, 2.0));
+        assert_eq!(travel_at_the_ends(&clipped, &other, 4.0), (0.25, 2));
         let mirrored: Vec<f64> = clipped.iter().map(|x| -x).collect();
-        assert_eq!(travel_at_the_ends(&mirrored, &other, 4.0), (0.25, -2.0));
+        assert_eq!(travel_at_the_ends(&mirrored, &other, 4.0), (0.25, 2));
     }
 
     #[test]
@@ -170,6 +232,22 @@ mod tests {
         assert_eq!(distances_from_neighbours(&[0.0, 0.0, 7.0, 0.0, 0.0, 1.0]), [0.0, 0.0, 7.0, 0.0, 0.0, 1.0]);
         assert_eq!(rms(&[3e-200, 4e-200]), 12.5_f64.sqrt() * 1e-200);
         assert!((noise(&[1.0, -1.0, 1.0]) - 2.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn lines_projections_and_swings_by_hand() {
+        let x = [0.0, 1.0, 2.0, 3.0];
+        assert!((line(&x, &[1.0, 3.0, 5.0, 7.0])(10.0) - 21.0).abs() < 1e-12);
+        assert_eq!(line(&[2.0, 2.0], &[1.0, 3.0])(9.0), 2.0);
+        // x and x^2 make up a parabola but for its mean, whatever else repeats them.
+        let columns = [x.to_vec(), x.map(|x| x * x).to_vec(), x.map(|x| 3.0 - x).to_vec(), vec![5.0; 4]];
+        let parabola = x.map(|x| 2.0 + 3.0 * x - x * x);
+        let mean = parabola.iter().sum::<f64>() / 4.0;
+        let made = projection(&parabola, &columns);
+        assert!(parabola.iter().zip(&made).all(|(y, made)| (y - mean - made).abs() < 1e-12), "{made:?}");
+        assert_eq!(last_swings(&[0.0, 4.0, 2.0, 6.0, 0.0], 1.0), [1.0, 1.0, 1.0, 2.0, 2.0]);
+        assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[])), (2.0, 0.0));
+        assert_eq!((largest(&[1.0, -3.0, 2.0]), largest(&[])), (Some(1), None));
     }
 
     #[test]

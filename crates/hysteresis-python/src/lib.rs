@@ -108,7 +108,7 @@ mod _core {
     #[pymodule_export]
     use crate::control::repetitive::RepetitiveControl;
     #[pymodule_export]
-    use crate::identify::finding::Finding;
+    use crate::identify::finding::{Finding, verdict};
     #[pymodule_export]
     use crate::identify::left_out::LeftOutLoop;
     #[pymodule_export]

@@ -10,6 +10,12 @@ import numpy as np
 from mpi_hyst._cli.errors import CommandError, short_line
 from mpi_hyst.io import Columns
 
+_AVERAGED = 50  # samples
+
+
+class UnevenTimesError(CommandError):
+    """Times that are not those of an even grid."""
+
 
 def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     """Return the sampling interval in seconds, from the time column or from --rate."""
@@ -33,7 +39,7 @@ def known_interval(columns: Columns, rate: float | None = None) -> float | None:
     # A time written with few digits is rounded by a part of a step; the roundings do not add up.
     uneven = float(np.abs(seconds - seconds[0] - dt * np.arange(seconds.size)).max())
     if uneven > 0.1 * dt:
-        raise CommandError(
+        raise UnevenTimesError(
             f"{columns.source}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
         )
     return dt
@@ -44,6 +50,20 @@ def _say_unit(columns: Columns) -> None:
     if columns.time_unit != "s":
         what = f"time column {columns.time_column} is converted from {columns.time_unit} to seconds"
         click.echo(f"mpi-hyst: note: {short_line(f'{columns.source}: {what}')}", err=True)
+
+
+def fitted_interval(columns: Columns, rate: float | None = None) -> float | None:
+    """Return the same for a record to fit, whose uneven times are a finding and no error.
+
+    It is the median of mean intervals over many samples, which neither gaps nor rounded times move.
+    """
+    try:
+        return known_interval(columns, rate)
+    except UnevenTimesError:
+        seconds = columns.seconds
+    assert seconds is not None
+    over = min(_AVERAGED, seconds.size - 1)
+    return float(np.median(seconds[over:] - seconds[:-over])) / over
 
 
 def _interval_of(rate: float, columns: Columns) -> float:

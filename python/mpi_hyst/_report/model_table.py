@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import mpi_hyst as mh
 from mpi_hyst._report.page import Table
-from mpi_hyst._text import digits
+from mpi_hyst._text import NOT_DETERMINED, determined, digits
 
 _ROWS = 60
 
@@ -25,7 +25,8 @@ def model_table(
     ):
         columns.append((f"{name}{_of(weight_unit)}", [digits(value, 5) for value in weights]))
         if std:
-            columns.append(("± std", [_error(value) for value in std]))
+            errors = map(_error, weights, std, [sum(weights)] * len(std))
+            columns.append(("± std", list(errors)))
     modified = isinstance(model, mh.ModifiedPrandtlIshlinskii)
     for name in ["r", "ra", "rb", "rc"] if modified else ["thresholds"]:
         values = [digits(value, 5) for value in getattr(model, name).tolist()]
@@ -50,7 +51,10 @@ def _families(
     return [("w", model.weights.tolist())]
 
 
-def _error(std: float) -> str:
+def _error(weight: float, std: float, scale: float) -> str:
+    """Format a standard error; one beyond the sum of all weights says nothing."""
+    if not determined(weight, std, scale=scale):
+        return NOT_DETERMINED
     return "bound" if math.isnan(std) else digits(std, 2)
 
 

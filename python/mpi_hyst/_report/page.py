@@ -72,6 +72,15 @@ class Card:
 
 
 @dataclass(frozen=True)
+class Verdict:
+    """Green, amber or red, what that means, and one line for each reason."""
+
+    level: str
+    meaning: str
+    reasons: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
 class Report:
     """The content of a report."""
 
@@ -80,6 +89,7 @@ class Report:
     cards: Sequence[Card]
     sections: Sequence[Section]
     footer: str = field(default="")
+    verdict: Verdict | None = None
 
 
 def render(report: Report) -> str:

@@ -102,6 +102,7 @@ mod tests {
             ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 9.0], Ratios::PAPER, Offsets::default());
         let warning = |value| StageWarning {
             code: "creep_undetermined".into(),
+            severity: "amber".into(),
             message: String::new(),
             value,
             limit: 0.5,

@@ -34,6 +34,9 @@ pub struct RecordSource {
 pub struct StageWarning {
     /// The name of the finding.
     pub code: String,
+    /// "amber", or "red" where the stage is not to be used; files that do not say it have "amber".
+    #[serde(default = "amber")]
+    pub severity: String,
     /// What it says, in one sentence.
     pub message: String,
     /// The number on which it rests.
@@ -44,6 +47,10 @@ pub struct StageWarning {
     pub limit: f64,
     /// What to try next.
     pub hint: String,
+}
+
+fn amber() -> String {
+    "amber".into()
 }
 
 /// What identification knows of a stage besides its parts. Two are equal if they are written to files alike: then a number

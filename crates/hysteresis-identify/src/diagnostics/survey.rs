@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-use crate::finding::{Finding, FindingCode};
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::factor::TriangularFactor;
 use crate::fit::tangent::Tangent;
@@ -99,9 +100,14 @@ impl Survey {
         let smallest = scaled.singular_values().ok()?.into_iter().fold(f64::INFINITY, f64::min);
         let relative_noise = (self.residual_deviation() / self.output_norm).max(SMALLEST_NOISE);
         let value = as_f64(moved.len()) * relative_noise / smallest;
+        let uncertain = if value.is_finite() {
+            format!("uncertain by {value:.1} times what one contributes")
+        } else {
+            "not told".into()
+        };
         let message = format!(
-            "the record does not tell the {} operators apart: the least determined combination of them is uncertain by \
-             {value:.1} times what one contributes; their sum and the output are determined all the same",
+            "the record does not tell the {} operators apart: the least determined combination of them is {uncertain}; \
+             their sum and the output are determined all the same",
             moved.len()
         );
         let measured = Finding::new(FindingCode::CollinearOperators, value, LIMIT, message);

@@ -7,7 +7,8 @@ use hysteresis_core::{CompiledModel, Forward, Process};
 
 use super::options::DynamicsOptions;
 use crate::error::{Error, RecordError};
-use crate::finding::{Finding, FindingCode};
+use crate::finding::{Finding, Verdict};
+use crate::finding_code::FindingCode;
 use crate::fit::monitor::Stop;
 use crate::identify::identify;
 use crate::record::{Record, check_finite};
@@ -62,6 +63,12 @@ pub struct DynamicsIdentification {
 }
 
 impl DynamicsIdentification {
+    /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(&self.warnings)
+    }
+
     /// The output for an input that starts from the virgin state and at rest at its first value:
     /// `output_offset` + `gain` dynamics(creep(model(input))), `dead_time` later.
     ///

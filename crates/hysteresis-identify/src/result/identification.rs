@@ -9,7 +9,8 @@ use super::quality::Quality;
 use super::spread::Spread;
 use super::standard_errors::StandardErrors;
 use crate::error::RecordError;
-use crate::finding::Finding;
+use crate::finding::{Finding, Verdict};
+use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::folds::CrossValidation;
 use crate::numeric::as_f64;
@@ -76,7 +77,8 @@ pub struct Identification {
     pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.
     pub evaluations: usize,
-    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`](crate::diagnose).
+    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`](crate::diagnose), those
+    /// about the linear part, and what a fit with the sign of the position turned says.
     pub warnings: Vec<Finding>,
     /// Whether the search was stopped: the model is the best until then, its weights the best for its thresholds.
     pub partial: bool,
@@ -131,6 +133,39 @@ impl Identification {
     pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
         Ok(self.spread.of(input, self.interval()))
+    }
+
+    /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(&self.warnings)
+    }
+
+    /// The finding about an input that goes beyond those of the fitted records, if it does.
+    #[must_use]
+    pub fn extrapolation(&self, input: &[f64]) -> Option<Finding> {
+        const LIMIT: f64 = 0.01;
+        let (low, high) = self.drive_range;
+        let beyond = |u: &f64| (u - high).max(low - u) / (high - low);
+        let sample = (0..input.len()).max_by(|a, b| beyond(&input[*a]).total_cmp(&beyond(&input[*b])))?;
+        let (value, furthest) = (beyond(&input[sample]), input[sample]);
+        let message = format!(
+            "the drive reaches {furthest} at sample {sample}, {:.1} % of the range beyond the identified {low} to {high}",
+            100.0 * value
+        );
+        (value > LIMIT).then(|| Finding::new(FindingCode::Extrapolation, value, LIMIT, message).at(sample))
+    }
+
+    /// How well the model predicts records that it was not fitted to: [`validate`](Self::validate) for each, with its
+    /// output offset if that is given. A drive beyond the identified range becomes one of the [`warnings`](Self::warnings).
+    pub fn validate_all(&mut self, records: &[(Record<'_>, Option<f64>)]) -> Vec<Quality> {
+        let beyond = |(place, (record, _)): (usize, &(Record<'_>, Option<f64>))| {
+            let found = self.extrapolation(record.input())?;
+            Some(Finding { message: format!("held-out record {place}: {}", found.message), ..found })
+        };
+        let furthest = records.iter().enumerate().filter_map(beyond).max_by(|a, b| a.value.total_cmp(&b.value));
+        self.warnings.extend(furthest);
+        records.iter().map(|(record, offset)| self.validate(record, *offset)).collect()
     }
 
     /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that

@@ -5,7 +5,7 @@ use hysteresis_control::stage::{self, Identified, Stage, StageParts, StageWarnin
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii};
 
 use super::identification::Identification;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 
 impl Identification {
     /// The stage that was identified: [`stage_parts`](Self::stage_parts) as they are. It has no limits of its own: what is made
@@ -81,6 +81,7 @@ impl Identification {
         let samples = self.left_out_dead_time()?;
         Some(StageWarning {
             code: "dead_time_left_out".to_owned(),
+            severity: Severity::Amber.name().to_owned(),
             message: format!(
                 "the dead time of {samples:.3} samples is not part of the stage: the sampling interval is not known"
             ),
@@ -92,6 +93,7 @@ impl Identification {
 }
 
 fn warning(finding: &Finding) -> StageWarning {
-    let Finding { code, message, value, limit, hint, .. } = finding.clone();
-    StageWarning { code: code.name().to_owned(), message, value, limit, hint: hint.to_owned() }
+    let Finding { code, severity, message, value, limit, hint, .. } = finding.clone();
+    let (code, severity) = (code.name().to_owned(), severity.name().to_owned());
+    StageWarning { code, severity, message, value, limit, hint }
 }

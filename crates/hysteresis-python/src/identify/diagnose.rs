@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::finding::Finding;
 use super::intervals::Intervals;
-use super::records::{checked, signals, skips};
+use super::records::{self, checked, signals, skips};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, record};
@@ -13,24 +13,7 @@ use crate::model::object::model_of;
 
 /// Looks for what records cannot tell and what a model left in them.
 ///
-/// =================== ===================================================================== ======
-/// code                value                                                                 limit
-/// =================== ===================================================================== ======
-/// too_few_samples     fitted samples for each unknown; fires below                          10
-/// unreached_threshold operators whose output never changes in the fitted samples            0
-/// no_minor_loops      reversals inside the input range; fires below                         2
-/// collinear_operators standard error of the least determined combination of operators, over 1
-///                     the mean contribution of one
-/// rate_effects        correlation of the residual with the speed of the input               0.3 *
-/// drift               correlation of the residual with time or its logarithm                0.3 *
-/// outliers            largest distance from the median of five neighbours, in robust        7
-///                     standard deviations of the residual
-/// clipped_output      travel of the input while the output stays at an end, over its range  0.02
-/// clipped_input       travel of the output while the input stays at an end, over its range  0.05 +
-/// =================== ===================================================================== ======
-///
-/// \* or 4 standard deviations of what chance gives, if that is more: 4 / sqrt(m), m the number of independent samples;
-/// less than 1e-4 of the output range is not told. + and 8 standard deviations of the noise.
+/// Every finding has a code, a severity, a number, a limit and what to try next. docs/findings.md lists the codes.
 ///
 /// The residual is the measured minus the modelled output without its mean, over the fitted samples.
 ///
@@ -46,11 +29,13 @@ use crate::model::object::model_of;
 ///     Sampling interval in seconds, one for all records or one for each.
 /// dead_time : float
 ///     What y lags u, in seconds; in samples where there is no dt.
+/// times : array or list of arrays, optional
+///     When every sample was taken, in seconds, for each record.
 ///
 /// Returns
 /// -------
 /// list of Finding
-///     Empty if nothing was found.
+///     Empty if nothing was found. `results.verdict` says how bad it is.
 ///
 /// Raises
 /// ------
@@ -70,8 +55,9 @@ use crate::model::object::model_of;
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
 /// []
 #[pyfunction]
-#[pyo3(signature = (u, y, model, *, skip=None, dt=None, dead_time=None),
-    text_signature = "(u, y, model, *, skip=0, dt=None, dead_time=0.0)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[pyo3(signature = (u, y, model, *, skip=None, dt=None, dead_time=None, times=None),
+    text_signature = "(u, y, model, *, skip=0, dt=None, dead_time=0.0, times=None)")]
 pub(crate) fn diagnose(
     py: Python<'_>,
     u: &Bound<'_, PyAny>,
@@ -80,13 +66,15 @@ pub(crate) fn diagnose(
     skip: Option<&Bound<'_, PyAny>>,
     dt: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
+    times: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
     numbers!(dead_time = 0.0);
     let model = model_of("model", model)?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let intervals = Intervals::from_python(dt, signals.len())?;
-    let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals)?;
+    let times = records::times(times, signals.len())?;
+    let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &times)?;
     let found = py.detach(|| identification::diagnose(&records, &model, dead_time));
     Ok(found.map_err(errors::identification)?.into_iter().map(Finding::from).collect())
 }

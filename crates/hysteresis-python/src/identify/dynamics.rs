@@ -141,6 +141,12 @@ impl DynamicsIdentification {
         self.found.noise
     }
 
+    /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.found.verdict().name()
+    }
+
     /// What makes the numbers doubtful; empty if nothing does.
     #[getter]
     fn warnings(&self) -> Vec<Finding> {

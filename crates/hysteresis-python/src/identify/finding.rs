@@ -1,40 +1,82 @@
 //! What diagnostics find.
 
-use hysteresis_identify as identification;
+use hysteresis_identify::{self as identification, Verdict};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::convert::errors::unexpected;
 use crate::convert::pickling::result_methods;
 
 /// What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
 #[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Finding {
-    /// Which finding: one of the names that `diagnose` and `DynamicsIdentification` list.
+    /// Which finding: one of the names that docs/findings.md explains.
     code: String,
+    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
+    /// stage.
+    severity: String,
     /// One sentence with the numbers in it.
     message: String,
     /// The number that was compared.
     value: f64,
     /// What it was compared with.
     limit: f64,
-    /// What to do about it.
+    /// What to try next.
     hint: String,
     /// The record that shows it most, or None where there is one record only or all count together.
     record: Option<usize>,
+    /// The sample of that record where it is, or where it ends; skipped samples count. None where it is no place.
+    sample: Option<usize>,
 }
 
 impl From<identification::Finding> for Finding {
     fn from(found: identification::Finding) -> Self {
-        let identification::Finding { code, message, value, limit, hint, record, .. } = found;
-        Self { code: code.name().to_owned(), message, value, limit, hint: hint.to_owned(), record }
+        let identification::Finding { code, severity, message, value, limit, hint, record, sample, .. } = found;
+        let (code, severity) = (code.name().to_owned(), severity.name().to_owned());
+        Self { code, severity, message, value, limit, hint, record, sample }
     }
 }
 
 result_methods!(Finding {
     fn __repr__(&self) -> String {
-        let Self { code, message, value, limit, record, .. } = self;
+        let Self { code, severity, message, value, limit, record, .. } = self;
         let place = record.map_or_else(String::new, |record| format!("record {record}, "));
-        format!("<Finding {code}: {place}value {value:.3}, limit {limit:.3}: {message}>")
+        format!("<Finding {code}, {severity}: {place}value {value:.3}, limit {limit:.3}: {message}>")
     }
 });
+
+/// The verdict on findings: that of the worst of them, or "green" if there is none.
+///
+/// Parameters
+/// ----------
+/// findings : list of Finding
+///     Those of `diagnose`, or the warnings of an identification, whose `verdict` is the same.
+///
+/// Returns
+/// -------
+/// "green", "amber" or "red"
+///
+/// Raises
+/// ------
+/// TypeError
+///     For what is no list of findings.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)
+/// >>> mh.results.verdict(mh.diagnose(u, actuator.forward().run(u), actuator))  # full strokes alone
+/// 'amber'
+/// >>> mh.results.verdict([])
+/// 'green'
+#[pyfunction]
+pub(crate) fn verdict(findings: &Bound<'_, PyAny>) -> PyResult<String> {
+    let findings: Vec<PyRef<'_, Finding>> =
+        findings.extract().map_err(|_| unexpected("findings", "a list of Finding", findings))?;
+    let is = |name: &str| findings.iter().any(|finding| finding.severity == name);
+    let verdicts = [Verdict::Red, Verdict::Amber];
+    let worst = verdicts.into_iter().find(|verdict| is(verdict.name()));
+    Ok(worst.unwrap_or(Verdict::Green).name().to_owned())
+}

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::finding::Finding;
-use super::intervals::Intervals;
+use super::intervals::{Intervals, check_prediction};
 use super::left_out::LeftOutLoop;
 use super::options::law_name;
 use super::quality::Quality;
@@ -32,6 +32,14 @@ pub(crate) struct Identification {
 impl Identification {
     pub(crate) fn new(found: identification::Identification, validations: Vec<identification::Quality>) -> Self {
         Self { found, validations }
+    }
+
+    /// Whether the dead time is known to itself or to a sample. At its bound, zero, it has no error.
+    fn tells_dead_time(&self) -> bool {
+        let (value, error) =
+            (self.found.dead_time.or(self.found.dead_time_samples), self.found.standard_errors.dead_time);
+        let sample = self.found.dt.iter().copied().reduce(f64::max).unwrap_or(1.0);
+        value.is_none_or(|value| value == 0.0 || error <= value.abs().max(sample))
     }
 }
 
@@ -258,7 +266,15 @@ result_methods!(Identification {
         self.found.evaluations
     }
 
-    /// What these records cannot tell and what the model left in them: the list that `diagnose` gives for them.
+    /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
+    ///
+    /// Amber: some numbers are doubtful, or another record would make the result better. Red: this is not the stage.
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.found.verdict().name()
+    }
+
+    /// What these records cannot tell and what the model left in them. docs/findings.md explains every code.
     #[getter]
     fn warnings(&self) -> Vec<Finding> {
         self.found.warnings.iter().cloned().map(Finding::from).collect()
@@ -278,7 +294,7 @@ result_methods!(Identification {
     /// of successive samples taken as independent and the model as true. It tells how far the prediction may be from
     /// that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
     /// weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
-    /// the inputs that they reach, the truth may be further away.
+    /// the inputs that they reach, the truth may be further away: a UserWarning says so.
     ///
     /// Examples
     /// --------
@@ -300,22 +316,16 @@ result_methods!(Identification {
         return_std: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         numbers!(dt);
-        if dt.is_some() && return_std {
-            let expected = "None beside return_std, which is for the sampling of the first record";
-            return Err(errors::value("dt", format_args!("expected {expected}")));
-        }
-        if let Some(dt) = dt.filter(|dt| !(*dt > 0.0 && dt.is_finite())) {
-            return Err(errors::value("dt", format_args!("expected a finite number above 0, got {dt:?}")));
-        }
+        check_prediction(dt, return_std)?;
         let input = vector("u", u)?;
         let input = input.as_slice()?;
         let array = |values: Result<Vec<f64>, RecordError>| {
             values.map(|values| PyArray1::from_vec(py, values)).map_err(|error| raise(record(error)))
         };
-        let predicted = array(match dt {
-            Some(dt) => self.found.predict_at(input, dt),
-            None => self.found.predict(input),
-        })?;
+        let predicted = array(dt.map_or_else(|| self.found.predict(input), |dt| self.found.predict_at(input, dt)))?;
+        if let Some(found) = self.found.extrapolation(input) {
+            warn(py, &format!("u: {}", found.message))?;
+        }
         if !return_std {
             return Ok(predicted.into_any());
         }
@@ -371,18 +381,20 @@ result_methods!(Identification {
             None if self.found.dt.len() == signals.len() => Intervals::known(&self.found.dt),
             _ => Intervals::from_python(dt, signals.len())?,
         };
-        let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals)?;
+        let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &[])?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
         Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
     }
 
     fn __repr__(&self) -> String {
         let partial = if self.found.partial { "partial, " } else { "" };
+        let verdict = self.found.verdict().name();
         let dead_time = match (self.found.dead_time, self.found.dead_time_samples) {
+            _ if !self.tells_dead_time() => "dead time not determined".to_owned(),
             (Some(seconds), _) => format!("dead time {seconds:.3e} s"),
             (None, Some(samples)) => format!("dead time {samples:.3} samples"),
             (None, None) => "several sampling intervals".to_owned(),
         };
-        format!("<Identification: {partial}{dead_time}, fit {}>", self.fit().__repr__())
+        format!("<Identification: {verdict}, {partial}{dead_time}, fit {}>", self.fit().__repr__())
     }
 });

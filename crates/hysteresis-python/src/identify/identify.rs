@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use super::identification::Identification;
 use super::intervals::Intervals;
 use super::options::{creep_model, dynamics_order, kind, law, placed, setting, smooth};
-use super::records::{HeldOut, signals, skips};
+use super::records::{self, HeldOut, at_times, signals, skips};
 use crate::convert::errors::{self, one_record, unexpected};
 
 /// Fits a model to measured records.
@@ -27,6 +27,8 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// dt : float or list of float, optional
 ///     Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
 ///     hysteresis can be fitted.
+/// times : array or list of arrays, optional
+///     When every sample was taken, in seconds, for each record. They change no fit: a warning tells gaps and jitter.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
 /// weights : "auto", "free", "quadratic" or "split"
@@ -85,10 +87,10 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (u, y=None, *, dt=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
+#[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
         dead_time=None, dynamics=None, creep=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None,
         keep_partial=false),
-    text_signature = "(u, y=None, *, dt=None, model='modified', operators=20, weights='auto', ratios='fit', \
+    text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=20, weights='auto', ratios='fit', \
         input_offset='fit', dead_time='fit', dynamics=None, creep=None, thresholds=None, smoothness=0.0, skip=0, \
         validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
@@ -97,6 +99,7 @@ pub(crate) fn identify(
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
     dt: Option<&Bound<'_, PyAny>>,
+    times: Option<&Bound<'_, PyAny>>,
     model: Option<&str>,
     operators: Option<&Bound<'_, PyAny>>,
     weights: Option<&str>,
@@ -117,6 +120,7 @@ pub(crate) fn identify(
     }
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
+    let times = records::times(times, signals.len())?;
     let intervals = Intervals::from_python(dt, signals.len())?;
     let default = Options::default();
     let options = Options {
@@ -144,6 +148,7 @@ pub(crate) fn identify(
             None => None,
         };
         let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], *skip);
+        let record = record.and_then(|record| at_times(record, times[i].as_ref()));
         let record = record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?;
         records.push(intervals.with(i, record)?);
     }
@@ -160,13 +165,14 @@ pub(crate) fn identify(
         })
     });
     match (found, stopped_by) {
-        (Ok(found), _) => {
+        (Ok(mut found), _) => {
             let own_offset = |i: usize| match held_out {
                 Some(HeldOut::Share(_) | HeldOut::From(_)) => Some(found.output_offsets[i]),
                 _ => None,
             };
-            let validate = |(i, record): (usize, &Record<'_>)| found.validate(record, own_offset(i));
-            let validations = validations.iter().enumerate().map(validate).collect();
+            let validations: Vec<_> =
+                validations.into_iter().enumerate().map(|(i, record)| (record, own_offset(i))).collect();
+            let validations = found.validate_all(&validations);
             Ok(Identification::new(found, validations))
         }
         (Err(_), Some(error)) => Err(error),

@@ -71,3 +71,16 @@ pub(super) fn duration(name: &str, value: &Bound<'_, PyAny>, dt: Option<f64>) ->
         }
     }
 }
+
+/// The sampling interval of a prediction: above 0, and that of the first record where its standard deviation is asked for.
+pub(super) fn check_prediction(dt: Option<f64>, return_std: bool) -> PyResult<()> {
+    let Some(dt) = dt else { return Ok(()) };
+    let expected = if return_std {
+        "None beside return_std, which is for the sampling of the first record"
+    } else if dt > 0.0 && dt.is_finite() {
+        return Ok(());
+    } else {
+        "a finite number above 0"
+    };
+    Err(errors::value("dt", format_args!("expected {expected}, got {dt:?}")))
+}

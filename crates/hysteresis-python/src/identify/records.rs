@@ -6,7 +6,7 @@ use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
 
 use super::intervals::{Intervals, duration};
 use crate::convert::arrays::numbers;
-use crate::convert::errors::{self, Place, one_record, record, wrong_type};
+use crate::convert::errors::{self, Place, one_record, record, unexpected, wrong_type};
 
 /// What is held out for validation.
 pub(crate) enum HeldOut {
@@ -138,6 +138,30 @@ pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyR
     pairs.iter().enumerate().map(copy).collect()
 }
 
+/// When the samples of every record were taken: one array, or a list of one for each record; none where it is not given.
+pub(crate) fn times(times: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<Option<Vec<f64>>>> {
+    let Some(times) = times else { return Ok(vec![None; records]) };
+    if records == 1
+        && let Ok(one) = numbers("times", times)
+    {
+        return Ok(vec![Some(one)]);
+    }
+    let expected = format!("one array for each of {records} records");
+    let each: Vec<Bound<'_, PyAny>> = times.extract().map_err(|_| unexpected("times", &expected, times))?;
+    if each.len() != records {
+        return Err(errors::value("times", format_args!("expected {expected}, got {}", each.len())));
+    }
+    each.iter().map(|one| if one.is_none() { Ok(None) } else { numbers("times", one).map(Some) }).collect()
+}
+
+/// The record with the times of its samples, as far as it goes.
+pub(crate) fn at_times<'a>(record: Record<'a>, times: Option<&'a Vec<f64>>) -> Result<Record<'a>, RecordError> {
+    match times {
+        Some(times) => record.at_times(times.get(..record.input().len()).unwrap_or(times)),
+        None => Ok(record),
+    }
+}
+
 /// The leading samples of each record that are not fitted.
 pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize, dt: &Intervals) -> PyResult<Vec<usize>> {
     let Some(skip) = skip else { return Ok(vec![0; records]) };
@@ -161,10 +185,16 @@ pub(crate) fn skips(skip: Option<&Bound<'_, PyAny>>, records: usize, dt: &Interv
 }
 
 /// The records of these signals, or why one is none.
-pub(crate) fn checked<'a>(signals: &'a Signals, skips: Vec<usize>, dt: &Intervals) -> PyResult<Vec<Record<'a>>> {
+pub(crate) fn checked<'a>(
+    signals: &'a Signals,
+    skips: Vec<usize>,
+    dt: &Intervals,
+    times: &'a [Option<Vec<f64>>],
+) -> PyResult<Vec<Record<'a>>> {
     (signals.iter().zip(skips).enumerate())
         .map(|(i, ((u, y), skip))| {
-            let record = Record::new(u, y, skip);
+            let times = times.get(i).and_then(Option::as_ref);
+            let record = Record::new(u, y, skip).and_then(|record| at_times(record, times));
             dt.with(i, record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?)
         })
         .collect()

@@ -95,6 +95,11 @@ def _creep(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),
     click.option(
+        "--negate-output",
+        is_flag=True,
+        help="Turn the sign of the position, in all files: for a sensor that counts the other way.",
+    ),
+    click.option(
         "--validate",
         multiple=True,
         type=FILE,
@@ -186,20 +191,30 @@ def _creep(
         is_flag=True,
         help="On Ctrl-C write the best fit so far, marked as partial.",
     ),
+    click.option(
+        "--strict",
+        is_flag=True,
+        help="Exit with status 1 if the verdict is amber or red. The files are written all the "
+        "same.",
+    ),
 )
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
     The stage is written with -o: hysteresis, dead time, dynamics and creep if they are asked for,
     and the limits and slew rate of its drive if they are given. A record must start from rest, or
-    its start must be skipped with --skip. Ctrl-C writes no files unless --keep-partial is given;
-    the exit status is 130.
+    its start must be skipped with --skip. The first line is the verdict on the result: green,
+    amber or red. Ctrl-C writes no files unless --keep-partial is given; the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run
 
-    text, interrupted = run(Request.of(given))
-    say(text)
-    if interrupted:
+    done = run(Request.of(given))
+    say(done.text)
+    if done.interrupted:
         click.echo("mpi-hyst: interrupted, the partial result is written", err=True)
-    return STATUS if interrupted else 0
+        return STATUS
+    if given["strict"] and done.verdict != "green":
+        click.echo(f"mpi-hyst: --strict: the verdict is {done.verdict}", err=True)
+        return 1
+    return 0

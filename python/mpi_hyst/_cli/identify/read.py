@@ -14,7 +14,7 @@ import numpy as np
 from mpi_hyst import io
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.identify.request import Request
-from mpi_hyst._cli.inputs import known_interval
+from mpi_hyst._cli.inputs import fitted_interval
 from mpi_hyst._report.identify.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -51,14 +51,15 @@ def _read(
         columns = io.read(path, names, time=request.time, rows=count or None)
         for name in names:
             _check_unit(path, name, columns.quantity(name).suffix, units)
-        dt, seconds = known_interval(columns, request.rate), columns.seconds
+        dt, seconds = fitted_interval(columns, request.rate), columns.seconds
+        position = columns[request.output_column]
         if seconds is None and dt is not None:
             seconds = dt * np.arange(columns.samples, dtype=np.float64)
         records.append(
             Record(
                 name=path.name,
                 input=columns[request.input_column],
-                output=columns[request.output_column],
+                output=-position if request.negate_output else position,
                 seconds=seconds,
                 dt=dt,
                 skip=_samples(option, amount, path, seconds, columns.samples),

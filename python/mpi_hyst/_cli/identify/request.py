@@ -35,9 +35,11 @@ class Request:
     validate_from: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
     slew: float | None = None
+    negate_output: bool = False
     keep_partial: bool = False
     units: Mapping[str, str] = field(default_factory=dict)
     """The units of the columns that the first file states, known once it is read."""
+    strict: bool = False
     fit: dict[str, Any] = field(default_factory=dict)
     """What goes to `mh.identify` under its own name; what was not given is not in it."""
 

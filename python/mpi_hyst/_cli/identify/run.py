@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -19,8 +19,19 @@ from mpi_hyst._report.identify.summary import summary
 from mpi_hyst._text import printable
 
 
-def run(request: Request) -> tuple[str, bool]:
-    """Fit and write; return the summary, and whether Ctrl-C ended the work early."""
+@dataclass(frozen=True)
+class Done:
+    """What is left to say when the files are written."""
+
+    text: str
+    """The summary."""
+    verdict: str
+    interrupted: bool
+    """Whether Ctrl-C ended the work early."""
+
+
+def run(request: Request) -> Done:
+    """Fit and write."""
     request.check()
     if request.report_path is not None:
         require_report_packages("--report")
@@ -49,7 +60,8 @@ def run(request: Request) -> tuple[str, bool]:
             )
         )
     write_outputs(outputs)
-    return f"{summary(task, found, left_out)}\n\n{_saved(found, request)}", interrupted
+    text = f"{summary(task, found, left_out)}\n\n{_saved(found, request)}"
+    return Done(text, found.verdict, interrupted)
 
 
 def fit(
@@ -70,6 +82,7 @@ def fit(
         return mh.identify(
             [(record.input, record.output) for record in whole],
             dt=records.intervals,
+            times=[record.seconds for record in whole],
             skip=[record.skip for record in records.fitted],
             validate=records.validate if ends is None else ends,
             progress=progress,

@@ -19,11 +19,11 @@ from mpi_hyst._report.identify.sections import (
     short_name,
     shown_names,
 )
-from mpi_hyst._report.identify.summary import title
+from mpi_hyst._report.identify.summary import title, value_of_dead_time
 from mpi_hyst._report.identify.validation_sections import chosen, uncertainty
 from mpi_hyst._report.identify.validation_sections import left_out as left_out_section
 from mpi_hyst._report.page import Card, Report, render
-from mpi_hyst._text import digits, in_unit
+from mpi_hyst._text import in_unit
 
 _SHOWN = 3  # records with their own figures; the tables have all
 
@@ -40,7 +40,7 @@ def report(
     sections = [
         loops(fitted, len(records.fitted)),
         errors(result),
-        findings.section(found.warnings, records.names),
+        findings.section(found.warnings, records),
         residuals(fitted, held_out),
     ]
     if left_out:
@@ -61,6 +61,7 @@ def report(
             f"{' (partial)' if found.partial else ''}",
             subtitle=f"{title(found, len(records.fitted))}, "
             f"{task.input.label} to {task.output.label}",
+            verdict=findings.banner(found, records),
             cards=_cards(result),
             sections=sections,
             footer=f"mpi_hyst. Error: measured minus modelled output. {base(records)}",
@@ -135,8 +136,5 @@ def _cards(result: Result) -> list[Card]:
                 "fitted to the same samples",
             )
         )
-    if found.dead_time is None:
-        cards.append(Card(f"{found.dead_time_samples or 0.0:.2f} samples", "dead time"))
-    else:
-        cards.append(Card(f"{digits(1e3 * found.dead_time, 3)} ms", "dead time"))
+    cards.append(Card(value_of_dead_time(found), "dead time"))
     return cards

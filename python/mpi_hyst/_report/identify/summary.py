@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -11,13 +11,15 @@ import mpi_hyst as mh
 from mpi_hyst._report.identify import findings
 from mpi_hyst._report.identify.choices import choices
 from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
-from mpi_hyst._text import digits, in_unit, text_pairs, text_table
+from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
+
+_CREEP = 1.0  # %: creep that is known to this is known to be small
 
 
 def summary(
     task: Task, found: mh.results.Identification, left_out: Sequence[mh.results.LeftOutLoop]
 ) -> str:
-    """Return the parameters, the errors and the warnings."""
+    """Return the verdict, the parameters, the errors and the warnings."""
     unit, of_unit = task.output.unit, task.output.in_parentheses
     header = [
         *("record", "samples", f"max{of_unit}", f"rms{of_unit}", "max (%)", "rms (%)"),
@@ -31,6 +33,7 @@ def summary(
     if max(len(fitted), len(held_out)) > 1:
         base += "; all: of the largest range"
     parts = [
+        findings.verdict(found),
         title(found, len(fitted)),
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
@@ -44,7 +47,7 @@ def summary(
             f"{len(left_out)} loops, each left out of the fit in turn: rms error {left_rms} "
             f"predicted, {fitted_rms} fitted"
         )
-    parts.append(findings.text(found.warnings, task.records.names))
+    parts.append(findings.text(found.warnings, task.records))
     return "\n\n".join(parts)
 
 
@@ -77,11 +80,15 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         pairs.append(("smoothness", smoothness))
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
         ratios = "  ".join(
-            with_error(ratio, std)
+            with_error(ratio, std, scale=1.0, bounds=(0.0, 1.0, 2.0))
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
         )
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
-    offset = with_error(found.model.input_offset, found.input_offset_std, task.input.unit)
+    low, high = found.drive_range
+    offset = with_error(
+        *(found.model.input_offset, found.input_offset_std, task.input.unit),
+        scale=high - low,
+    )
     pairs.append(("input offset", offset + given("input offset")))
     pairs += [*_dynamics(task, found), *_creep(found)]
     pairs.append(("dead time", dead_time(found) + given("dead time")))
@@ -109,11 +116,13 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
     if len(found.creep_std) < len(amplitudes):
         # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
         growth = float(amplitudes[0] / np.log10(times[1] / times[0]))
-        percent = with_error(100.0 * growth, 100.0 * float(found.creep_std[0]), "%")
+        percent = with_error(100.0 * growth, 100.0 * float(found.creep_std[0]), "%", scale=_CREEP)
         span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
         return [("creep", f"{percent} of a step per decade"), ("creep time constants", span)]
     pairs = zip(amplitudes, found.creep_std, strict=True)
-    shares = "  ".join(with_error(100.0 * share, 100.0 * std, "%") for share, std in pairs)
+    shares = "  ".join(
+        with_error(100.0 * share, 100.0 * std, "%", scale=_CREEP) for share, std in pairs
+    )
     return [
         ("creep", f"{shares} of a step"),
         ("creep time constants", "  ".join(f"{digits(time)} s" for time in times)),
@@ -122,13 +131,38 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
 
 def dead_time(found: mh.results.Identification) -> str:
     """Return the dead time in ms with its standard error, or in samples without a time column."""
+    std = found.dead_time_std
     if found.dead_time is None:
-        return with_error(found.dead_time_samples or 0.0, found.dead_time_std, "samples")
-    return with_error(1e3 * found.dead_time, 1e3 * found.dead_time_std, "ms")
+        value = found.dead_time_samples or 0.0
+        return with_error(value, std, "samples", scale=max(abs(value), 1.0))
+    scale = max(abs(found.dead_time), *found.dt)
+    return with_error(1e3 * found.dead_time, 1e3 * std, "ms", scale=1e3 * scale)
 
 
-def with_error(value: float, std: float, unit: str = "") -> str:
-    """Format an estimate with its standard error, which is 0 if given and NaN at a bound."""
+def value_of_dead_time(found: mh.results.Identification) -> str:
+    """Return the dead time with its unit alone."""
+    text = dead_time(found)
+    if text == NOT_DETERMINED:
+        return text
+    if found.dead_time is None:
+        return f"{found.dead_time_samples or 0.0:.2f} samples"
+    return f"{digits(1e3 * found.dead_time, 3)} ms"
+
+
+def with_error(
+    value: float,
+    std: float,
+    unit: str = "",
+    *,
+    scale: float | None = None,
+    bounds: Collection[float] = (0.0,),
+) -> str:
+    """Format an estimate with its standard error, which is 0 if given and NaN at a bound.
+
+    An error beyond the scale of the parameter, by default its value, leaves nothing to say.
+    """
+    if not determined(value, std, scale=scale, bounds=bounds):
+        return NOT_DETERMINED
     if math.isnan(std):
         return f"{in_unit(value, unit)} (at its bound)"
     text = f"{digits(value)} ± {digits(std, 2)}" if std > 0.0 else digits(value)

@@ -1,0 +1,119 @@
+//! The loops of records: their sign, their direction, and which there are.
+
+use super::{input_bounds, named_sample};
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
+use crate::numeric::as_f64;
+use crate::record::Record;
+use crate::signal;
+
+/// A swing of the input counts from this share of its range on.
+const SWING: f64 = 0.05;
+
+/// The position falls where the drive rises.
+pub(super) fn wrong_sign(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = -0.5;
+    let value = signal::correlation(&record.input()[record.skip()..], &record.output()[record.skip()..])?;
+    let message = format!("the position falls where the drive rises, correlation {value:.2}");
+    Some(Finding::new(FindingCode::WrongSign, value, LIMIT, message))
+}
+
+/// Below this correlation a loop has no direction: a position a quarter of a period late neither rises nor falls with it.
+const MIN_CORRELATION: f64 = 0.7;
+
+/// The position leads the drive.
+///
+/// The sum of y du over closed loops is minus their area if the position lags, for a loop is then traversed
+/// counter-clockwise. Over the distance of the input there and back it is half of the mean width.
+pub(super) fn backwards(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = 0.01;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let (first, last) = (*turns.first()?, *turns.last()?);
+    let distance: f64 = turns.windows(2).map(|pair| (input[pair[1]] - input[pair[0]]).abs()).sum();
+    // The sign of the position counts: turned round, loops change their direction too.
+    let correlation = signal::correlation(input, output).filter(|r| r.abs() > MIN_CORRELATION)?;
+    let sign = correlation.signum();
+    let line = signal::line(&input[first..=last], &output[first..=last]);
+    let bent: Vec<f64> = (first..=last).map(|k| sign * (output[k] - line(input[k]))).collect();
+    let area: f64 =
+        (1..bent.len()).map(|k| 0.5 * (bent[k] + bent[k - 1]) * (input[first + k] - input[first + k - 1])).sum();
+    let value = 2.0 * area / distance / record.output_range();
+    let message = format!(
+        "the loops are traversed backwards: the position leads the drive, by {:.1} % of its range on average",
+        100.0 * value
+    );
+    Some(Finding::new(FindingCode::LoopBackwards, value, LIMIT, message))
+}
+
+/// The input hardly ever turns inside its range.
+pub(super) fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
+    const LIMIT: f64 = 2.0;
+    let (low, high) = input_bounds(records);
+    let (swing, margin) = (SWING * (high - low), 0.1 * (high - low));
+    let inside = |x: &f64| low + margin < *x && *x < high - margin;
+    let turns = |input: &[f64]| signal::turns(input, swing).into_iter().filter(|k| inside(&input[*k])).count();
+    let value = as_f64(records.iter().map(|record| turns(&record.input()[record.skip()..])).sum());
+    let message = format!(
+        "{value} reversals of the input inside its range from {low:.4} to {high:.4}: dead time, ratios and loop width are \
+         weakly determined"
+    );
+    (value < LIMIT).then(|| Finding::new(FindingCode::NoMinorLoops, value, LIMIT, message))
+}
+
+/// One loop: between which inputs, in how many samples, and where it begins.
+struct Loop {
+    ends: (f64, f64),
+    samples: usize,
+    record: usize,
+    first: usize,
+}
+
+/// One and the same loop again and again.
+pub(super) fn identical(records: &[Record<'_>]) -> Option<Finding> {
+    const LIMIT: f64 = 0.6;
+    const MIN_LOOPS: usize = 10;
+    /// Loops that may be the common one: enough to meet it, few enough to compare all with them.
+    const CANDIDATES: usize = 200;
+    let (low, high) = input_bounds(records);
+    let range = high - low;
+    let loops = loops(records, SWING * range);
+    let same = |one: &Loop, other: &Loop| {
+        let apart = (one.ends.0 - other.ends.0).abs().max((one.ends.1 - other.ends.1).abs());
+        apart < 0.5 * SWING * range
+    };
+    let alike = |candidate: &Loop| loops.iter().filter(|one| same(one, candidate)).collect::<Vec<_>>();
+    let samples = |loops: &[&Loop]| loops.iter().map(|one| one.samples).sum::<usize>();
+    let every = loops.len().div_ceil(CANDIDATES).max(1);
+    let common = loops.iter().step_by(every).map(alike).max_by_key(|alike| samples(alike))?;
+    let all: usize = records.iter().map(Record::fitted_samples).sum();
+    let value = as_f64(samples(&common)) / as_f64(all);
+    if common.len() < MIN_LOOPS || value <= LIMIT {
+        return None;
+    }
+    let Loop { ends: (from, to), record, first, .. } = *common[0];
+    let message = format!(
+        "{} loops are the same, between {from:.4} and {to:.4}, the first from {} on: they are {:.0} % of all samples and \
+         weigh down all others",
+        common.len(),
+        named_sample(&records[record], first),
+        100.0 * value
+    );
+    let found = Finding::new(FindingCode::IdenticalLoops, value, LIMIT, message).at(first);
+    Some(Finding { record: (records.len() > 1).then_some(record), ..found })
+}
+
+fn loops(records: &[Record<'_>], swing: f64) -> Vec<Loop> {
+    let of_record = |(place, record): (usize, &Record<'_>)| {
+        let input = &record.input()[record.skip()..];
+        let turns = signal::turns(input, swing);
+        let of_turns = |turns: &[usize]| {
+            let (a, b) = (input[turns[0]], input[turns[1]]);
+            let first = record.skip() + turns[0];
+            Loop { ends: (a.min(b), a.max(b)), samples: turns[2] - turns[0], record: place, first }
+        };
+        turns.windows(3).step_by(2).map(of_turns).collect::<Vec<_>>()
+    };
+    records.iter().enumerate().flat_map(of_record).collect()
+}

@@ -1,0 +1,123 @@
+//! How large residuals are, and where.
+
+use super::named_sample;
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
+use crate::numeric::as_f64;
+use crate::record::Record;
+use crate::signal;
+
+/// More is left than noise.
+pub(super) fn poor_fit(record: &Record<'_>, residual: &[f64]) -> Finding {
+    const LIMIT: f64 = 0.01;
+    let range = record.output_range();
+    let (whole, noise) = (signal::rms(residual) / range, signal::noise(residual) / range);
+    let value = (whole * whole - noise * noise).max(0.0).sqrt();
+    let message = format!(
+        "the model leaves {:.2} % of the range rms of the position, of which noise is {:.2} %",
+        100.0 * whole,
+        100.0 * noise.min(whole)
+    );
+    Finding::new(FindingCode::PoorFit, value, LIMIT, message)
+}
+
+/// A beginning that lies on no loop of the model: until the residual is about as small as later on.
+pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
+    const LIMIT: f64 = 3.0;
+    const BLOCKS: usize = 100;
+    const SHORTEST: usize = 10;
+    /// The longest beginning, as a share of the record.
+    const LONGEST: f64 = 0.3;
+    /// What is left of the beginning matters from this share of the range on.
+    const MATTERS: f64 = 1e-3;
+    /// The beginning ends where the residual is at most so many times that of most of the rest.
+    const SETTLED: f64 = 1.5;
+    let size = (residual.len() / BLOCKS).max(SHORTEST);
+    let middle = signal::median(residual);
+    let levels: Vec<f64> = residual.chunks_exact(size).map(|block| level(block, middle)).collect();
+    let largest = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
+    let input = &record.input()[record.skip()..];
+    let beginnings = (1..levels.len()).take_while(|blocks| as_f64(*blocks) <= LONGEST * as_f64(levels.len()));
+    let is_large = |blocks: &usize| {
+        let (begin, later) = (largest(&levels[..*blocks]), largest(&levels[*blocks..]));
+        begin > (MATTERS * record.output_range()).max(LIMIT * later) && swings_on(input, blocks * size)
+    };
+    let settles = |blocks: &usize| levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]);
+    let first = beginnings.clone().find(is_large)?;
+    let blocks = beginnings.filter(|blocks| (first..=2 * first).contains(blocks)).find(settles).unwrap_or(first);
+    // What decays goes on after it is small, and the fit has taken a part of it up.
+    let end = record.skip() + blocks * size + blocks * size / 2;
+    let value = largest(&levels[..first]) / largest(&levels[first..]);
+    let message =
+        format!("the residual before {} is {value:.1} times as large as ever after", named_sample(record, end));
+    let finding = Finding::new(FindingCode::StartUpTransient, value, LIMIT, message).at(end);
+    Some(finding.try_next(format!("skip the first {end} samples of this record: --skip {end}")))
+}
+
+/// The rms of a block about the middle of all residuals, without the two largest, which may be outliers.
+fn level(block: &[f64], middle: f64) -> f64 {
+    const OUTLIERS: usize = 2;
+    let mut magnitudes: Vec<f64> = block.iter().map(|e| (e - middle).abs()).collect();
+    magnitudes.sort_unstable_by(f64::total_cmp);
+    signal::rms(&magnitudes[..block.len() - OUTLIERS])
+}
+
+/// Whether the input moves about as far in the next loop or two as it did until `end`: a smaller residual of a smaller
+/// motion is no sign of a transient.
+fn swings_on(input: &[f64], end: usize) -> bool {
+    const SAME: f64 = 0.7;
+    const SWING: f64 = 0.05;
+    let range = |values: &[f64]| {
+        let (low, high) = signal::bounds(values);
+        high - low
+    };
+    let turns = signal::turns(input, SWING * range(input));
+    let next = turns.iter().copied().filter(|turn| *turn > end).nth(2).unwrap_or(input.len());
+    range(&input[end..next.max(2 * end).min(input.len())]) >= SAME * range(&input[..end])
+}
+
+pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
+    const LIMIT: f64 = 7.0;
+    const SMALLEST: f64 = 1e-5;
+    let deviation = signal::robust_deviation(residual).max(SMALLEST * record.output_range());
+    let distances = signal::distances_from_neighbours(residual);
+    let far = distances.iter().filter(|distance| **distance > LIMIT * deviation).count();
+    let (first, largest) = distances.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let (value, sample) = (largest / deviation, record.skip() + first);
+    let message = format!(
+        "{far} samples lie far from their neighbours, the furthest {} by {value:.1} standard deviations",
+        named_sample(record, sample)
+    );
+    Some(Finding::new(FindingCode::Outliers, value, LIMIT, message).at(sample))
+}
+
+pub(super) fn clipped_output(record: &Record<'_>) -> Finding {
+    const LIMIT: f64 = 0.02;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let (value, first) = signal::travel_at_the_ends(output, input, high - low);
+    let message = format!(
+        "the output stays at {:.6} from {} on while the input moves by {:.1} % of its range: a sensor or converter at its \
+         end",
+        output[first],
+        named_sample(record, record.skip() + first),
+        100.0 * value
+    );
+    Finding::new(FindingCode::ClippedOutput, value, LIMIT, message).at(record.skip() + first)
+}
+
+/// `unexplained` is what moves while the input stays at its end: the output, or with dynamics and creep the residual.
+pub(super) fn clipped_input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Finding {
+    const HELD: f64 = 0.05;
+    const NOISE: f64 = 8.0;
+    let (input, range) = (&record.input()[record.skip()..], record.output_range());
+    let (value, first) = signal::travel_at_the_ends(input, unexplained, range);
+    let limit = HELD + NOISE * signal::noise(residual) / range;
+    let message = format!(
+        "the recorded input stays at {:.6} from {} on while the output moves by {:.1} % of its range: a monitor at its end",
+        input[first],
+        named_sample(record, record.skip() + first),
+        100.0 * value
+    );
+    Finding::new(FindingCode::ClippedInput, value, limit, message).at(record.skip() + first)
+}

@@ -1,0 +1,323 @@
+//! The codes of findings: what each says, from where on it is red, and what to try next.
+
+use std::fmt;
+
+/// What may be wrong with records, or with what was fitted to them.
+///
+/// A code is a contract: its name stays, and the number behind it may be compared with its limit. `docs/findings.md` lists all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FindingCode {
+    /// The position falls where the drive rises, and with its sign turned the fit is at least twice as good. Value: the
+    /// correlation of drive and position; limit -0.5.
+    WrongSign,
+    /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value: the mean
+    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01.
+    LoopBackwards,
+    /// The fit leaves more than noise. Value: the rms residual without the noise, which is estimated from the differences of
+    /// neighbouring residuals, over the range of the position; limit 0.01.
+    PoorFit,
+    /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
+    /// hundredth of the record without its two largest samples; limit 3.
+    StartUpTransient,
+    /// Samples are missing. Value: the longest gap in sampling intervals, one for neighbours; limit 1.5.
+    TimeGap,
+    /// Samples are not taken at equal intervals. Value: the rms distance of the times from an even grid, in intervals;
+    /// limit 0.1.
+    TimeJitter,
+    /// Operators whose output never changes in the fitted samples: the input reaches no threshold of theirs, so their
+    /// weights are not determined. Value: how many, limit 0. [`identify`](crate::identify()) tells it of given thresholds
+    /// only: those that it places itself are where the input is.
+    UnreachedThreshold,
+    /// Fewer reversals inside the input range than the limit 2: dead time, ratios and loop width are weakly determined,
+    /// for on full strokes alone each makes up for the others. Value: the number of such reversals, at least a
+    /// twentieth of the range high and a tenth of it away from both ends.
+    NoMinorLoops,
+    /// Most samples belong to repetitions of one loop, which say little new and weigh down all others. Value: the share of
+    /// the samples; limit 0.6, looked for among ten such loops or more.
+    IdenticalLoops,
+    /// Operators that this record does not tell apart. Value: the standard error of the least determined combination
+    /// of operators over the mean contribution of one operator to the output, limit 1. The error is that of least
+    /// squares, sigma / s, with sigma the rms residual, widened where residuals are correlated, and s the smallest
+    /// singular value of the operator outputs scaled to unit length (as Belsley, Kuh and Welsch scale them,
+    /// "Regression Diagnostics", Wiley 1980).
+    CollinearOperators,
+    /// The residual follows the speed of the input: a lag, another rate effect, or loop width that the model lacks.
+    /// Value and limit as for [`Drift`](Self::Drift).
+    RateEffects,
+    /// The residual follows time or its logarithm: creep, temperature. Value: the magnitude of the correlation
+    /// coefficient; limit: 0.3, about a tenth of the variance of the residual, or what chance gives once in 10^4
+    /// records, 4 / sqrt(m), if that is more. m is the number of independent samples, N (1 - a b) / (1 + a b) with a
+    /// and b the correlations of neighbouring samples of either signal (Bartlett, J. Roy. Stat. Soc. 98, 536, 1935).
+    /// What moves the output by less than 1e-4 of its range rms is not told.
+    Drift,
+    /// The residual follows the input: a bend of the whole curve that the model lacks. Value: the multiple correlation
+    /// with the first three powers of the input; limit as for [`Drift`](Self::Drift), but 0.6, and what moves the output by
+    /// less than 2e-3 of its range rms is not told.
+    InputEffects,
+    /// The residual follows the amplitude of the last swing: gain or centre of the loops change with it. Value: the multiple
+    /// correlation with the amplitude and with its product with the input; limit as for [`Drift`](Self::Drift),
+    /// but 0.45, and what moves the output by less than 1e-3 of its range rms is not told.
+    AmplitudeEffects,
+    /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
+    /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
+    /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
+    /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
+    Outliers,
+    /// The output stays at its highest or lowest value while the input moves on. Value: how far the input moves
+    /// meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
+    ClippedOutput,
+    /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
+    /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
+    /// noise do while an input is held.
+    ClippedInput,
+    /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, dead time)
+    /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
+    TooFewSamples,
+    /// A drive beyond those of the fitted records: the model goes on there with the slope of its last operator. Value: how
+    /// far, over the range of the fitted drives; limit 0.01.
+    Extrapolation,
+    /// The dead time is long beside the period of the drive, so it stands for something else: creep, or loop width. Value:
+    /// the dead time over the mean period of the slowest record; limit 0.1.
+    ImplausibleDeadTime,
+    /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval. Value:
+    /// the dead time in samples; limit -0.5.
+    NegativeDeadTime,
+    /// The records do not tell the dead time: from the lag of dynamics, or at all. Value: the standard error of the dead time
+    /// in samples, widened for correlated residuals; limit 0.25 beside dynamics, else the dead time itself where that is
+    /// longer than half a sample.
+    DeadTimeConfounded,
+    /// The record does not tell the frequency of the dynamics: its standard error exceeds 5 %, the search ended at the
+    /// edge of its domain, or a plain dead time fits as well as the dynamics do, up to what noise may pretend. Value:
+    /// the relative standard error, widened for correlated residuals, and limit 0.05; or the decrease of the sum of
+    /// squares by the dynamics, in noise variances, and what noise may pretend.
+    ResonanceNotExcited,
+    /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
+    /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
+    DampingUndetermined,
+    /// The records do not tell the creep: its standard error exceeds half of it, or it is at a bound. Value: the relative
+    /// standard error, widened for correlated residuals; limit 0.5.
+    CreepUndetermined,
+    /// The gain between the hysteresis model and the output is not 1: the model is not that of this record, or the two
+    /// were measured in other units. Value: the distance of the gain from 1; limit 0.05.
+    GainNotOne,
+    /// The residuals are correlated in time: something is not modelled, and the standard errors, which assume white
+    /// noise, are too small. Value: the statistic of Ljung and Box over 20 lags; limit 51.6, five standard deviations
+    /// beyond its mean for white noise.
+    ResidualColoured,
+}
+
+/// From where on a finding is red.
+#[derive(Clone, Copy)]
+pub(crate) enum Red {
+    Never,
+    Always,
+    From(f64),
+    Below(f64),
+    /// From so many times its limit on.
+    Factor(f64),
+}
+
+impl FindingCode {
+    /// All codes, causes before what follows from them.
+    pub const ALL: [Self; 27] = [
+        Self::WrongSign,
+        Self::LoopBackwards,
+        Self::NegativeDeadTime,
+        Self::ClippedOutput,
+        Self::ClippedInput,
+        Self::TimeGap,
+        Self::TimeJitter,
+        Self::StartUpTransient,
+        Self::TooFewSamples,
+        Self::NoMinorLoops,
+        Self::IdenticalLoops,
+        Self::UnreachedThreshold,
+        Self::CollinearOperators,
+        Self::PoorFit,
+        Self::Drift,
+        Self::RateEffects,
+        Self::AmplitudeEffects,
+        Self::InputEffects,
+        Self::Outliers,
+        Self::Extrapolation,
+        Self::ImplausibleDeadTime,
+        Self::DeadTimeConfounded,
+        Self::ResonanceNotExcited,
+        Self::DampingUndetermined,
+        Self::CreepUndetermined,
+        Self::GainNotOne,
+        Self::ResidualColoured,
+    ];
+
+    /// The name, in snake case.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.about().0
+    }
+
+    /// Whether it is about creep, dynamics and dead time.
+    pub(crate) fn is_of_linear_part(self) -> bool {
+        matches!(
+            self,
+            Self::ResonanceNotExcited
+                | Self::DampingUndetermined
+                | Self::NegativeDeadTime
+                | Self::DeadTimeConfounded
+                | Self::CreepUndetermined
+                | Self::GainNotOne
+                | Self::ResidualColoured
+        )
+    }
+
+    /// Whether it is about what a fit made of the records, so that it says nothing where the sign of the position is wrong.
+    pub(crate) fn is_of_fit(self) -> bool {
+        let of_residual = matches!(
+            self,
+            Self::StartUpTransient
+                | Self::Drift
+                | Self::RateEffects
+                | Self::AmplitudeEffects
+                | Self::InputEffects
+                | Self::Outliers
+        );
+        let of_model = matches!(self, Self::UnreachedThreshold | Self::CollinearOperators | Self::ImplausibleDeadTime);
+        of_residual || of_model || self.is_of_linear_part()
+    }
+
+    /// What to try next, whatever the record; a finding may say it more exactly.
+    #[must_use]
+    pub fn hint(self) -> &'static str {
+        self.about().2
+    }
+
+    /// From where on it is red.
+    pub(crate) fn red(self) -> Red {
+        self.about().1
+    }
+
+    fn about(self) -> (&'static str, Red, &'static str) {
+        use Red::{Always, Below, Factor, From, Never};
+        match self {
+            Self::WrongSign => {
+                ("wrong_sign", Always, "turn the sign of the position: --negate-output, or -y in Python")
+            }
+            Self::LoopBackwards => (
+                "loop_backwards",
+                Always,
+                "exchange drive and position if their columns are swapped; if each row holds a position that was read after \
+                 the drive had moved on, shift the position column down by one row",
+            ),
+            Self::PoorFit => (
+                "poor_fit",
+                Factor(5.0),
+                "follow the other hints first; then more operators, split weights, --dynamics or --creep",
+            ),
+            Self::StartUpTransient => ("start_up_transient", Never, "skip the beginning (--skip)"),
+            Self::TimeGap => ("time_gap", Never, "record without gaps, or fit the part before or after the gap"),
+            Self::TimeJitter => ("time_jitter", Factor(5.0), "let a timer take the samples, or record more slowly"),
+            Self::UnreachedThreshold => ("unreached_threshold", Never, "drive further, or fit smaller thresholds"),
+            Self::NoMinorLoops => ("no_minor_loops", Never, "add a decaying sweep to the record"),
+            Self::IdenticalLoops => ("identical_loops", Never, "keep about five of these loops (--skip, --rows)"),
+            Self::CollinearOperators => {
+                ("collinear_operators", Never, "fit fewer operators, ask for smooth weights, or record less noise")
+            }
+            Self::RateEffects => ("rate_effects", Never, "identify the dynamics as well, or record more slowly"),
+            Self::Drift => ("drift", Never, "identify creep as well, or let the stage settle before the record"),
+            Self::InputEffects => ("input_effects", Never, "fit more operators, or split weights (--weights split)"),
+            Self::AmplitudeEffects => (
+                "amplitude_effects",
+                Never,
+                "split weights (--weights split), or loops of the amplitudes that you will use",
+            ),
+            Self::Outliers => ("outliers", Never, "look at these samples, and record again or skip them"),
+            Self::ClippedOutput => {
+                ("clipped_output", From(0.1), "drive less far, or widen the range of the sensor or its converter")
+            }
+            Self::ClippedInput => {
+                ("clipped_input", From(0.2), "record the drive that was sent, or widen the range of the monitor")
+            }
+            Self::TooFewSamples => ("too_few_samples", Below(3.0), "record longer, or fit fewer operators"),
+            Self::Extrapolation => {
+                ("extrapolation", From(0.1), "identify from records that reach these drives, or drive less far")
+            }
+            Self::ImplausibleDeadTime => (
+                "implausible_dead_time",
+                Factor(2.5),
+                "check that drive and position are of the same time, and add minor loops or a faster record",
+            ),
+            Self::NegativeDeadTime => (
+                "negative_dead_time",
+                Always,
+                "row k seems to hold the position read at the end of the interval: shift the position column down by one row",
+            ),
+            Self::DeadTimeConfounded => {
+                ("dead_time_confounded", Never, "add a record with a chirp or a step, or give the dead time")
+            }
+            Self::ResonanceNotExcited => {
+                ("resonance_not_excited", Never, "drive with a chirp or a step that reaches the resonance")
+            }
+            Self::DampingUndetermined => {
+                ("damping_undetermined", Never, "drive with a chirp or a step that lets the resonance ring out")
+            }
+            Self::CreepUndetermined => (
+                "creep_undetermined",
+                Never,
+                "add a record that holds a position for long after a large move, or fit no creep",
+            ),
+            Self::GainNotOne => {
+                ("gain_not_one", From(0.5), "identify the hysteresis from records of this stage, in the same units")
+            }
+            Self::ResidualColoured => {
+                ("residual_coloured", Never, "fit creep or another order, and look at the residual over time")
+            }
+        }
+    }
+}
+
+impl fmt::Display for FindingCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE: &str = include_str!("../../../docs/findings.md");
+
+    /// The rows of the table in the documentation: code, meaning, number, limit, red, what to try.
+    fn rows() -> Vec<Vec<&'static str>> {
+        let lines = PAGE.lines().filter(|line| line.starts_with("| `"));
+        lines.map(|line| line.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+    }
+
+    #[test]
+    fn the_list_has_every_code_once() {
+        let places: std::collections::BTreeSet<usize> = FindingCode::ALL.iter().map(|code| *code as usize).collect();
+        assert_eq!(
+            (places.len(), places.last()),
+            (FindingCode::ALL.len(), Some(&(FindingCode::ResidualColoured as usize)))
+        );
+        assert_eq!(places.len(), FindingCode::ResidualColoured as usize + 1);
+    }
+
+    #[test]
+    fn the_documentation_has_a_complete_row_for_every_code() {
+        let listed: Vec<&str> = rows().iter().map(|row| row[0].trim_matches('`')).collect();
+        assert_eq!(listed, FindingCode::ALL.map(FindingCode::name));
+        for (row, code) in rows().iter().zip(FindingCode::ALL) {
+            assert!(row.len() == 6 && row.iter().all(|cell| !cell.is_empty()), "{row:?}");
+            let is_red = match code.red() {
+                Red::Never => "-".to_owned(),
+                Red::Always => "always".to_owned(),
+                Red::From(bound) => bound.to_string(),
+                Red::Below(bound) => format!("below {bound}"),
+                Red::Factor(factor) => (factor * row[3].parse::<f64>().unwrap()).to_string(),
+            };
+            assert_eq!(row[4], is_red, "{code}");
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! A position of the wrong sign: told by a fit to the position turned round.
+
+use crate::diagnostics::causes_of_wrong_sign;
+use crate::error::Error;
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
+use crate::record::Record;
+use crate::signal;
+
+/// The turned fit must leave less than this share of the error.
+const MAX_SHARE: f64 = 0.5;
+
+/// The positions of all records, those that fall where their drive rises turned round.
+pub(crate) fn turned_positions(records: &[Record<'_>]) -> Vec<Vec<f64>> {
+    let turned = |record: &Record<'_>| {
+        let fitted = record.skip()..;
+        let correlation = signal::correlation(&record.input()[fitted.clone()], &record.output()[fitted]);
+        let sign = if correlation.is_some_and(|correlation| correlation < 0.0) { -1.0 } else { 1.0 };
+        record.output().iter().map(|y| sign * y).collect()
+    };
+    records.iter().map(turned).collect()
+}
+
+/// The same records with other positions.
+///
+/// # Errors
+/// None for positions that are those of the records but for their sign.
+pub(crate) fn with_positions<'a>(records: &[Record<'a>], positions: &'a [Vec<f64>]) -> Result<Vec<Record<'a>>, Error> {
+    let exchange = |(place, (record, position)): (usize, (&Record<'a>, &'a Vec<f64>))| {
+        let turned = Record::new(record.input(), position, record.skip()).map_err(|error| error.in_record(place))?;
+        record.dt().map_or(Ok(turned), |dt| turned.sampled_every(dt))
+    };
+    records.iter().zip(positions).enumerate().map(exchange).collect()
+}
+
+/// The findings when the turned fit leaves `turned` of the range rms and the fit as it is `plain`: what follows from a wrong sign is
+/// left out, or the sign is not what is wrong.
+pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Finding> {
+    if turned >= MAX_SHARE * plain {
+        return findings.into_iter().filter(|finding| finding.code != FindingCode::WrongSign).collect();
+    }
+    let mut findings = causes_of_wrong_sign(findings);
+    for finding in findings.iter_mut().filter(|finding| finding.code == FindingCode::WrongSign) {
+        finding.message = format!(
+            "{}; the fit leaves {:.3} % of the range rms, and one with the sign of the position turned {:.3} %",
+            finding.message,
+            100.0 * plain,
+            100.0 * turned
+        );
+    }
+    findings
+}

@@ -1,0 +1,118 @@
+//! The verdict in Rust: defects of a record with their place, severity and hint, and none of a clean one.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::Process;
+use hysteresis_identify::{
+    Finding, FindingCode, Identification, Options, Record, RecordError, Setting, Severity, Thresholds, Verdict,
+    WeightLaw, identify,
+};
+use hysteresis_simulate::paper;
+
+const SAMPLES: usize = 4000;
+
+fn number(k: usize) -> f64 {
+    f64::from(u32::try_from(k).unwrap())
+}
+
+/// A sine of 16 cycles that decays.
+fn drive() -> Vec<f64> {
+    let sample = |k: usize| 500.0 * (1.0 - 0.9 * number(k) / number(SAMPLES)) * (number(k) / 40.0).sin();
+    (0..SAMPLES).map(sample).collect()
+}
+
+/// The actuator of the paper with noise of a tenth of a per cent of the range: a fixed sequence, uniform.
+fn position(input: &[f64]) -> Vec<f64> {
+    let mut stream = paper::table_1_recovered().forward();
+    let mut state = 7_u64;
+    let mut noise = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.02 * (f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX) - 0.5)
+    };
+    input.iter().map(|u| stream.step(*u) + noise()).collect()
+}
+
+fn fitted(record: Record<'_>) -> Identification {
+    let options = Options {
+        thresholds: Thresholds::Uniform(8),
+        weights: WeightLaw::Free,
+        dead_time: Setting::Fixed(0.0),
+        ..Options::default()
+    };
+    identify(&[record], &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn find(found: &Identification, code: FindingCode) -> &Finding {
+    found.warnings.iter().find(|finding| finding.code == code).unwrap_or_else(|| panic!("{:?}", found.warnings))
+}
+
+#[test]
+fn a_clean_record_is_green_and_a_turned_one_is_red() {
+    let input = drive();
+    let output = position(&input);
+    let clean = fitted(Record::new(&input, &output, 0).unwrap());
+    assert_eq!((clean.verdict(), &clean.warnings[..]), (Verdict::Green, &[][..]));
+    let turned: Vec<f64> = output.iter().map(|y| -y).collect();
+    let found = fitted(Record::new(&input, &turned, 0).unwrap());
+    let wrong = find(&found, FindingCode::WrongSign);
+    assert_eq!((found.verdict(), wrong.severity), (Verdict::Red, Severity::Red));
+    assert!(wrong.message.contains("with the sign of the position turned 0."), "{wrong}");
+    // Of the fit only that it is poor is told.
+    assert_eq!(found.warnings.len(), 2, "{:?}", found.warnings);
+}
+
+#[test]
+fn what_leads_is_backwards() {
+    let input = drive();
+    let output = position(&input);
+    let found = fitted(Record::new(&output, &input, 0).unwrap());
+    let backwards = find(&found, FindingCode::LoopBackwards);
+    assert!(backwards.value > backwards.limit && backwards.severity == Severity::Red);
+}
+
+#[test]
+fn a_place_is_told() {
+    let input = drive();
+    let mut output = position(&input);
+    for (k, y) in output.iter_mut().enumerate().take(60) {
+        *y += 2.0 * (1.0 - number(k) / 60.0);
+    }
+    let found = fitted(Record::new(&input, &output, 0).unwrap());
+    let start = find(&found, FindingCode::StartUpTransient);
+    let end = start.sample.unwrap();
+    assert!((40..300).contains(&end) && start.hint.ends_with(&format!("--skip {end}")), "{start:?}");
+    let again = fitted(Record::new(&input, &output, end.max(60)).unwrap());
+    assert_eq!(again.verdict(), Verdict::Green, "{:?}", again.warnings);
+}
+
+#[test]
+fn times_are_looked_at_where_they_are_known() {
+    let input = drive();
+    let output = position(&input);
+    let late = |k: usize| if k < 1000 { 1e-3 * number(k) } else { 1e-3 * number(k + 5) };
+    let times: Vec<f64> = (0..SAMPLES).map(late).collect();
+    let record = Record::new(&input, &output, 0).unwrap();
+    let found = fitted(record.at_times(&times).unwrap());
+    let gap = find(&found, FindingCode::TimeGap);
+    assert!((gap.value - 6.0).abs() < 1e-6 && gap.sample == Some(1000), "{gap:?}");
+    assert_eq!(found.verdict(), Verdict::Amber);
+    let short = record.at_times(&times[1..]).unwrap_err();
+    assert_eq!(short, RecordError::Length { argument: "times", expected: SAMPLES, got: SAMPLES - 1 });
+    let odd = vec![f64::NAN; SAMPLES];
+    assert!(matches!(record.at_times(&odd), Err(RecordError::NotFinite { argument: "times", index: 0, .. })));
+}
+
+#[test]
+fn a_drive_beyond_the_range_is_an_extrapolation() {
+    let input = drive();
+    let output = position(&input);
+    let mut found = fitted(Record::new(&input, &output, 0).unwrap());
+    assert_eq!(found.extrapolation(&input), None);
+    let further: Vec<f64> = input.iter().map(|u| 1.1 * u).collect();
+    let beyond = position(&further);
+    let held_out = [(Record::new(&further, &beyond, 0).unwrap(), None)];
+    assert_eq!(found.validate_all(&held_out).len(), 1);
+    let finding = find(&found, FindingCode::Extrapolation);
+    assert!((finding.value - 0.05).abs() < 0.005 && finding.severity == Severity::Amber, "{finding:?}");
+    assert!(finding.message.starts_with("held-out record 0: the drive reaches"), "{finding}");
+}
