@@ -77,8 +77,9 @@ def write_outputs(outputs: Sequence[Output], directory: Path | None = None) -> N
         written.append(str(output.path))
 
 
-def write_file(path: Path, text: str) -> None:
+def write_file(path: Path, content: str | bytes) -> None:
     """Write a file completely or not at all; a replaced file passes on its permissions."""
+    data = content.encode("utf-8") if isinstance(content, str) else content
     _check_regular(path)
     # A link stays a link: its target is replaced.
     place = Path(os.path.realpath(path))
@@ -87,8 +88,8 @@ def write_file(path: Path, text: str) -> None:
     # The copy is never readable for those who may not read the file.
     number = os.open(copy, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _NEW if mode is None else 0o600)
     try:
-        with os.fdopen(number, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
+        with os.fdopen(number, "wb") as file:
+            file.write(data)
             file.flush()
             os.fsync(number)
         if mode is not None:

@@ -21,6 +21,8 @@ PACKED: dict[bytes, tuple[str, Callable[[BinaryIO], object]]] = {
     b"BZh": (".bz2", bz2.open),
     b"\xfd7zXZ\x00": (".xz", lzma.open),
 }
+# What unpackers raise for a content that is not theirs to the end.
+_CORRUPT = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 
 
@@ -37,7 +39,7 @@ def head(source: str, file: io.BufferedReader) -> bytes:
     """Return the first bytes without reading them off."""
     try:
         return file.peek(HEAD)[:HEAD]
-    except (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile, OSError) as error:
+    except (*_CORRUPT, OSError) as error:
         raise ReadError(f"{source}: cannot be unpacked: {error}") from error
 
 
@@ -86,7 +88,7 @@ class Lines:
             line = self._text.readline(MAX_LINE)
         except UnicodeDecodeError as error:
             raise ReadError(f"{place}: not {self.encoding} text: {error.reason}") from error
-        except (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile) as error:
+        except _CORRUPT as error:
             raise ReadError(f"{place}: cannot be unpacked: {error}") from error
         if not line:
             raise StopIteration

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from zipfile import BadZipFile
-from zlib import error as ZlibError  # noqa: N812
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def _refusing(path: Path) -> Iterator[None]:
     """Turn what numpy raises for a wrong content into an error that names the file."""
     try:
         yield
-    except (ValueError, EOFError, OSError, BadZipFile, ZlibError) as error:
+    except (ValueError, EOFError, OSError, BadZipFile, zlib.error) as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
         if "pickle" in str(error):

@@ -1,7 +1,6 @@
 //! Dynamics from the polynomials of a transfer function, and the zeros of any.
 
-use hysteresis_core::MAX_MAGNITUDE;
-use hysteresis_core::check_all_finite;
+use hysteresis_core::{MAX_MAGNITUDE, check_all_finite};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Error;

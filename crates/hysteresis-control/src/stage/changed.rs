@@ -31,27 +31,28 @@ impl Stage {
     /// # Errors
     /// [`Error::Lag`], or as [`Stage::new`].
     pub fn with_parts(&self, parts: StageParts) -> Result<Self, Error> {
-        let known = self.parts();
-        let Some(identified) = &known.identified else { return Self::new(StageParts { identified: None, ..parts }) };
-        let same_hysteresis = (&known.hysteresis, &known.input_map, &known.output_map)
-            == (&parts.hysteresis, &parts.input_map, &parts.output_map);
-        if !same_hysteresis {
-            return Self::new(StageParts { identified: None, ..parts });
-        }
-        if same_linear_parts(known, &parts) {
-            return Self::new(StageParts { identified: Some(identified.clone()), ..parts });
-        }
-        check_lag(known, &parts, identified)?;
-        let ranges = Identified {
-            rmse: f64::NAN,
-            max_error: f64::NAN,
-            parameters: Vec::new(),
-            covariance: Vec::new(),
-            warnings: Vec::new(),
-            ..identified.clone()
-        };
-        Self::new(StageParts { identified: Some(ranges), ..parts })
+        let identified = still_known(self.parts(), &parts)?;
+        Self::new(StageParts { identified, ..parts })
     }
+}
+
+/// What identification knows of parts that take the place of those that it found.
+fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identified>, Error> {
+    let same_hysteresis = (&known.hysteresis, &known.input_map, &known.output_map)
+        == (&changed.hysteresis, &changed.input_map, &changed.output_map);
+    let Some(identified) = known.identified.clone().filter(|_| same_hysteresis) else { return Ok(None) };
+    if same_linear_parts(known, changed) {
+        return Ok(Some(identified));
+    }
+    check_lag(known, changed, &identified)?;
+    Ok(Some(Identified {
+        rmse: f64::NAN,
+        max_error: f64::NAN,
+        parameters: Vec::new(),
+        covariance: Vec::new(),
+        warnings: Vec::new(),
+        ..identified
+    }))
 }
 
 fn same_linear_parts(one: &StageParts, other: &StageParts) -> bool {

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import secrets
 import shlex
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +12,7 @@ import numpy as np
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.look.guess import Guess, guess
 from mpi_hyst._cli.look.sampling import Sampling
-from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.outputs import Output, check_outputs, write_file, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._io.read import numeric, opened, take, time_index
 from mpi_hyst._io.table import Table
@@ -77,7 +74,7 @@ def run(request: Request) -> str:
     lines = [_heading(request, record), _table(record), _guesses(record), _next(request, record)]
     if place is not None:
         content = _image(request, record, place.suffix.lower()[1:])
-        write_outputs([Output(place, lambda path: _write(path, content))])
+        write_outputs([Output(place, lambda path: write_file(path, content))])
         lines.insert(-1, f"figure  {place}")
     return "\n\n".join(line for line in lines if line)
 
@@ -225,17 +222,3 @@ def _image(request: Request, record: Record, kind: str) -> bytes:
     first = (columns.quantity(drive), record.filled[drive])
     second = (columns.quantity(position), record.filled[position])
     return image(drawn(request.data.name, first, second, seconds), kind)
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write an image completely or not at all."""
-    place = Path(os.path.realpath(path))
-    copy = place.with_name(f".{secrets.token_hex(8)}.tmp")
-    try:
-        with copy.open("xb") as file:
-            file.write(content)
-        copy.replace(place)
-    except BaseException:
-        with suppress(OSError):
-            copy.unlink()
-        raise
