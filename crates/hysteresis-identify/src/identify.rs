@@ -107,7 +107,7 @@ fn judge_sign(
 }
 
 /// Hysteresis and a dead time.
-fn search_hysteresis(
+pub(crate) fn search_hysteresis(
     records: &[Record<'_>],
     options: &Options,
     monitor: &mut SearchMonitor<'_>,
@@ -196,7 +196,7 @@ fn range(bounds: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.
-fn model(
+pub(crate) fn model(
     options: &Options,
     space: &Space,
     basis: &WeightBasis,
