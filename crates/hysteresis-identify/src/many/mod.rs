@@ -6,6 +6,7 @@
 //! each (`own.rs`) are searched like single ones. `share.rs` shares the work out among threads; every actuator is fitted by
 //! itself, so their number changes no bit, and neither do the other actuators.
 
+mod boxed;
 mod choose;
 mod descent;
 mod normal;

@@ -6,7 +6,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use crate::fit::factor::triangle_of;
+use super::boxed;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 
@@ -15,9 +15,6 @@ const BLOCK_ROWS: usize = 128;
 
 /// A column whose square varies by less than this share of its size is constant.
 const MIN_VARYING_SHARE: f64 = 1e-14;
-
-/// A column of which, squared, less than this share is left beside those before it depends on them.
-const MIN_INDEPENDENT_SHARE: f64 = 1e-13;
 
 /// X'X of rows that stream in.
 pub(super) struct Gram {
@@ -64,7 +61,7 @@ impl Gram {
         };
         let mut all = Mat::from_fn(columns + 1, columns + 1, centred);
         add_penalty(&mut all, penalty, unknowns);
-        Normal::new(&all, means, self.rows)
+        Normal::new(all, means, self.rows)
     }
 }
 
@@ -83,51 +80,25 @@ fn add_penalty(gram: &mut Mat<f64>, penalty: &Mat<f64>, unknowns: &[f64]) {
     }
 }
 
-/// The upper triangle R with R'R = G for a positive semidefinite G; a column that depends on those before it has zero on the
-/// diagonal.
-fn root(gram: &Mat<f64>) -> Mat<f64> {
-    let n = gram.nrows();
-    let mut r = Mat::<f64>::zeros(n, n);
-    for j in 0..n {
-        for i in 0..j {
-            let above: f64 = (0..i).map(|k| r[(k, i)] * r[(k, j)]).sum();
-            r[(i, j)] = if r[(i, i)] > 0.0 { (gram[(i, j)] - above) / r[(i, i)] } else { 0.0 };
-        }
-        let left = gram[(j, j)] - (0..j).map(|k| r[(k, j)] * r[(k, j)]).sum::<f64>();
-        // The last column is the residual: whatever is left of it is left.
-        let least = if j + 1 < n { MIN_INDEPENDENT_SHARE * gram[(j, j)] } else { 0.0 };
-        r[(j, j)] = if left > least { left.sqrt() } else { 0.0 };
-    }
-    r
-}
-
-/// min |X d - e| over steps d of the unknowns and then of the searched parameters, as a triangle; the output offset is
-/// eliminated.
+/// min |X d - e| over steps d of the unknowns and then of the searched parameters; the output offset is eliminated.
 pub(super) struct Normal {
     columns: usize,
     /// Of the columns, and of the residual.
     means: Vec<f64>,
-    /// R of \[columns | residual\].
-    triangle: Mat<f64>,
+    /// X'X of \[columns | residual\], about their means.
+    gram: Mat<f64>,
     pub(super) rows: usize,
 }
 
 impl Normal {
-    /// From X'X of \[columns | residual\] about their means.
-    pub(super) fn new(gram: &Mat<f64>, means: Vec<f64>, rows: usize) -> Self {
-        Self { columns: means.len() - 1, means, triangle: root(gram), rows }
+    pub(super) fn new(gram: Mat<f64>, means: Vec<f64>, rows: usize) -> Self {
+        Self { columns: means.len() - 1, means, gram, rows }
     }
 
-    /// The triangle of the first `count` columns, with the right-hand side, and what no step of these takes away.
-    pub(super) fn first(&self, count: usize) -> (Mat<f64>, Vec<f64>, f64) {
-        let target = |i: usize| self.triangle[(i, self.columns)];
-        let rest = (count..=self.columns).map(|i| target(i) * target(i)).sum();
-        (self.triangle.get(..count, ..count).to_owned(), (0..count).map(target).collect(), rest)
-    }
-
-    /// How many columns there are.
-    pub(super) fn columns(&self) -> usize {
-        self.columns
+    /// The best step of the first columns, one for each of the bounds, and the sum of squares that it leaves; `free` as for
+    /// [`boxed::solve`].
+    pub(super) fn solve(&self, bounds: &[(f64, f64)], free: &[usize]) -> (Vec<f64>, f64) {
+        boxed::solve(&self.gram, bounds, free)
     }
 
     /// What the output offset grows by with a step.
@@ -138,14 +109,14 @@ impl Normal {
     /// The standard error of the parameter of a column, for errors of deviation 1, with those of `others` estimated too; not a
     /// number if it is not told beside them.
     pub(super) fn error_of(&self, column: usize, others: &[usize]) -> f64 {
-        /// A column whose part beside the others is below this share of its norm tells nothing.
-        const LEAST: f64 = 1e-7;
-        let places: Vec<usize> = others.iter().copied().chain([column]).collect();
-        let size = places.len();
-        let r = triangle_of(Mat::from_fn(self.columns.max(size), size, |i, j| {
-            if i < self.columns { self.triangle[(i, places[j])] } else { 0.0 }
-        }));
-        let (alone, whole) = (r[(size - 1, size - 1)].abs(), self.triangle.col(column).norm_l2());
-        if alone > LEAST * whole { 1.0 / alone } else { f64::NAN }
+        let mut places = others.to_vec();
+        loop {
+            let all: Vec<usize> = places.iter().copied().chain([column]).collect();
+            match boxed::factor(all.len(), |i, j| self.gram[(all[i], all[j])]) {
+                Ok(r) => return 1.0 / r[r.len() - 1],
+                Err(place) if place < places.len() => places.remove(place),
+                Err(_) => return f64::NAN,
+            };
+        }
     }
 }

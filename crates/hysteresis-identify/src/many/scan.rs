@@ -12,13 +12,13 @@ use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 
 /// How many points are tried besides the starts of a single fit.
-const POINTS: usize = 128;
+const POINTS: usize = 250;
 
 /// The most numbers in the table of a scan.
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// For how many points of a scan the weights are computed: those that free weights fit best.
-const WEIGHED: usize = 16;
+const WEIGHED: usize = 24;
 
 /// A column of which less than this share is left beside those before it depends on them.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
@@ -164,7 +164,7 @@ impl Candidate {
         all[(p + axes, p + axes)] = squares;
         let mut means: Vec<f64> = (0..p + axes).map(|j| (0..n).map(|i| mix[(i, j)] * self.means[i]).sum()).collect();
         means.push(0.0);
-        State::about(start.clone(), squares, Normal::new(&all, means, positions.y.len()))
+        State::about(start.clone(), squares, Normal::new(all, means, positions.y.len()))
     }
 }
 

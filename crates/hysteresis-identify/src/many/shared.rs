@@ -21,7 +21,7 @@ use crate::record::Record;
 use crate::turned_sign::turned_positions;
 
 /// The scan looks at about so many samples.
-const SCAN_ROWS: usize = 500;
+const SCAN_ROWS: usize = 300;
 
 /// The steps of several starts use about this many samples per unknown, however long the record.
 const ROWS_PER_UNKNOWN: usize = 40;
@@ -30,7 +30,7 @@ const ROWS_PER_UNKNOWN: usize = 40;
 const MORE_ROWS: [usize; 2] = [20_000, 160_000];
 
 /// How many starts are followed at first, and how many passes over the selected samples their steps may take.
-const ROUNDS: [(usize, usize); 3] = [(5, 2), (2, 4), (1, 8)];
+const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
 
 /// How many passes the steps may take on the first larger selection, and on any later one.
 const LONG: usize = 60;

@@ -330,7 +330,7 @@ result_methods!(ManyIdentifications {
 
     /// What the weights may be: as given, or as cross-validation chose for all actuators.
     #[getter]
-    fn weight_law(&self) -> &str {
+    fn weights_law(&self) -> &str {
         &self.law
     }
 
