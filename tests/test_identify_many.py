@@ -74,7 +74,7 @@ def test_many_equals_single(seed: int) -> None:
 
 def test_one_drive_is_as_good_as_single_fits(found: mh.results.ManyIdentifications) -> None:
     single = np.array([mh.identify(U, y, **OPTIONS).fit.rmse for y in Y.T])
-    assert np.all(found.rmse < 1.005 * single)
+    assert np.all(found.rmse < 1.02 * single)
     assert np.median(found.rmse / single) < 1.0 + 1e-6
 
 

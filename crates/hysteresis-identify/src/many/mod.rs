@@ -26,6 +26,8 @@ pub use result::{ActuatorFit, BriefFinding, ManyIdentifications};
 use share::Shared;
 
 use crate::error::Error;
+use crate::fit::choice::levels;
+use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::options::Options;
 
@@ -77,6 +79,7 @@ pub fn identify_many(
 ) -> Result<ManyIdentifications, Error> {
     let mut shared = Shared::new(threads, progress);
     let options = settled(records, options, &mut shared)?;
+    check_length(records, &options)?;
     let is_shared = records.is_shared() && WeightBasis::new(&options).columns() <= shared::MOST_WEIGHTS;
     let actuators = if is_shared {
         shared::fit_all(records, &options, &mut shared)?
@@ -84,6 +87,13 @@ pub fn identify_many(
         own::fit_all(records, &options, &mut shared)?
     };
     Ok(ManyIdentifications { actuators, options })
+}
+
+/// What is wrong with the length of all records is said once.
+fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Error> {
+    let Some(record) = (0..records.actuators()).find_map(|m| records.record(m).ok()) else { return Ok(()) };
+    let (record, basis) = (std::slice::from_ref(&record), WeightBasis::new(options));
+    levels(record, &Space::new(record, options)?, &basis, 0.0, false).map(drop)
 }
 
 /// The options with everything chosen that is left to cross-validation, once for all actuators.

@@ -9,7 +9,6 @@ use super::scan::{Candidate, Drive, Factored, Positions, dead_times, points};
 use super::settle::Settled;
 use super::share::Shared;
 use crate::error::Error;
-use crate::fit::choice::levels;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::Projection;
@@ -59,8 +58,6 @@ impl<'a> SharedDrive<'a> {
     pub(super) fn new(record: &Record<'a>, options: &'a Options, smoothness: f64) -> Result<Self, Error> {
         let records = slice::from_ref(record);
         let (space, basis) = (Space::new(records, options)?, WeightBasis::new(options));
-        // Whether there are enough samples.
-        levels(records, &space, &basis, smoothness, false)?;
         let samples = record.fitted_samples();
         let unknowns = basis.freedom() + 1 + space.axes().len();
         let course = |rows: usize| Course::new(record, (samples / rows).max(1), 0);

@@ -211,17 +211,22 @@ impl Signals {
 pub(super) struct Watch {
     progress: Option<Py<PyAny>>,
     actuators: usize,
+    /// The number that was told last.
+    told: Option<usize>,
     stopped_by: Option<PyErr>,
 }
 
 impl Watch {
     fn new(progress: Option<Py<PyAny>>, actuators: usize) -> Self {
-        Self { progress, actuators, stopped_by: None }
+        Self { progress, actuators, told: None, stopped_by: None }
     }
 
     #[expect(clippy::cast_precision_loss, reason = "a share")]
-    pub(super) fn tell(&self, py: Python<'_>, done: usize) -> PyResult<()> {
+    pub(super) fn tell(&mut self, py: Python<'_>, done: usize) -> PyResult<()> {
         py.check_signals()?;
+        if self.told.replace(done) == Some(done) {
+            return Ok(());
+        }
         let share = done as f64 / self.actuators as f64;
         self.progress.as_ref().map_or(Ok(()), |progress| progress.call1(py, (share, done)).map(drop))
     }
