@@ -37,7 +37,8 @@ def position(u: Array, seed: int) -> Array:
     )
     clean = model.forward().run(u)
     late = np.interp(np.arange(u.size) - random.uniform(0.0, 3.0), np.arange(u.size), clean)
-    return late + random.normal(0.0, 0.1 * gain, u.size)
+    measured: Array = late + random.normal(0.0, 0.1 * gain, u.size)
+    return measured
 
 
 def positions(u: Array, actuators: int, seed: int = 1) -> Array:
@@ -168,7 +169,7 @@ def test_groups_come_back_in_order() -> None:
 
 def test_a_task_that_fails_stops_the_others() -> None:
     class Broken(Inline):
-        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        def submit(self, *_: Any, **__: Any) -> Future[Any]:
             future: Future[Any] = Future()
             self.futures.append(future)
             if len(self.futures) == 1:
@@ -205,7 +206,7 @@ def test_a_bad_column_takes_nothing_from_the_others(
         2: "actuator 2: y[7]: expected a finite number (at most 1e100 in magnitude), got inf",
     }
     assert many.verdicts[1:4] == ["red"] * 3
-    assert [code for code, _, _ in many.findings[3]][0] == "wrong_sign"
+    assert next(code for code, _, _ in many.findings[3]) == "wrong_sign"
     assert np.isnan(many.rmse[1]) and np.isnan(many.weights[2]).all()
     assert repr(many).endswith("3 red, 2 of them not fitted>")
     assert pickle.loads(pickle.dumps(many)) == many
@@ -241,7 +242,11 @@ def test_actuators_are_counted_like_those_of_a_list(
 @pytest.mark.parametrize(
     ("changed", "kind", "message"),
     [
-        ({"Y": Y[1:]}, ValueError, "Y: expected an array of shape (500, actuators), got shape (499, 6)"),
+        (
+            {"Y": Y[1:]},
+            ValueError,
+            "Y: expected an array of shape (500, actuators), got shape (499, 6)",
+        ),
         ({"Y": Y[:, :0]}, ValueError, "Y: expected at least one actuator, got none"),
         ({"Y": U}, ValueError, "Y: expected an array of shape (samples, actuators)"),
         ({"u": Y[:, :2]}, ValueError, "Y: expected an array of shape (500, 2), got shape (500, 6)"),
@@ -273,13 +278,11 @@ def test_errors_name_the_argument(
 def test_progress_is_told_and_may_stop(drives: str, threads: int) -> None:
     u = U if drives == "shared" else np.repeat(U[:, None], 6, axis=1)
     told: list[tuple[float, int]] = []
-    mh.identify_many(
-        u, Y, threads=threads, progress=lambda *now: told.append(now), **OPTIONS
-    )
+    mh.identify_many(u, Y, threads=threads, progress=lambda *now: told.append(now), **OPTIONS)
     assert told == sorted(told) and all(share == done / 6 for share, done in told)
     assert threads > 1 or told[-1] == (1.0, 6)
 
-    def stop(share: float, done: int) -> None:
+    def stop(*_: float) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

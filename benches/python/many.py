@@ -9,10 +9,12 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timezone
+from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
@@ -51,7 +53,13 @@ def position(u: Array, operators: int, random: np.random.Generator) -> Array:
     )
     clean, sample = model.forward().run(u), np.arange(u.size)
     late = np.interp(sample - random.uniform(0.0, 3.0), sample, clean)
-    return late + 1e-3 * np.ptp(clean) * random.normal(size=u.size)
+    measured: Array = late + 1e-3 * np.ptp(clean) * random.normal(size=u.size)
+    return measured
+
+
+def tell(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -63,10 +71,9 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 def processor() -> str:
     """The name of the processor where the system tells it."""
     try:
-        with open("/proc/cpuinfo", encoding="utf-8") as info:
-            names = [line.split(":")[1].strip() for line in info if line.startswith("model name")]
-        return names[0]
-    except (OSError, IndexError):
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
         return platform.processor() or platform.machine()
 
 
@@ -94,13 +101,11 @@ def main() -> None:
     asked = parser.parse_args()
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     now = datetime.now(timezone.utc).date()
-    print(f"{processor()}, {os.cpu_count()} processors, load {load:.1f}, {now}")
+    tell(f"{processor()}, {os.cpu_count()} processors, load {load:.1f}, {now}")
     random = np.random.default_rng(asked.seed)
     options = {"dt": 1.0 / RATE, "operators": asked.operators, "weights": asked.weights}
     u, singly = drive(asked.samples), min(asked.singles, asked.actuators)
-    Y = np.column_stack(
-        [position(u, asked.operators, random) for _ in range(asked.actuators)]
-    )
+    Y = np.column_stack([position(u, asked.operators, random) for _ in range(asked.actuators)])
     shape = f"{asked.samples} samples, {asked.operators} operators, {asked.threads} threads"
 
     def single(pair: tuple[Array, Array]) -> mh.results.Identification:
@@ -112,23 +117,24 @@ def main() -> None:
 
     spent, found = timed(lambda: mh.identify_many(u, Y, threads=asked.threads, **options))
     each = 1e3 * spent / asked.actuators
-    print(f"one drive: {asked.actuators} actuators, {shape}: {spent:.1f} s, {each:.1f} ms each")
-    print(f"  {found}")
+    tell(f"one drive: {asked.actuators} actuators, {shape}: {spent:.1f} s, {each:.1f} ms each")
+    tell(f"  {found}")
     alone, fits = timed(lambda: in_parallel([(u, y.copy()) for y in Y.T[:singly]]))
-    print(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
-    print(f"  sum of squares beside the single fit: {compared(found, fits)}")
+    tell(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
+    tell(f"  sum of squares beside the single fit: {compared(found, fits)}")
 
     drives = np.column_stack(
         [drive(asked.samples, random.uniform(0.8, 1.0)) for _ in range(singly)]
     )
     own = np.column_stack([position(one.copy(), asked.operators, random) for one in drives.T])
     spent, found = timed(lambda: mh.identify_many(drives, own, threads=asked.threads, **options))
-    print(f"own drives: {singly} actuators, {shape}: {spent:.1f} s, {1e3 * spent / singly:.1f} ms each")
+    each = 1e3 * spent / singly
+    tell(f"own drives: {singly} actuators, {shape}: {spent:.1f} s, {each:.1f} ms each")
     pairs = [(one.copy(), y.copy()) for one, y in zip(drives.T, own.T, strict=True)]
     alone, fits = timed(lambda: in_parallel(pairs))
-    print(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
+    tell(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
     same = all(fit.model == found[m] for m, fit in enumerate(fits))
-    print(f"  the models are {'the same' if same else 'others'}")
+    tell(f"  the models are {'the same' if same else 'others'}")
 
 
 if __name__ == "__main__":

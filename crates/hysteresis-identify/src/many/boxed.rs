@@ -34,7 +34,7 @@ pub(super) fn factor(size: usize, entry: impl Fn(usize, usize) -> f64) -> Result
         // Column j of R lies in row j of this array.
         let (before, column) = r.split_at_mut(j * size);
         for i in 0..j {
-            let other = &before[i * size..i * size + i + 1];
+            let other = &before[i * size..=i * size + i];
             let above: f64 = other[..i].iter().zip(&column[..i]).map(|(p, q)| p * q).sum();
             column[i] = (entry(i, j) - above) / other[i];
         }
