@@ -81,9 +81,12 @@ def compared(found: mh.results.ManyIdentifications, singles: list[Any]) -> str:
     """The squared errors beside those of single fits."""
     single = np.array([one.fit.rmse for one in singles])
     excess = (found.rmse[: single.size] / single) ** 2 - 1.0
-    shares = ", ".join(f"{np.mean(excess <= limit):.1%} within {limit:g}" for limit in LIMITS)
-    better = np.mean(excess < -LIMITS[0])
-    return f"{shares}; {better:.1%} better by more than {LIMITS[0]:g}; worst {excess.max():.2g}"
+    both = (
+        f"by more than {limit:g} {np.mean(excess > limit):.1%} worse, "
+        f"{np.mean(excess < -limit):.1%} better"
+        for limit in LIMITS
+    )
+    return f"{'; '.join(both)}; worst {excess.max():.2g}, best {excess.min():.2g}"
 
 
 LIMITS = (1e-6, 1e-4, 1e-3, 1e-2)

@@ -31,6 +31,7 @@ impl Gram {
         Self { block, columns, sums: Mat::zeros(columns, columns), rows: 0 }
     }
 
+    /// Appends a row.
     pub(super) fn push(&mut self, row: &[f64]) {
         self.block.extend_from_slice(row);
         if self.block.len() == BLOCK_ROWS * self.columns {

@@ -35,6 +35,9 @@ const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
 const LONG: usize = 60;
 const SHORT: usize = 15;
 
+/// On n samples an estimate is known to a share of 1/n of the sum of squares: so much of that is worth a pass, which is cheap here.
+const WORTH: f64 = 5e-4;
+
 /// With how many points the dead time is looked for.
 const DEAD_TIME_POINTS: usize = 5;
 
@@ -103,7 +106,7 @@ impl<'a> SharedDrive<'a> {
         let mut best = states.swap_remove(0);
         for (place, course) in self.courses.iter().enumerate().skip(1) {
             let more = problem.on(course);
-            let gain = (1e-2 / as_f64(course.len())).max(1e-9);
+            let gain = (WORTH / as_f64(course.len())).max(1e-9);
             best = more.improve(more.pass(best.best), Patience { gain, passes: if place == 1 { LONG } else { SHORT } });
         }
         best
