@@ -62,10 +62,12 @@ def tell(line: str) -> None:
     sys.stdout.flush()
 
 
-def timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    start = time.perf_counter()
+def timed(work: Callable[[], Any]) -> tuple[str, Any]:
+    """What came of it, and how long it took: by the clock, and of all processors together."""
+    start, worked = time.perf_counter(), time.process_time()
     result = work()
-    return time.perf_counter() - start, result
+    spent, worked = time.perf_counter() - start, time.process_time() - worked
+    return f"{spent:.1f} s, {worked:.1f} s of processors", result
 
 
 def processor() -> str:
@@ -119,11 +121,10 @@ def main() -> None:
             return list(pool.map(single, pairs))
 
     spent, found = timed(lambda: mh.identify_many(u, Y, threads=asked.threads, **options))
-    each = 1e3 * spent / asked.actuators
-    tell(f"one drive: {asked.actuators} actuators, {shape}: {spent:.1f} s, {each:.1f} ms each")
+    tell(f"one drive: {asked.actuators} actuators, {shape}: {spent}")
     tell(f"  {found}")
     alone, fits = timed(lambda: in_parallel([(u, y.copy()) for y in Y.T[:singly]]))
-    tell(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
+    tell(f"  {singly} single fits in parallel: {alone}")
     tell(f"  sum of squares beside the single fit: {compared(found, fits)}")
 
     drives = np.column_stack(
@@ -131,11 +132,10 @@ def main() -> None:
     )
     own = np.column_stack([position(one.copy(), asked.operators, random) for one in drives.T])
     spent, found = timed(lambda: mh.identify_many(drives, own, threads=asked.threads, **options))
-    each = 1e3 * spent / singly
-    tell(f"own drives: {singly} actuators, {shape}: {spent:.1f} s, {each:.1f} ms each")
+    tell(f"own drives: {singly} actuators, {shape}: {spent}")
     pairs = [(one.copy(), y.copy()) for one, y in zip(drives.T, own.T, strict=True)]
     alone, fits = timed(lambda: in_parallel(pairs))
-    tell(f"  {singly} single fits in parallel: {alone:.1f} s, {1e3 * alone / singly:.1f} ms each")
+    tell(f"  {singly} single fits in parallel: {alone}")
     same = all(fit.model == found[m] for m, fit in enumerate(fits))
     tell(f"  the models are {'the same' if same else 'others'}")
 

@@ -1,7 +1,7 @@
 //! Gauss-Newton steps from a start, on normal equations about the residual.
 
 use super::normal::{Gram, Normal};
-use super::signal::Signal;
+use super::signal::Visits;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{ProjectedFit, Projection};
@@ -97,13 +97,14 @@ impl<'a> Problem<'a> {
     /// The problem about a start; the derivatives are those at its weights.
     fn normal(&self, about: &Start) -> Option<Normal> {
         let weights = self.basis.weights(&about.unknowns);
-        let signal = |point: &Point| Signal::new(point, &weights, self.space, self.basis, self.record.input()).ok();
         let dt = self.space.intervals().of_record(0);
-        let mut here = signal(&about.point)?;
+        let visits = Visits::new(self.record.input(), self.course, about.point.get(Parameter::DeadTime) / dt);
+        let outputs = |point: &Point| visits.outputs(point, &weights, self.space, self.basis).ok();
+        let here = outputs(&about.point)?;
         let mut there = Vec::new();
         for (parameter, point, distance) in self.space.neighbours(&about.point) {
             let is_delay = parameter == Parameter::DeadTime;
-            there.push((if is_delay { None } else { Some(signal(&point)?) }, if is_delay { dt } else { distance }));
+            there.push((if is_delay { None } else { Some(outputs(&point)?) }, if is_delay { dt } else { distance }));
         }
         let tangent = self.space.tangent(&about.point, self.basis.columns(), None);
         let mut rows = tangent.rows(self.record.input(), dt);
@@ -114,16 +115,9 @@ impl<'a> Problem<'a> {
         for number in 0..self.course.len() {
             let k = self.course.sample(number);
             rows.write(k, self.course.turns(), &mut row[1..columns]);
-            here.go_to(k, self.course.turns());
-            let output = here.output();
-            for (slope, (there, distance)) in row[columns..last].iter_mut().zip(&mut there) {
-                let change = match there {
-                    Some(there) => {
-                        there.go_to(k, self.course.turns());
-                        there.output() - output
-                    }
-                    None => here.slope_over_delay(),
-                };
+            let (output, by_delay) = visits.at(number, &here);
+            for (slope, (there, distance)) in row[columns..last].iter_mut().zip(&there) {
+                let change = there.as_ref().map_or(by_delay, |there| visits.at(number, there).0 - output);
                 *slope = change / *distance;
             }
             row[last] = self.record.output()[k] - about.output_offset - output;
