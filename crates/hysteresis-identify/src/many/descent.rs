@@ -1,7 +1,8 @@
 //! Gauss-Newton steps from a start, on normal equations about the residual.
 
+use super::columns::{Bank, Rows};
 use super::normal::{Gram, Normal};
-use super::signal::Visits;
+use super::visits::Visits;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{ProjectedFit, Projection};
@@ -106,23 +107,15 @@ impl<'a> Problem<'a> {
             let is_delay = parameter == Parameter::DeadTime;
             there.push((if is_delay { None } else { Some(outputs(&point)?) }, if is_delay { dt } else { distance }));
         }
-        let tangent = self.space.tangent(&about.point, self.basis.columns(), None);
-        let mut rows = tangent.rows(self.record.input(), dt);
-        let (columns, last) = (1 + tangent.columns, 1 + tangent.columns + there.len());
-        let mut gram = Gram::new(last + 1);
-        let mut row = vec![0.0; last + 1];
-        row[0] = 1.0;
-        for number in 0..self.course.len() {
-            let k = self.course.sample(number);
-            rows.write(k, self.course.turns(), &mut row[1..columns]);
-            let (output, by_delay) = visits.at(number, &here);
-            for (slope, (there, distance)) in row[columns..last].iter_mut().zip(&there) {
-                let change = there.as_ref().map_or(by_delay, |there| visits.at(number, there).0 - output);
-                *slope = change / *distance;
-            }
-            row[last] = self.record.output()[k] - about.output_offset - output;
-            gram.push(&row);
-        }
+        let (thresholds, ratios) = (self.space.thresholds(&about.point), self.space.ratios(&about.point));
+        let bank = Bank::new(&thresholds, ratios, about.point.get(Parameter::InputOffset));
+        let z = bank.outputs(visits.inputs());
+        let measured: Vec<f64> = (0..self.course.len())
+            .map(|row| self.record.output()[self.course.sample(row)] - about.output_offset)
+            .collect();
+        let rows = Rows { visits: &visits, z: &z, here: &here, there: &there, measured: &measured };
+        let columns = 1 + self.basis.columns() + there.len() + 1;
+        let gram = Gram::of(self.course.len(), columns, |first, block| rows.write(first, columns, block));
         Some(gram.finish(self.basis, &self.projection.penalty(&about.point, self.smoothness), &about.unknowns))
     }
 

@@ -8,6 +8,7 @@
 
 mod boxed;
 mod choose;
+mod columns;
 mod descent;
 mod normal;
 mod own;
@@ -17,7 +18,7 @@ mod scan;
 mod settle;
 mod share;
 mod shared;
-mod signal;
+mod visits;
 
 use std::ops::ControlFlow;
 

@@ -16,41 +16,30 @@ const BLOCK_ROWS: usize = 128;
 /// A column whose square varies by less than this share of its size is constant.
 const MIN_VARYING_SHARE: f64 = 1e-14;
 
-/// X'X of rows that stream in.
+/// X'X.
 pub(super) struct Gram {
-    /// Fresh rows, one after the other.
-    block: Vec<f64>,
-    columns: usize,
     sums: Mat<f64>,
     rows: usize,
 }
 
 impl Gram {
-    pub(super) fn new(columns: usize) -> Self {
-        let block = Vec::with_capacity(BLOCK_ROWS * columns);
-        Self { block, columns, sums: Mat::zeros(columns, columns), rows: 0 }
-    }
-
-    /// Appends a row.
-    pub(super) fn push(&mut self, row: &[f64]) {
-        self.block.extend_from_slice(row);
-        if self.block.len() == BLOCK_ROWS * self.columns {
-            self.fold();
+    /// Of so many rows; `write` fills a block of them, one row after the other, from a row on.
+    pub(super) fn of(rows: usize, columns: usize, mut write: impl FnMut(usize, &mut [f64])) -> Self {
+        let mut sums = Mat::zeros(columns, columns);
+        let mut block = vec![0.0; BLOCK_ROWS * columns];
+        for first in (0..rows).step_by(BLOCK_ROWS) {
+            let count = BLOCK_ROWS.min(rows - first);
+            let block = &mut block[..count * columns];
+            write(first, block);
+            let block = MatRef::from_row_major_slice(block, count, columns);
+            // One after the other: the same bits on every run.
+            matmul(&mut sums, Accum::Add, block.transpose(), block, 1.0, Par::Seq);
         }
-    }
-
-    fn fold(&mut self) {
-        let rows = self.block.len() / self.columns;
-        let block = MatRef::from_row_major_slice(&self.block, rows, self.columns);
-        // One after the other: the same bits on every run.
-        matmul(&mut self.sums, Accum::Add, block.transpose(), block, 1.0, Par::Seq);
-        self.rows += rows;
-        self.block.clear();
+        Self { sums, rows }
     }
 
     /// The problem of rows \[1 | columns of the weights | derivatives | residual\].
-    pub(super) fn finish(mut self, basis: &WeightBasis, penalty: &Mat<f64>, unknowns: &[f64]) -> Normal {
-        self.fold();
+    pub(super) fn finish(self, basis: &WeightBasis, penalty: &Mat<f64>, unknowns: &[f64]) -> Normal {
         let half = basis.in_unknowns(self.sums.as_ref(), 1);
         let gram = basis.in_unknowns(half.transpose(), 1);
         let rows = as_f64(self.rows);

@@ -1,6 +1,7 @@
 //! Where to start: the factorisations that actuators of one drive share.
 
 use faer::{Mat, MatRef};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{FIRST_RADIUS, Problem, Start, State};
 use super::normal::Normal;
@@ -231,12 +232,29 @@ fn orthonormal(columns: &[Vec<f64>], means: &[f64]) -> Vec<f64> {
     q
 }
 
-/// In eight strands that do not wait for each other.
+/// In strands that do not wait for each other, as many on every processor.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [0.0; 8];
+    Arch::new().dispatch(Dot(a, b))
+}
+
+/// The work of [`dot`]. (A closure would not be compiled for the instructions that are there.)
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        strands(self.0, self.1)
+    }
+}
+
+#[inline(always)]
+fn strands(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
+    let mut sums = [0.0; 16];
     for (a, b) in a.iter().zip(b) {
-        for i in 0..8 {
+        for i in 0..16 {
             sums[i] += a[i] * b[i];
         }
     }

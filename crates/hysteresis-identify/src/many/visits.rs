@@ -64,10 +64,18 @@ impl<'a> Visits<'a> {
         Ok(outputs)
     }
 
-    /// The value of a row, behind the dead time, and its derivative by the delay in samples.
-    pub(super) fn at(&self, row: usize, outputs: &[f64]) -> (f64, f64) {
-        let place = self.places[row];
-        let (now, before) = (outputs[place], outputs[place.saturating_sub(1)]);
-        (now + self.fraction * (before - now), before - now)
+    /// What the operators are to see, from rest.
+    pub(super) fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
+    /// Of a row the places of its newest sample and of the one before.
+    pub(super) fn places(&self, row: usize) -> (usize, usize) {
+        (self.places[row], self.places[row].saturating_sub(1))
+    }
+
+    /// The share of the one before.
+    pub(super) fn fraction(&self) -> f64 {
+        self.fraction
     }
 }

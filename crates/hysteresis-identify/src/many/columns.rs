@@ -1,0 +1,204 @@
+//! The outputs of all operators of one point, with the widest instructions that the processor has.
+//!
+//! Sums and products are those of the plain loop, element by element, so the processor changes no bit.
+
+use hysteresis_core::Ratios;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::visits::Visits;
+
+/// The thresholds of all operators.
+pub(super) struct Bank {
+    r: Vec<f64>,
+    ra: Vec<f64>,
+    rb: Vec<f64>,
+    rc: Vec<f64>,
+    input_offset: f64,
+}
+
+/// z of every operator, visit by visit.
+pub(super) struct Outputs {
+    operators: usize,
+    z: Vec<f64>,
+}
+
+impl Bank {
+    pub(super) fn new(r: &[f64], ratios: Ratios, input_offset: f64) -> Self {
+        let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
+        Self { r: r.to_vec(), ra: scaled(ratios.ra), rb: scaled(ratios.rb), rc: scaled(ratios.rc), input_offset }
+    }
+
+    /// What the operators put out for inputs that begin at rest: `CoupledPlay` of the core, as a loop over arrays.
+    pub(super) fn outputs(&self, inputs: &[f64]) -> Outputs {
+        let mut z = vec![0.0; inputs.len() * self.r.len()];
+        Arch::new().dispatch(Fill { bank: self, inputs, z: &mut z });
+        Outputs { operators: self.r.len(), z }
+    }
+
+    #[inline(always)]
+    fn fill(&self, inputs: &[f64], z: &mut [f64]) {
+        let n = self.r.len();
+        let rest = vec![0.0; n];
+        let mut last = &rest[..];
+        for (u, z) in inputs.iter().zip(z.chunks_exact_mut(n)) {
+            self.next(u - self.input_offset, last, z);
+            last = z;
+        }
+    }
+
+    #[inline(always)]
+    fn next(&self, x: f64, last: &[f64], z: &mut [f64]) {
+        let n = z.len();
+        let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
+        for i in 0..n {
+            let lo = max(x - r[i], min(x - rc[i], 0.0));
+            let hi = min(x + ra[i], max(x + rb[i], 0.0));
+            z[i] = max(lo, min(hi, last[i]));
+        }
+    }
+}
+
+/// The work of [`Bank::outputs`]. (A closure would not be compiled for the instructions that are there.)
+struct Fill<'a> {
+    bank: &'a Bank,
+    inputs: &'a [f64],
+    z: &'a mut [f64],
+}
+
+impl WithSimd for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.bank.fill(self.inputs, self.z);
+    }
+}
+
+impl Outputs {
+    /// Writes the columns of a row behind the dead time: one for each operator, or, in a row twice as long, one for its output
+    /// above zero and one for that below.
+    #[inline(always)]
+    pub(super) fn write(&self, (place, before): (usize, usize), fraction: f64, row: &mut [f64]) {
+        let n = self.operators;
+        let (now, before) = (&self.z[place * n..(place + 1) * n], &self.z[before * n..(before + 1) * n]);
+        let (above, below) = row.split_at_mut(n);
+        if below.is_empty() {
+            for i in 0..n {
+                above[i] = now[i] + fraction * (before[i] - now[i]);
+            }
+            return;
+        }
+        let below = &mut below[..n];
+        for i in 0..n {
+            let (high, low) = (max(now[i], 0.0), min(now[i], 0.0));
+            above[i] = high + fraction * (max(before[i], 0.0) - high);
+            below[i] = low + fraction * (min(before[i], 0.0) - low);
+        }
+    }
+}
+
+/// Fills rows \[1 | columns of the weights | derivatives | residual\] one after the other.
+pub(super) struct Rows<'a> {
+    pub(super) visits: &'a Visits<'a>,
+    pub(super) z: &'a Outputs,
+    /// The output of the model at the point.
+    pub(super) here: &'a [f64],
+    /// For each axis the outputs at a neighbour, or none for the dead time; and over what the change is divided.
+    pub(super) there: &'a [(Option<Vec<f64>>, f64)],
+    /// The measured positions, row by row, without the output offset.
+    pub(super) measured: &'a [f64],
+}
+
+impl Rows<'_> {
+    /// The rows from number `first` on, as many as find room.
+    pub(super) fn write(&self, first: usize, columns: usize, block: &mut [f64]) {
+        Arch::new().dispatch(Write { rows: self, first, columns, block });
+    }
+
+    #[inline(always)]
+    fn fill(&self, first: usize, columns: usize, block: &mut [f64]) {
+        let fraction = self.visits.fraction();
+        let slopes = columns - 1 - self.there.len();
+        for (number, row) in (first..).zip(block.chunks_exact_mut(columns)) {
+            let (place, before) = self.visits.places(number);
+            row[0] = 1.0;
+            self.z.write((place, before), fraction, &mut row[1..slopes]);
+            let (now, then) = (self.here[place], self.here[before]);
+            let output = now + fraction * (then - now);
+            for (slope, (there, distance)) in row[slopes..columns - 1].iter_mut().zip(self.there) {
+                let change = match there {
+                    Some(there) => there[place] + fraction * (there[before] - there[place]) - output,
+                    None => then - now,
+                };
+                *slope = change / distance;
+            }
+            row[columns - 1] = self.measured[number] - output;
+        }
+    }
+}
+
+/// The work of [`Rows::write`].
+struct Write<'a> {
+    rows: &'a Rows<'a>,
+    first: usize,
+    columns: usize,
+    block: &'a mut [f64],
+}
+
+impl WithSimd for Write<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.rows.fill(self.first, self.columns, self.block);
+    }
+}
+
+/// `f64::max` without its care for NaN, of which a record has none.
+#[inline(always)]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `f64::min` likewise.
+#[inline(always)]
+fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::fit::course::Course;
+    use crate::fit::regressor::{OperatorBank, Regressor};
+    use crate::record::Record;
+
+    proptest! {
+        /// The rows of a regressor, bit for bit, on all samples and on a thinned course, whole and split.
+        #[test]
+        fn rows_are_those_of_a_regressor(
+            input in prop::collection::vec(-10.0..10.0_f64, 40..80),
+            r in prop::collection::vec(0.0..8.0_f64, 1..20),
+            delay in 0.0..5.0_f64,
+            stride in 1_usize..5,
+            families in 1_usize..3,
+        ) {
+            let ratios = Ratios::PAPER;
+            let record = Record::new(&input, &input, 3).unwrap();
+            let course = Course::new(&record, stride, 0);
+            let visits = Visits::new(&input, &course, delay);
+            let outputs = Bank::new(&r, ratios, 0.5).outputs(visits.inputs());
+            let bank = OperatorBank::from_ratios(&r, ratios);
+            let mut regressor = Regressor::new(&bank, &input, 0.5, delay);
+            let mut rows = [vec![0.0; families * r.len()], vec![0.0; families * r.len()]];
+            for number in 0..course.len() {
+                regressor.go_to(course.sample(number), course.turns());
+                regressor.row(&mut rows[0]);
+                outputs.write(visits.places(number), visits.fraction(), &mut rows[1]);
+                prop_assert_eq!(&rows[0], &rows[1], "row {}", number);
+            }
+        }
+    }
+}
