@@ -60,13 +60,13 @@ impl Parts {
             Model::Conventional(model) => Self {
                 weights: model.weights().to_vec(),
                 weights_negative: model.weights().to_vec(),
-                thresholds: model.operators().iter().map(|play| play.r()).collect(),
+                thresholds: model.operators().iter().map(core::Play::r).collect(),
                 offsets: model.offsets(),
             },
             Model::Modified(model) => Self {
                 weights: model.weights().to_vec(),
                 weights_negative: model.weights_negative().to_vec(),
-                thresholds: model.operators().iter().map(|play| play.r()).collect(),
+                thresholds: model.operators().iter().map(core::CoupledPlay::r).collect(),
                 offsets: model.offsets(),
             },
         }

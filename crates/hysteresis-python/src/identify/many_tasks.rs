@@ -2,7 +2,7 @@
 
 use hysteresis_identify::{ModelKind, Options, Setting, Thresholds};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PySlice, PyString};
+use pyo3::types::{PyDict, PySlice};
 
 use super::many::Watch;
 use super::many_result::ManyIdentifications;
@@ -40,8 +40,8 @@ impl<'py> Tasks<'_, 'py> {
         let mut futures = Vec::new();
         let outcome = (|| {
             for first in (0..actuators).step_by(GROUP) {
-                let columns = self.columns(&y, first, actuators)?;
-                let drive = if own_drives { self.columns(&u, first, actuators)? } else { u.clone() };
+                let columns = group(&y, first, actuators)?;
+                let drive = if own_drives { group(&u, first, actuators)? } else { u.clone() };
                 futures.push(self.submit((&function, drive, columns), &keywords)?);
             }
             gather(&futures, watch)
@@ -53,13 +53,6 @@ impl<'py> Tasks<'_, 'py> {
             }
         }
         outcome
-    }
-
-    fn columns(&self, values: &Bound<'py, PyAny>, first: usize, actuators: usize) -> PyResult<Bound<'py, PyAny>> {
-        let py = values.py();
-        let bound = |index: usize| isize::try_from(index).map_err(|_| wrong_type("Y", "expected fewer actuators"));
-        let columns = PySlice::new(py, bound(first)?, bound((first + GROUP).min(actuators))?, 1);
-        values.get_item((PySlice::full(py), columns))
     }
 
     fn submit(
@@ -87,10 +80,11 @@ impl<'py> Tasks<'_, 'py> {
                 ModelKind::Conventional => "conventional",
             },
         )?;
-        if !matches!(self.options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
-            keywords.set_item("operators", self.options.operators())?;
+        if matches!(self.options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
+            // Nothing could be fitted, so nothing was chosen.
+            keywords.set_item("operators", "auto")?;
         } else {
-            keywords.set_item("operators", PyString::new(py, "auto"))?;
+            keywords.set_item("operators", self.options.operators())?;
         }
         keywords.set_item("weights", law_name(self.options.weights))?;
         match self.options.smoothness {
@@ -101,6 +95,14 @@ impl<'py> Tasks<'_, 'py> {
         keywords.set_item("threads", self.threads)?;
         Ok(keywords)
     }
+}
+
+/// The columns of the actuators from number `first` on.
+fn group<'py>(values: &Bound<'py, PyAny>, first: usize, actuators: usize) -> PyResult<Bound<'py, PyAny>> {
+    let py = values.py();
+    let bound = |index: usize| isize::try_from(index).map_err(|_| wrong_type("Y", "expected fewer actuators"));
+    let columns = PySlice::new(py, bound(first)?, bound((first + GROUP).min(actuators))?, 1);
+    values.get_item((PySlice::full(py), columns))
 }
 
 /// The results in the order of the actuators.
