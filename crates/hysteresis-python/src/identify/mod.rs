@@ -9,6 +9,7 @@ pub(crate) mod identify;
 mod intervals;
 pub(crate) mod left_out;
 pub(crate) mod many;
+mod many_made;
 pub(crate) mod many_result;
 mod many_tasks;
 mod options;
