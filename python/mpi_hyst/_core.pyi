@@ -2982,7 +2982,7 @@ def identify_many(
     >>> import numpy as np
     >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
     >>> gains = [1.0, 1.25, 0.75]
-    >>> Y = np.column_stack([gain * mh.paper.table_1().forward().run(u) for gain in gains])
+    >>> Y = np.column_stack([gain * mh.paper.table_1_recovered().forward().run(u) for gain in gains])
     >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
     >>> found
     <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
