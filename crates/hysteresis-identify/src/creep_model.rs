@@ -36,8 +36,10 @@ pub(crate) const MAX_AMPLITUDES: usize = 12;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CreepModel {
     /// No creep.
-    #[default]
     None,
+    /// Log-type creep, if cross-validation over stretches of the records asks for it; none without a sampling interval.
+    #[default]
+    Auto,
     /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
     /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
     /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
@@ -78,7 +80,7 @@ impl CreepModel {
             CreepBasis { directions: (0..terms).map(unit).collect(), time_constants }
         };
         match self {
-            Self::None => Ok(CreepBasis::default()),
+            Self::None | Self::Auto => Ok(CreepBasis::default()),
             Self::Logarithmic { terms } => {
                 let (start, end) = (SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
                 if start.is_nan() || end < 2.0 * start {

@@ -15,8 +15,8 @@ use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::intervals::Intervals;
 use crate::fit::linear_part::LinearPart;
-use crate::fit::regressor::OperatorBank;
-use crate::fit::tangent::OperatorsAt;
+use crate::fit::regressor::{OperatorBank, OperatorsAt};
+
 use crate::numeric::as_f64;
 use crate::options::{Options, Setting};
 use crate::record::Record;
@@ -55,7 +55,7 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     };
     Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let operators = OperatorsAt { bank, input_offset: offsets.input };
+    let operators = OperatorsAt { bank, input_offset: offsets.input, shift: None };
     let linear = LinearPart::delay(dead_time);
     let found = findings(records, &Chain { operators, weights, linear, dt: first.dt().unwrap_or(1.0) });
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);

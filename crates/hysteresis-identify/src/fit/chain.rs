@@ -1,10 +1,10 @@
 //! A fitted chain, and what it predicts.
 
 use super::linear_part::LinearPart;
+use super::regressor::OperatorsAt;
 use super::response::response;
-use super::tangent::OperatorsAt;
 
-/// What predicts: the operators with their weights, and what follows them.
+/// What predicts: the operators and the loop shift with their weights, and what follows them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Chain {

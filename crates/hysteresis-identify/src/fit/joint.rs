@@ -1,6 +1,7 @@
 //! The joint fit: hysteresis, dynamics, dead time and creep together.
 
 use super::choice::levels;
+use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
@@ -9,7 +10,7 @@ use super::space::Space;
 use super::starts::starts;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
-use crate::options::{Options, Setting};
+use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
 /// How many passes over the records a start may take before the best of them goes on.
@@ -87,7 +88,7 @@ impl JointProblem<'_> {
 
     /// The best fit with a dead time in place of the dynamics, from a point near by.
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, &Options { dynamics: None, ..self.options.clone() })?;
+        let space = Space::new(self.records, &Options { dynamics: DynamicsModel::None, ..self.options.clone() })?;
         let lag = near.space.linear_part(&near.fit.point).lag();
         let (lower, upper) = space.axis(Parameter::DeadTime).map_or((lag, lag), |axis| (axis.lower, axis.upper));
         let point = near.fit.point.with(Parameter::DeadTime, lag.clamp(lower, upper));
@@ -110,7 +111,8 @@ impl JointProblem<'_> {
         self.search_from(space, &point, monitor)
     }
 
-    fn search_from(&self, space: Space, point: &Point, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+    /// The best fit in a space, from a point in it.
+    pub(crate) fn search_from(&self, space: Space, point: &Point, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         // The work that is left once the dynamics are found.
         let span = Span { from: 0.0, to: 0.6 };
@@ -118,6 +120,15 @@ impl JointProblem<'_> {
         let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
+    }
+
+    /// How a fit predicts stretches of the records that it was not fitted to.
+    pub(crate) fn cross_validate(&self, found: &JointFit) -> Result<CrossValidation, Error> {
+        let levels = levels(self.records, &found.space, self.basis, self.smoothness, true)?;
+        let stretches = Stretches::new(&levels[levels.len() - 1], &found.fit);
+        let (creep, smoothness) = (found.space.creep_amplitudes() > 0, self.smoothness);
+        let terms = Terms { creep, loop_shift: self.options.loop_shift, smoothness };
+        Ok(stretches.under(self.options, self.basis).cross_validate(&terms))
     }
 
     /// The fit at a point, without a search.

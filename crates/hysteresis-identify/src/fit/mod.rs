@@ -20,9 +20,11 @@ pub(crate) mod regressor;
 pub(crate) mod response;
 pub(crate) mod root;
 pub(crate) mod search;
+pub(crate) mod shift;
 pub(crate) mod smoothness;
 pub(crate) mod space;
 mod starts;
+pub(crate) mod structure;
 pub(crate) mod tangent;
 pub(crate) mod weight_basis;
 

@@ -20,9 +20,9 @@ const MIN_VARYING_SHARE: f64 = 1e-11;
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectedFit {
     pub(crate) point: Point,
-    /// The unknowns c >= 0 of the weight law.
+    /// The unknowns c >= 0 of the weight law, and the amplitudes of the loop shift.
     pub(crate) unknowns: Vec<f64>,
-    /// The weights that belong to them.
+    /// The weights that belong to them, and those amplitudes.
     pub(crate) weights: Vec<f64>,
     /// One per record.
     pub(crate) output_offsets: Vec<f64>,
@@ -82,11 +82,15 @@ impl<'a> Projection<'a> {
     }
 
     /// The rows that penalise weights that are not smooth, one column for each unknown; none for smoothness zero.
-    pub(crate) fn penalty(&self, point: &Point, smoothness: f64) -> Mat<f64> {
+    pub(crate) fn penalty(&self, law: &WeightBasis, point: &Point, smoothness: f64) -> Mat<f64> {
         if smoothness == 0.0 {
             return Mat::new();
         }
-        penalty(self.basis, &self.space.thresholds(point), smoothness * self.input_squares)
+        penalty(law, &self.space.thresholds(point), smoothness * self.input_squares)
+    }
+
+    pub(crate) fn basis(&self) -> &WeightBasis {
+        self.basis
     }
 
     pub(crate) fn space(&self) -> &Space {
@@ -125,8 +129,8 @@ impl<'a> Projection<'a> {
     ) -> (ProjectedFit, Linearised) {
         let factor = self.factor(point, Some(weights));
         let fit = self.solve(point, &factor, self.space.axes().len(), like);
-        let free = positive(&fit.unknowns);
-        let penalty = self.penalty(point, self.smoothness);
+        let free = free(&fit.unknowns);
+        let penalty = self.penalty(self.basis, point, self.smoothness);
         (fit, Linearised { factor, penalty, records: self.records.len(), free })
     }
 
@@ -139,11 +143,11 @@ impl<'a> Projection<'a> {
     fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&ProjectedFit>) -> ProjectedFit {
         let offsets = self.records.len();
         let unknowns = factor.ncols() - offsets - derivatives - 1;
-        let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
-        let bounds = vec![(0.0, f64::INFINITY); unknowns];
+        let guess = like.map_or_else(Vec::new, |fit| free(&fit.unknowns));
+        let bounds = self.basis.bounds();
         let (all, b) = below_offsets(factor, offsets);
         let data = all.get(.., ..unknowns).to_owned();
-        let penalty = self.penalty(point, self.smoothness);
+        let penalty = self.penalty(self.basis, point, self.smoothness);
         let (a, target) = penalised(&data, &b, &penalty);
         let solution = bounded::solve(a.as_ref(), &target, &bounds, &guess);
         let squares = if penalty.nrows() == 0 { solution.squares } else { squares(&data, &b, &solution.x) };
@@ -212,8 +216,8 @@ impl Linearised {
     /// The best step within bounds together with the weights that go with it.
     pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
         let (a, b) = self.below_offsets();
-        let unknowns = a.ncols() - bounds.len();
-        let mut all = vec![(0.0, f64::INFINITY); unknowns];
+        let unknowns = law.unknowns();
+        let mut all = law.bounds();
         all.extend(bounds);
         let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
         let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
@@ -285,8 +289,9 @@ pub(crate) fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec
     (a, (offsets..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
-fn positive(unknowns: &[f64]) -> Vec<usize> {
-    (0..unknowns.len()).filter(|j| unknowns[*j] > 0.0).collect()
+/// Those that are not at their bound, zero.
+fn free(unknowns: &[f64]) -> Vec<usize> {
+    (0..unknowns.len()).filter(|j| unknowns[*j] != 0.0).collect()
 }
 
 #[cfg(test)]
@@ -294,7 +299,7 @@ mod tests {
     use super::*;
     use crate::creep_model::CreepModel;
     use crate::fit::point::Parameter;
-    use crate::fit::regressor::{OperatorBank, Regressor};
+    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
     use crate::fit::response::response;
     use crate::options::{Options, Order, Thresholds};
 
@@ -307,7 +312,8 @@ mod tests {
         let signals = [3.0, 4.5].map(|rate| {
             let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
             let input: Vec<f64> = input.collect();
-            let mut regressor = Regressor::new(&bank, &input, 0.2, 0.0);
+            let operators = OperatorsAt { bank: bank.clone(), input_offset: 0.2, shift: None };
+            let mut regressor = Regressor::new(&operators, &input, 0.0, 1.0);
             let output = input.iter().enumerate().map(|(k, u)| {
                 regressor.go_to(k, None);
                 regressor.output(&[1.0, 0.7, 0.5]) + 0.05 * u * u

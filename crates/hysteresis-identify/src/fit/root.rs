@@ -28,7 +28,7 @@ impl Root {
     pub(crate) fn of(fit: &ProjectedFit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
         let unknowns = fit.unknowns.len();
         let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
-        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] > 0.0).collect();
+        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] != 0.0).collect();
         for (k, axis) in space.axes().iter().enumerate() {
             if inside(fit.point.get(axis.parameter), axis.lower, axis.upper) {
                 free.push(unknowns + k);

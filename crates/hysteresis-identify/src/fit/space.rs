@@ -7,10 +7,12 @@ use super::intervals::Intervals;
 use super::linear_part::LinearPart;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
-use super::regressor::OperatorBank;
-use super::tangent::{OperatorsAt, Slope, Tangent};
+use super::regressor::{OperatorBank, OperatorsAt};
+use super::shift::ShiftColumns;
+use super::tangent::{Slope, Tangent};
 use crate::creep_model::CreepBasis;
 use crate::error::Error;
+use crate::loop_shift_model::LoopShiftModel;
 use crate::options::{ModelKind, Options, Order, Setting};
 use crate::record::Record;
 
@@ -45,6 +47,7 @@ pub(crate) struct Space {
     intervals: Intervals,
     dynamics: Option<Order>,
     creep: CreepBasis,
+    shift: Option<ShiftColumns>,
     axes: Vec<Axis>,
     origin: Point,
     /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
@@ -60,6 +63,7 @@ impl Space {
         let placement = Placement::new(records, options);
         let (low, high) = placement.bounds();
         let range = high - low;
+        let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
             (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
@@ -86,13 +90,13 @@ impl Space {
         match options.dead_time {
             Setting::Fixed(dead_time) => origin = origin.with(Parameter::DeadTime, dead_time),
             Setting::Fit => {
-                let (lower, upper) = intervals.dead_times(options.dynamics.is_some());
+                let (lower, upper) = intervals.dead_times(options.order().is_some());
                 let scale = 4.0 * intervals.smallest();
                 axes.push(Axis { parameter: Parameter::DeadTime, lower, upper, scale });
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(linear_axes(&intervals, options.dynamics, &creep));
+        axes.extend(linear_axes(&intervals, options.order(), &creep));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
@@ -100,8 +104,9 @@ impl Space {
             placement,
             fixed_ratios,
             intervals,
-            dynamics: options.dynamics,
+            dynamics: options.order(),
             creep,
+            shift,
             axes,
             origin,
             unread: if searches_negative { 2 } else { 0 },
@@ -112,6 +117,29 @@ impl Space {
     pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
         let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The same with the loop shift of other options.
+    pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
+        Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same without creep.
+    pub(crate) fn without_creep(&self) -> Self {
+        let is_creep = |axis: &&Axis| matches!(axis.parameter, Parameter::Creep(_));
+        let axes = self.axes.iter().filter(|axis| !is_creep(axis)).copied().collect();
+        Self { axes, creep: CreepBasis::default(), ..self.clone() }
+    }
+
+    /// The columns of the loop shift, if there are any.
+    pub(crate) fn shift(&self) -> Option<&ShiftColumns> {
+        self.shift.as_ref()
+    }
+
+    /// How many columns the loop shift has.
+    pub(crate) fn shift_len(&self) -> usize {
+        self.shift.as_ref().map_or(0, ShiftColumns::len)
     }
 
     /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
@@ -188,7 +216,7 @@ impl Space {
     /// The operators at a point.
     pub(crate) fn operators(&self, point: &Point) -> OperatorsAt {
         let bank = OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point));
-        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset) }
+        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset), shift: self.shift.clone() }
     }
 
     /// What follows the operators at a point.
@@ -292,6 +320,21 @@ impl Space {
 }
 
 /// Frequency, damping and amplitudes of creep.
+/// The columns of a loop shift, limited to what the records have; none without seconds.
+fn shift_columns(
+    records: &[Record<'_>],
+    model: LoopShiftModel,
+    intervals: &Intervals,
+    bounds: (f64, f64),
+) -> Result<Option<ShiftColumns>, Error> {
+    if !intervals.are_seconds() {
+        return Ok(None);
+    }
+    let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
+    let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
+    Ok(columns.map(|columns| columns.limited_by(inputs)))
+}
+
 fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
     let mut axes = Vec::new();
     if dynamics.is_some() {

@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics};
+use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, Ratios};
 
 use super::covariance::Covariance;
@@ -35,6 +36,9 @@ pub struct Identification {
     pub creep: Option<Creep>,
     /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
     pub creep_amplitudes: Vec<f64>,
+    /// The loop shift, if there is one.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
+    pub loop_shift: Option<LoopShift>,
     /// What the output lags the input besides, in seconds; none for records without a sampling interval.
     pub dead_time: Option<f64>,
     /// The same in samples; none for records of several sampling intervals.
@@ -73,6 +77,9 @@ pub struct Identification {
     pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.
     pub cross_validation: Vec<CrossValidation>,
+    /// What cross-validation said of the terms that it might leave out, the best of every kind, the simplest kind first; empty
+    /// if there was nothing to choose.
+    pub terms_validation: Vec<CrossValidation>,
     /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
     pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.

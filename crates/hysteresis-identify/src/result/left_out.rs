@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::fit::bounded;
 use crate::fit::factor::{TriangularFactor, triangle_of};
 use crate::fit::projection::{below_offsets, output_offsets, penalised};
+use crate::fit::shift::ShiftColumns;
 use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
@@ -73,7 +74,7 @@ impl Identification {
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let basis = WeightBasis::new(&self.options);
+        let basis = WeightBasis::new(&self.options, self.chain.operators.shift.as_ref().map_or(0, ShiftColumns::len));
         let tangent = Tangent {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),
@@ -249,8 +250,8 @@ impl LeaveOneOut<'_> {
         let told = offsets - usize::from(without.is_some());
         let (a, b) = below_offsets(&factor, told);
         let (a, b) = penalised(&a, &b, penalty);
-        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] > 0.0).collect();
-        let unknowns = bounded::solve(a.as_ref(), &b, &vec![(0.0, f64::INFINITY); a.ncols()], &guess).x;
+        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0).collect();
+        let unknowns = bounded::solve(a.as_ref(), &b, &basis.bounds(), &guess).x;
         let mut values = output_offsets(&factor, told, &unknowns).into_iter();
         let output_offsets =
             (0..offsets).map(|place| (Some(place) != without).then(|| values.next()).flatten()).collect();
