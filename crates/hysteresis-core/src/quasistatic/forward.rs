@@ -1,14 +1,17 @@
+use alloc::boxed::Box;
+
 use super::creep::CreepMemory;
+use super::loop_shift::{LoopShiftMemory, check_states};
 use super::map::MapPiece;
-use super::{QuasiStatic, QuasiStaticState, first_piece, mapped};
+use super::{QuasiStatic, QuasiStaticState, first_piece, mapped, shifted};
 use crate::engine::CompiledModel;
 use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
 use crate::stream::{Forward, check_model};
 
-/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\])).
+/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\]) + s).
 ///
-/// The position belongs to the moment at which the drive is put out; creep moves on from sample to sample.
+/// The position belongs to the moment at which the drive is put out; loop shift s and creep move on from sample to sample.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -22,6 +25,7 @@ use crate::stream::{Forward, check_model};
 pub struct QuasiStaticForward {
     model: QuasiStatic,
     hysteresis: Forward,
+    loop_shift: Option<Box<LoopShiftMemory>>,
     creep: CreepMemory,
     /// The lines of gamma and phi on which the last sample lay.
     on_gamma: MapPiece,
@@ -36,6 +40,7 @@ impl QuasiStaticForward {
         let mut stream = Self {
             model: model.clone(),
             hysteresis: Forward::new(&model.hysteresis),
+            loop_shift: model.loop_shift_memory(),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: first_piece(model.input_map.as_ref()),
             on_phi: first_piece(model.output_map.as_ref()),
@@ -65,8 +70,8 @@ impl QuasiStaticForward {
         self.rejected
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the creep at its end. Returns the
-    /// position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the creep
+    /// at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
@@ -74,7 +79,7 @@ impl QuasiStaticForward {
         }
         self.hysteresis.reset();
         let z = self.hysteresis.step(x);
-        self.rest_at(z)
+        self.rest_at(z, drive)
     }
 
     #[cold]
@@ -83,8 +88,11 @@ impl QuasiStaticForward {
         self.position
     }
 
-    /// z has been held since forever.
-    fn rest_at(&mut self, z: f64) -> f64 {
+    /// The drive, and so z, has been held since forever.
+    fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
+        if let Some(shift) = &mut self.loop_shift {
+            shift.settle(drive);
+        }
         let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
         self.creep.settle(h);
         self.position = h + self.creep.crept();
@@ -121,6 +129,7 @@ impl QuasiStaticForward {
             model: self.fingerprint,
             hysteresis: self.hysteresis.state(),
             creep: self.creep.states(),
+            loop_shift: self.loop_shift.as_ref().map(|shift| shift.states()).unwrap_or_default(),
             last_output: self.position,
             rejected: self.rejected,
         }
@@ -135,8 +144,12 @@ impl QuasiStaticForward {
         check_model(self.fingerprint, state.model)?;
         check_finite("state.last_output", None, state.last_output)?;
         self.creep.check(&state.creep)?;
+        check_states(&state.loop_shift, self.loop_shift.is_some())?;
         self.hysteresis.set_state(&state.hysteresis)?;
         self.creep.restore(&state.creep);
+        if let Some(shift) = &mut self.loop_shift {
+            shift.restore(&state.loop_shift);
+        }
         (self.position, self.rejected) = (state.last_output, state.rejected);
         Ok(())
     }
@@ -150,9 +163,12 @@ impl Process for QuasiStaticForward {
             return self.reject();
         }
         let z = self.hysteresis.step(x);
-        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
+        let h = shifted(mapped(self.model.output_map.as_ref(), z, &mut self.on_phi), self.loop_shift.as_deref());
         self.position = h + self.creep.crept();
         self.creep.hold(h);
+        if let Some(shift) = &mut self.loop_shift {
+            shift.hold(drive);
+        }
         self.position
     }
 
@@ -164,12 +180,14 @@ impl Process for QuasiStaticForward {
             return self.position;
         }
         let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
-        h + self.creep.crept()
+        shifted(h, self.loop_shift.as_deref()) + self.creep.crept()
     }
 
     fn reset(&mut self) {
         self.hysteresis.reset();
         self.rejected = 0;
-        self.rest_at(self.hysteresis.output());
+        let x = self.model.hysteresis.offsets.input;
+        let drive = self.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
+        self.rest_at(self.hysteresis.output(), drive);
     }
 }
