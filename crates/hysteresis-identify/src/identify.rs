@@ -103,16 +103,11 @@ fn judge_sign(
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
     let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, partial } = found;
     let rows = found.rows(records);
+    let first_dt = records.iter().find_map(Record::dt);
+    let chain = found.chain(options.dt.or(first_dt).unwrap_or(1.0));
     let JointFit { space, fit, linearised } = found;
     let root = Root::of(&fit, &linearised, &space, rows);
     let intervals = space.intervals();
-    let first_dt = records.iter().find_map(Record::dt);
-    let chain = Chain {
-        operators: space.operators(&fit.point),
-        weights: fit.weights.clone(),
-        linear: space.linear_part(&fit.point),
-        dt: options.dt.or(first_dt).unwrap_or(1.0),
-    };
     let model = model(&options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
     let mut warnings = findings(records, &chain);
@@ -124,7 +119,8 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
     let quality = |(place, record): (usize, &Record<'_>)| {
-        quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))
+        let predicted = chain.response_in(place, record.input(), intervals.of_record(place));
+        quality(record, &predicted, fit.output_offsets[place])
     };
     let record_fits: Vec<_> = records.iter().enumerate().map(quality).collect();
     let dead_time = chain.linear.dead_time;
@@ -209,8 +205,8 @@ fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<
     Ok(Some(LoopShift::new(*center, *half_range, [amplitudes[0], second], filter.time_constant, filter.limit)?))
 }
 
-fn quality(record: &Record<'_>, chain: &Chain, output_offset: f64, dt: f64) -> Quality {
-    let predicted: Vec<f64> = chain.response(record.input(), dt).iter().map(|y| output_offset + y).collect();
+fn quality(record: &Record<'_>, response: &[f64], output_offset: f64) -> Quality {
+    let predicted: Vec<f64> = response.iter().map(|y| output_offset + y).collect();
     let fitted = record.skip()..;
     let (measured, predicted) = (&record.output()[fitted.clone()], &predicted[fitted.clone()]);
     Quality::of(measured, predicted, record.output_range()).with_loops(&record.input()[fitted], measured, predicted)

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::folds::CrossValidation;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
-use crate::fit::point::Point;
+use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
 use crate::numeric::as_f64;
 use crate::options::{Order, Setting};
@@ -108,11 +108,20 @@ impl JointSearch<'_> {
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let is_told = (without.fit.squares - fit.fit.squares) / self.noise(&fit) >= self.needed_evidence(&fit);
         let tried = [self.problem.cross_validate(&without)?, self.problem.cross_validate(&fit)?];
-        if is_told && CrossValidation::good(&tried).next() == Some(1) {
+        let is_told = is_told && self.is_inside(&fit);
+        if is_told && CrossValidation::good(&tried, 1.0).next() == Some(1) {
             return Ok(fit);
         }
         linear.dead_time_error = None;
         Ok(without)
+    }
+
+    /// Whether frequency, damping and dead time lie within the bounds of their search.
+    fn is_inside(&self, fit: &JointFit) -> bool {
+        [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
+            let value = fit.fit.point.get(parameter);
+            fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+        })
     }
 
     /// By how many variances of the noise dynamics must lower the sum of squares.

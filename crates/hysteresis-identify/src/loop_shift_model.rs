@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::shift::{ShiftColumns, ShiftFilter};
 
 /// The time constants that cross-validation chooses from, in seconds.
-const CANDIDATES: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
+const CANDIDATES: [f64; 5] = [0.02, 0.05, 0.1, 0.3, 1.0];
 
 /// The shortest time constant, in samples: its follower, four times as fast, needs one.
 const SHORTEST_SAMPLES: f64 = 4.0;
@@ -76,7 +76,7 @@ mod tests {
             let columns = LoopShiftModel::Auto.columns((0.0, 10.0), longest, dt).unwrap();
             columns.map_or(Vec::new(), |columns| columns.filters.iter().map(|filter| filter.time_constant).collect())
         };
-        assert_eq!(taus(40.0, 0.005), [0.03, 0.1, 0.3, 1.0]);
+        assert_eq!(taus(40.0, 0.005), [0.02, 0.05, 0.1, 0.3, 1.0]);
         assert_eq!(taus(2.0, 0.02), [0.1]);
         assert!(taus(0.1, 1e-4).is_empty());
     }

@@ -5,14 +5,12 @@ use hysteresis_core::{Ratios, is_admissible};
 use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::intervals::Intervals;
+use crate::fit::variety::Variety;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::record::Record;
 
 /// The most operators: no record tells more thresholds apart.
 const MAX_OPERATORS: usize = 4096;
-
-/// What creep is taken for where it is left open.
-const LOG_TYPE: CreepModel = CreepModel::Logarithmic { terms: None };
 
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -198,6 +196,12 @@ impl Options {
         }
     }
 
+    /// Whether something was asked for that counts in seconds.
+    pub(crate) fn needs_seconds(&self) -> bool {
+        let shifts = !matches!(self.loop_shift, LoopShiftModel::None | LoopShiftModel::Auto);
+        self.order().is_some() || self.creep.has_terms() || shifts
+    }
+
     /// The order of the dynamics, if there are any; none while they are left open.
     pub(crate) fn order(&self) -> Option<Order> {
         match self.dynamics {
@@ -206,44 +210,44 @@ impl Options {
         }
     }
 
-    /// Whether something linear behind the hysteresis is fitted, besides a dead time.
+    /// Whether something is fitted besides the hysteresis and a dead time.
     pub(crate) fn is_joint(&self) -> bool {
-        self.order().is_some() || !matches!(self.creep, CreepModel::None | CreepModel::Auto)
+        self.order().is_some() || self.creep.has_terms() || self.loop_shift != LoopShiftModel::None
     }
 
-    /// The same with nothing left open that the records cannot tell: without a sampling interval, or with few samples, there are
-    /// no terms but those that were asked for.
+    /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
+    /// that are all alike, there are no terms but those that were asked for.
     pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
         /// A term is left to cross-validation from so many samples on for each operator.
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
         let intervals = Intervals::of(records, self)?;
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
         let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
-        let creeps = tells && LOG_TYPE.basis(intervals.longest_record(), intervals.smallest()).is_ok();
+        let variety = Variety::of(records);
+        let creeps = tells && (variety.apart_from_time || variety.start);
+        let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
         let mut resolved = self.clone();
         if !tells && self.dynamics == DynamicsModel::Auto {
             resolved.dynamics = DynamicsModel::None;
         }
         if !creeps && self.creep == CreepModel::Auto {
-            resolved.creep = CreepModel::None;
+            resolved.creep = if tells { CreepModel::UnderWay } else { CreepModel::None };
         }
-        if !tells && self.loop_shift == LoopShiftModel::Auto {
+        if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
             resolved.loop_shift = LoopShiftModel::None;
         }
         Ok(resolved)
     }
 
-    /// The same with dynamics and creep that are left open in the model, and the loop shift not yet.
+    /// The same with dynamics and creep that are left open in the model; a loop shift that is left open has the columns of all
+    /// candidates.
     pub(crate) fn with_open_terms(&self) -> Self {
         let mut all = self.clone();
         if self.dynamics == DynamicsModel::Auto {
             all.dynamics = DynamicsModel::Order(Order::Second);
         }
         if self.creep == CreepModel::Auto {
-            all.creep = LOG_TYPE;
-        }
-        if self.loop_shift == LoopShiftModel::Auto {
-            all.loop_shift = LoopShiftModel::None;
+            all.creep = CreepModel::SlowAndFast;
         }
         all
     }

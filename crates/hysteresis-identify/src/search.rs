@@ -7,7 +7,7 @@ use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
 use crate::fit::space::Space;
-use crate::fit::structure::{Structure, StructureProblem, is_open, without_creep};
+use crate::fit::structure::{Structure, StructureProblem, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
 use crate::creep_model::CreepModel;
@@ -40,8 +40,8 @@ pub(crate) fn search_all(
     let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
     let thresholds = found.options.thresholds.clone();
     if is_joint && !found.partial {
-        found.options = Options { thresholds: thresholds.clone(), ..all };
-        search_linear(records, &mut found, asked.dynamics == DynamicsModel::Auto, monitor)?;
+        let options = Options { thresholds: thresholds.clone(), ..all };
+        found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
     }
     if chooses && !found.partial {
         monitor.begin(Span { from: 0.8, to: 1.0 });
@@ -83,22 +83,20 @@ pub(crate) fn search_hysteresis(
     Ok(Found { fit, options, smoothness, basis, operators_tried: tried, structure, linear: None, partial })
 }
 
-/// Puts dynamics, creep and the dead time that belongs to them behind the hysteresis.
-fn search_linear(
+/// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may
+/// be left out.
+fn with_linear_part(
     records: &[Record<'_>],
-    found: &mut Found,
+    mut options: Options,
+    found: Found,
     is_open: bool,
     monitor: &mut SearchMonitor<'_>,
-) -> Result<(), Error> {
-    let Found { options, basis, smoothness, .. } = &*found;
-    let space = Space::new(records, options)?;
-    let basis = if space.shift_len() == 0 { basis.clone() } else { WeightBasis::new(options, space.shift_len()) };
-    let problem = JointProblem { records, options, basis: &basis, smoothness: *smoothness };
-    let plain = JointFit { ..problem.at(&found.fit.space, &found.fit.fit.point)? };
-    let FoundJoint { fit, linear, partial } = search_joint(problem, plain, is_open, monitor)?;
-    found.options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
-    (found.fit, found.linear, found.partial, found.basis) = (fit, Some(linear), partial, basis);
-    Ok(())
+) -> Result<Found, Error> {
+    let basis = WeightBasis::new(&options, Space::new(records, &options)?.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
+    let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
+    options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
+    Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
 }
 
 /// The same with what cross-validation chooses, fitted anew.
@@ -113,14 +111,15 @@ fn with_structure(
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;
     let mut point = fit.point;
-    if !structure.creep {
-        point = without_creep(&point, &space);
-        (space, options.creep) = (space.without_creep(), CreepModel::None);
+    if asked.creep == CreepModel::Auto {
+        point = with_creep_amplitudes(&point, &space, structure.creep);
+        space = space.with_creep_amplitudes(structure.creep);
+        options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = WeightBasis::new(&options, space.shift_len());
     let smoothness = structure.smoothness;
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
-    let (fit, partial) = match problem.search_from(space.clone(), &point, monitor) {
+    let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &monitor.kept().unwrap_or(point))?, true),
         searched => (searched?, false),
     };

@@ -58,7 +58,7 @@ pub(crate) fn choose_operators(
     }
     monitor.within(searches - 1, searches);
     let tried: Vec<_> = candidates.iter().map(|candidate| candidate.validation.clone()).collect();
-    let good = CrossValidation::good(&tried).next().unwrap_or(0);
+    let good = CrossValidation::good(&tried, 1.0).next().unwrap_or(0);
     let Candidate { options, fit, .. } = candidates.swap_remove(good);
     Ok(OperatorChoice { options, tried, start: Some(fit) })
 }
@@ -76,7 +76,7 @@ fn candidate(records: &[Record<'_>], options: &Options, monitor: &mut SearchMoni
     let (fit, _) = search(&levels, &basis, None, monitor)?;
     let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
     let under = stretches.under(options, &basis);
-    let terms = |smoothness| Terms { creep: false, loop_shift: LoopShiftModel::None, smoothness };
+    let terms = |smoothness| Terms { creep: 0, loop_shift: LoopShiftModel::None, smoothness };
     let tried: Vec<_> = options.smoothnesses().iter().map(|value| under.cross_validate(&terms(*value))).collect();
     let validation = CrossValidation::best(&tried).cloned().unwrap_or_else(|| under.cross_validate(&terms(0.0)));
     Ok(Candidate { options: options.clone(), validation, fit })
@@ -106,7 +106,7 @@ pub(crate) fn enough(
     space: &Space,
     basis: &WeightBasis,
 ) -> Result<(usize, usize), Error> {
-    let unknowns = basis.freedom() + records.len() + space.axes().len();
+    let unknowns = basis.freedom() + space.own().len() + space.axes().len();
     let samples: usize = records.iter().map(Record::fitted_samples).sum();
     if samples < 2 * unknowns {
         return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });

@@ -5,7 +5,7 @@ use faer::Mat;
 use crate::fit::bounded;
 use crate::fit::factor::triangle_of;
 use crate::fit::point::Parameter;
-use crate::fit::projection::{ProjectedFit, Projection, below_offsets, output_offsets, penalised};
+use crate::fit::projection::{ProjectedFit, Projection, below_own, own_values, penalised};
 use crate::fit::weight_basis::{WeightBasis, combined};
 use crate::loop_shift_model::LoopShiftModel;
 use crate::numeric::as_f64;
@@ -28,8 +28,8 @@ pub struct CrossValidation {
     pub operators: usize,
     /// How smooth its weights are asked to be; see [`Options::smoothness`](crate::Options::smoothness).
     pub smoothness: f64,
-    /// Whether it has the creep that was asked for.
-    pub creep: bool,
+    /// How many amplitudes of creep it has.
+    pub creep: usize,
     /// Its loop shift.
     pub loop_shift: LoopShiftModel,
     /// The root mean square error, the mean taken over the stretches, each predicted from the others, in the unit of the output.
@@ -39,22 +39,24 @@ pub struct CrossValidation {
 }
 
 impl CrossValidation {
-    /// The one of the least mean square error.
+    /// The one of the least geometric mean of its square errors: no stretch outweighs the others.
     pub(crate) fn best(all: &[Self]) -> Option<&Self> {
-        all.iter().min_by(|p, q| p.rmse.total_cmp(&q.rmse))
+        let logs = |one: &Self| mean(&one.stretches.iter().map(|square| (square + f64::MIN_POSITIVE).ln()).collect::<Vec<_>>());
+        all.iter().min_by(|p, q| logs(p).total_cmp(&logs(q)))
     }
 
     /// The places of those that are as good as the best: whose mean square error is larger by a factor that is 1 within
     /// its standard error, stretch by stretch. What is better by less than that is better by chance.
     ///
     /// Factors and not differences, as stretches differ: in a decaying sweep the first one has most of the error, and
-    /// differences would be those of one stretch.
-    pub(crate) fn good(all: &[Self]) -> impl Iterator<Item = usize> {
+    /// differences would be those of one stretch. Where stretches are alike, in records without variety, predicting one from
+    /// the others says little, and a factor below `margin` is none.
+    pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
         let factor = |(p, q): (&f64, &f64)| ((p + f64::MIN_POSITIVE) / (q + f64::MIN_POSITIVE)).ln();
         let is_good = move |one: &Self| {
             let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
-            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess))
+            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess).max(margin.ln()))
         };
         (0..all.len()).filter(move |i| is_good(&all[*i]))
     }
@@ -76,7 +78,8 @@ pub(crate) struct Stretches<'a> {
 /// What a candidate has of the terms that may be left out, and how smooth its weights are.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms {
-    pub(crate) creep: bool,
+    /// How many amplitudes of creep.
+    pub(crate) creep: usize,
     pub(crate) loop_shift: LoopShiftModel,
     pub(crate) smoothness: f64,
 }
@@ -90,10 +93,10 @@ impl<'a> Stretches<'a> {
 
     /// The same under a weight law that is not wider than that of the fit.
     pub(crate) fn under(&self, options: &Options, law: &'a WeightBasis) -> StretchesUnderLaw<'_> {
-        let offsets = self.projection.records();
+        let own = self.projection.own();
         let map = law.within(self.projection.basis());
         let mapped = |columns: &Mat<f64>| {
-            map.as_ref().map_or_else(|| columns.clone(), |map| combined(columns.as_ref(), map, offsets))
+            map.as_ref().map_or_else(|| columns.clone(), |map| combined(columns.as_ref(), map, own))
         };
         StretchesUnderLaw {
             weights: options.weights,
@@ -153,13 +156,13 @@ impl StretchesUnderLaw<'_> {
         }
         for (axis, bound) in space.axes().iter().zip(space.step_bounds(point, STEP)) {
             let back = -point.get(axis.parameter);
-            let left_out = matches!(axis.parameter, Parameter::Creep(_)) && !terms.creep;
+            let left_out = matches!(axis.parameter, Parameter::Creep(number) if number >= terms.creep);
             bounds.push(if left_out { (back, back) } else { bound });
         }
         bounds
     }
 
-    /// Output offsets, unknowns and steps of the searched parameters; `guess` is which of the latter two lie between their
+    /// The records' own, unknowns and steps of the searched parameters; `guess` is which of the latter two lie between their
     /// bounds, of the stretch before and then of this one.
     fn solution(
         &self,
@@ -168,13 +171,13 @@ impl StretchesUnderLaw<'_> {
         bounds: &[(f64, f64)],
         guess: &mut Vec<usize>,
     ) -> Vec<f64> {
-        let offsets = self.all.projection.records();
-        let (a, b) = below_offsets(factor, offsets);
+        let own = self.all.projection.own();
+        let (a, b) = below_own(factor, own);
         let (a, b) = penalised(&a, &b, penalty);
         let found = bounded::solve(a.as_ref(), &b, bounds, guess).x;
         let is_inside = |j: &usize| bounds[*j].0 < found[*j] && found[*j] < bounds[*j].1;
         *guess = (0..found.len()).filter(is_inside).collect();
-        let mut all = output_offsets(factor, offsets, &found);
+        let mut all = own_values(factor, own, &found);
         all.extend(found);
         all
     }

@@ -1,5 +1,6 @@
 //! The joint fit: hysteresis, dynamics, dead time and creep together.
 
+use super::chain::Chain;
 use super::choice::levels;
 use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
@@ -28,6 +29,18 @@ impl JointFit {
     pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
         let unread = self.space.unread_samples();
         records.iter().map(|record| record.fitted_samples().saturating_sub(unread).max(1)).sum()
+    }
+
+    /// What it predicts; `dt` for records that have no sampling interval.
+    pub(crate) fn chain(&self, dt: f64) -> Chain {
+        Chain {
+            operators: self.space.operators(&self.fit.point),
+            weights: self.fit.weights.clone(),
+            linear: self.space.linear_part(&self.fit.point),
+            underway: self.fit.underway.clone(),
+            creep_underway: self.space.underway().clone(),
+            dt,
+        }
     }
 
     /// The dead time in samples of the fastest record.
@@ -122,11 +135,32 @@ impl JointProblem<'_> {
         Ok(JointFit { space, fit, linearised })
     }
 
+    /// The best fit in a space, from a point in it and from others with the usual ratios in place of its own.
+    pub(crate) fn search_around(
+        &self,
+        space: Space,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        let starts = space.with_other_ratios(point);
+        let whole = Span { from: 0.0, to: 0.6 };
+        let mut fits = Vec::new();
+        for (number, start) in starts.iter().enumerate() {
+            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
+            fits.push(attempt(&levels[0], self.basis, start, PASSES, span, monitor)?);
+        }
+        fits.sort_by(by_objective);
+        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
+        drop(levels);
+        Ok(JointFit { space, fit, linearised })
+    }
+
     /// How a fit predicts stretches of the records that it was not fitted to.
     pub(crate) fn cross_validate(&self, found: &JointFit) -> Result<CrossValidation, Error> {
         let levels = levels(self.records, &found.space, self.basis, self.smoothness, true)?;
         let stretches = Stretches::new(&levels[levels.len() - 1], &found.fit);
-        let (creep, smoothness) = (found.space.creep_amplitudes() > 0, self.smoothness);
+        let (creep, smoothness) = (found.space.creep_amplitudes(), self.smoothness);
         let terms = Terms { creep, loop_shift: self.options.loop_shift, smoothness };
         Ok(stretches.under(self.options, self.basis).cross_validate(&terms))
     }

@@ -13,6 +13,7 @@ pub(crate) mod joint;
 mod lanes;
 pub(crate) mod linear_part;
 pub(crate) mod monitor;
+pub(crate) mod own_columns;
 mod placement;
 pub(crate) mod point;
 pub(crate) mod projection;
@@ -26,6 +27,7 @@ pub(crate) mod space;
 mod starts;
 pub(crate) mod structure;
 pub(crate) mod tangent;
+pub(crate) mod variety;
 pub(crate) mod weight_basis;
 
 pub use folds::CrossValidation;

@@ -1,10 +1,13 @@
 //! Where the search may go: the parameters that enter the model nonlinearly, their bounds and scales.
 
+use std::sync::Arc;
+
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
+use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
 use super::regressor::{OperatorBank, OperatorsAt};
@@ -18,6 +21,15 @@ use crate::record::Record;
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
+
+/// Where ratios are searched first.
+const USUAL_RATIOS: [Ratios; 5] = [
+    Ratios::PAPER,
+    Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
+    Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
+    Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
+    Ratios::PLAY,
+];
 
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
@@ -48,6 +60,8 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    own: Arc<OwnColumns>,
+    underway: CreepBasis,
     axes: Vec<Axis>,
     origin: Point,
     /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
@@ -60,6 +74,11 @@ impl Space {
     pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let intervals = Intervals::of(records, options)?;
         let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;
+        let underway = if intervals.are_seconds() {
+            options.creep.underway(intervals.longest_record(), intervals.smallest())
+        } else {
+            CreepBasis::default()
+        };
         let placement = Placement::new(records, options);
         let (low, high) = placement.bounds();
         let range = high - low;
@@ -103,9 +122,11 @@ impl Space {
         Ok(Self {
             placement,
             fixed_ratios,
-            intervals,
             dynamics: options.order(),
+            own: Arc::new(OwnColumns::new(records, |place| intervals.of_record(place), &underway)),
+            underway,
             creep,
+            intervals,
             shift,
             axes,
             origin,
@@ -125,11 +146,21 @@ impl Space {
         Ok(Self { shift, ..self.clone() })
     }
 
-    /// The same without creep.
-    pub(crate) fn without_creep(&self) -> Self {
-        let is_creep = |axis: &&Axis| matches!(axis.parameter, Parameter::Creep(_));
-        let axes = self.axes.iter().filter(|axis| !is_creep(axis)).copied().collect();
-        Self { axes, creep: CreepBasis::default(), ..self.clone() }
+    /// The same with the first amplitudes of creep alone.
+    pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
+        let is_kept = |axis: &&Axis| !matches!(axis.parameter, Parameter::Creep(number) if number >= amplitudes);
+        let axes = self.axes.iter().filter(is_kept).copied().collect();
+        Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
+    }
+
+    /// What every record has of its own.
+    pub(crate) fn own(&self) -> &OwnColumns {
+        &self.own
+    }
+
+    /// The creep that may be under way when a record begins.
+    pub(crate) fn underway(&self) -> &CreepBasis {
+        &self.underway
     }
 
     /// The columns of the loop shift, if there are any.
@@ -282,16 +313,9 @@ impl Space {
 
     /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
     pub(crate) fn starts(&self) -> Vec<Point> {
-        let ratios = [
-            Ratios::PAPER,
-            Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
-            Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
-            Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
-            Ratios::PLAY,
-        ];
         let mut starts = vec![self.origin];
         if self.searches(Parameter::Ra) {
-            starts = ratios.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
+            starts = USUAL_RATIOS.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
         }
         if self.searches(Parameter::InputOffset) {
             let (low, high) = self.placement.bounds();
@@ -300,6 +324,12 @@ impl Space {
             starts = starts.iter().flat_map(at).collect();
         }
         starts
+    }
+
+    /// A point, and the same with each of the usual ratios, if they are searched.
+    pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
+        let others = USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
+        std::iter::once(*point).chain(others).collect()
     }
 
     /// Dead times worth a look: doubling from one sample, if it is searched.

@@ -7,6 +7,7 @@ use crate::fit::choice::{enough, levels};
 use crate::fit::folds::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
+use crate::fit::variety::Variety;
 use crate::fit::weight_basis::WeightBasis;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::options::{ModelKind, Options, Setting, WeightLaw};
@@ -24,7 +25,8 @@ const USUAL_SMOOTHNESS: f64 = 1e-3;
 pub(crate) struct Structure {
     pub(crate) weights: WeightLaw,
     pub(crate) smoothness: f64,
-    pub(crate) creep: bool,
+    /// How many amplitudes of creep.
+    pub(crate) creep: usize,
     pub(crate) loop_shift: LoopShiftModel,
     pub(crate) terms_tried: Vec<CrossValidation>,
     pub(crate) weights_tried: Vec<CrossValidation>,
@@ -59,7 +61,7 @@ impl StructureProblem<'_> {
         let under: Vec<_> = laws.iter().map(|(options, law)| stretches.under(options, law)).collect();
         let (terms, terms_tried) = self.terms(&under[under.len() - 1], &space, usual);
         let (best, tried): (Vec<_>, Vec<_>) = under.iter().map(|law| self.smoothness(law, &terms)).unzip();
-        let good = CrossValidation::good(&best).next().unwrap_or(0);
+        let good = CrossValidation::good(&best, self.margin()).next().unwrap_or(0);
         let is_chosen = |more: &[CrossValidation]| more.len() > 1;
         Ok(Structure {
             weights: best[good].weights,
@@ -89,26 +91,23 @@ impl StructureProblem<'_> {
 
     /// The terms that stay, and what cross-validation said of the best of every kind.
     fn terms(&self, stretches: &StretchesUnderLaw<'_>, space: &Space, smoothness: f64) -> (Terms, Vec<CrossValidation>) {
-        let has_creep = space.creep_amplitudes() > 0;
-        let creeps = match self.asked.creep {
-            CreepModel::Auto if has_creep => vec![false, true],
-            _ => vec![has_creep],
-        };
+        let all = space.creep_amplitudes();
+        let creeps: Vec<usize> = if self.asked.creep == CreepModel::Auto { (0..=all).collect() } else { vec![all] };
         let kinds = shift_kinds(self.asked.loop_shift, space);
-        let (mut tried, mut all) = (Vec::new(), Vec::new());
+        let (mut tried, mut candidates_of_kinds) = (Vec::new(), Vec::new());
         for shifts in kinds {
             for creep in &creeps {
                 let candidates = shifts.iter().map(|shift| Terms { creep: *creep, loop_shift: *shift, smoothness });
                 let validated = candidates.map(|terms| (stretches.cross_validate(&terms), terms));
                 let best = validated.min_by(|(p, _), (q, _)| p.rmse.total_cmp(&q.rmse));
-                all.extend(best.map(|(validation, terms)| {
+                candidates_of_kinds.extend(best.map(|(validation, terms)| {
                     tried.push(validation);
                     terms
                 }));
             }
         }
-        let good = CrossValidation::good(&tried).next().unwrap_or(0);
-        (all[good], if tried.len() > 1 { tried } else { Vec::new() })
+        let good = CrossValidation::good(&tried, 1.0).next().unwrap_or(0);
+        (candidates_of_kinds[good], if tried.len() > 1 { tried } else { Vec::new() })
     }
 
     /// The smoothness that predicts best under a law, and all that were tried.
@@ -117,6 +116,13 @@ impl StructureProblem<'_> {
         let tried: Vec<_> = self.asked.smoothnesses().iter().map(with).collect();
         let best = CrossValidation::best(&tried).cloned();
         (best.unwrap_or_else(|| with(&0.0)), tried)
+    }
+
+    /// By which factor of the mean square error a law must be better than a simpler one.
+    fn margin(&self) -> f64 {
+        /// Where all loops are alike: about a third of the error.
+        const ALIKE: f64 = 2.0;
+        if Variety::of(self.records).amplitudes { 1.0 } else { ALIKE }
     }
 }
 
@@ -139,7 +145,7 @@ pub(crate) fn is_open(options: &Options) -> bool {
         || options.loop_shift == LoopShiftModel::Auto
 }
 
-/// A fit with the creep left out that a structure has not.
-pub(crate) fn without_creep(point: &Point, space: &Space) -> Point {
-    (0..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
+/// A point with only the first amplitudes of creep.
+pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: usize) -> Point {
+    (amplitudes..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
 }

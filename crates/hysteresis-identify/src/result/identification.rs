@@ -14,6 +14,7 @@ use crate::finding::{Finding, Verdict};
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::folds::CrossValidation;
+use crate::fit::own_columns::underway;
 use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 use crate::record::{Record, check_finite};
@@ -172,27 +173,42 @@ impl Identification {
         };
         let furthest = records.iter().enumerate().filter_map(beyond).max_by(|a, b| a.value.total_cmp(&b.value));
         self.warnings.extend(furthest);
-        records.iter().map(|(record, offset)| self.validate(record, *offset)).collect()
+        let judged = |(place, (record, offset)): (usize, &(Record<'_>, Option<f64>))| match offset {
+            // The rest of a record whose beginning was fitted.
+            Some(offset) => {
+                let response = self.chain.response_in(place, record.input(), self.interval_of(record));
+                judged(record, &response, *offset, &[], 0.0)
+            }
+            None => self.validate(record, None),
+        };
+        records.iter().enumerate().map(judged).collect()
     }
 
     /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that
     /// the record skips.
     ///
     /// `output_offset` is that of the record; without one, the record has its own like every other: the one that suits
-    /// it best. To judge the rest of a record whose beginning was fitted, skip that and give its offset.
+    /// it best, and where samples are skipped also the creep that was under way, if creep of log-type was asked for or
+    /// left open. To judge
+    /// the rest of a record whose beginning was fitted, skip that and give its offset.
     #[must_use]
     pub fn validate(&self, record: &Record<'_>, output_offset: Option<f64>) -> Quality {
-        let mut predicted = self.chain.response(record.input(), record.dt().unwrap_or(self.chain.dt));
-        let (measured, predicted) = (&record.output()[record.skip()..], &mut predicted[record.skip()..]);
-        let offset = output_offset.unwrap_or_else(|| {
-            let samples = as_f64(measured.len());
-            measured.iter().zip(predicted.iter()).map(|(y, p)| (y - p) / samples).sum()
-        });
-        for p in predicted.iter_mut() {
-            *p += offset;
+        let dt = self.interval_of(record);
+        let response = self.chain.response(record.input(), dt);
+        if let Some(offset) = output_offset {
+            return judged(record, &response, offset, &[], 0.0);
         }
-        let quality = Quality::of(measured, predicted, record.output_range());
-        quality.with_loops(&record.input()[record.skip()..], measured, predicted)
+        let mut column = underway(&self.chain.creep_underway, record.input().len(), dt);
+        if record.skip() == 0 || column.is_empty() {
+            column = vec![0.0; record.input().len()];
+        }
+        let left: Vec<f64> = record.output().iter().zip(&response).map(|(y, p)| y - p).skip(record.skip()).collect();
+        let (offset, amplitude) = line_through(&column[record.skip()..], &left);
+        judged(record, &response, offset, &column, amplitude)
+    }
+
+    fn interval_of(&self, record: &Record<'_>) -> f64 {
+        record.dt().unwrap_or(self.chain.dt)
     }
 
     /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
@@ -206,4 +222,26 @@ impl Identification {
             Model::Modified(model) => model.check_invertible(),
         }
     }
+}
+
+/// The errors of a response with this offset and so much of a further column, if there is one.
+fn judged(record: &Record<'_>, response: &[f64], offset: f64, column: &[f64], amplitude: f64) -> Quality {
+    let more = column.iter().copied().chain(std::iter::repeat(0.0));
+    let predicted: Vec<f64> =
+        response.iter().zip(more).map(|(y, more)| y + offset + amplitude * more).skip(record.skip()).collect();
+    let (input, measured) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    Quality::of(measured, &predicted, record.output_range()).with_loops(input, measured, &predicted)
+}
+
+/// The best a + b x for values y: (a, b); b is 0 where x does not vary.
+fn line_through(x: &[f64], y: &[f64]) -> (f64, f64) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
+    let (x_mean, y_mean) = (mean(x), mean(y));
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (x, y) in x.iter().zip(y) {
+        xx += (x - x_mean).powi(2);
+        xy += (x - x_mean) * (y - y_mean);
+    }
+    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+    (y_mean - slope * x_mean, slope)
 }

@@ -68,16 +68,22 @@ result_methods!(Identification {
         self.found.stage().map(Stage).map_err(raise)
     }
 
-    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.
+    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         self.found.dynamics.map(|found| dynamics(py, found)).transpose()
     }
 
-    /// The creep; None unless asked for.
+    /// The creep, if there is any.
     #[getter]
     fn creep(&self) -> Option<Creep> {
         self.found.creep.clone().map(Creep)
+    }
+
+    /// The loop shift, if there is one.
+    #[getter]
+    fn loop_shift(&self) -> Option<LoopShift> {
+        self.found.loop_shift.map(LoopShift)
     }
 
     /// What the output lags the input besides, in seconds; None for records without dt.
@@ -212,6 +218,12 @@ result_methods!(Identification {
         read_only(py, self.found.standard_errors.creep.iter().copied())
     }
 
+    /// Standard errors of the amplitudes of the loop shift.
+    #[getter]
+    fn loop_shift_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.loop_shift.iter().copied())
+    }
+
     /// The names of what was estimated, in the order of `covariance`.
     #[getter]
     fn parameters(&self) -> Vec<String> {
@@ -246,6 +258,13 @@ result_methods!(Identification {
     #[getter]
     fn smoothness(&self) -> f64 {
         self.found.smoothness
+    }
+
+    /// What cross-validation said of the terms that may be left out: (creep, loop shift, rms error), the best of every kind, the
+    /// simplest first; empty if there was nothing to choose.
+    #[getter]
+    fn terms_validation(&self) -> Vec<(bool, String, f64)> {
+        self.found.terms_validation.iter().map(|one| (one.creep, loop_shift_name(one.loop_shift), one.rmse)).collect()
     }
 
     /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
