@@ -83,7 +83,7 @@ fn a_cycle_moves_the_centre_by_the_mean_square_of_what_the_follower_is_behind() 
         let decay = f64::exp(-dt / tau);
         let square = mean(&shifts(&shifting([-3.0, 0.0], 10.0, decay), &drives)[6000..]);
         let want = -3.0 * behind * behind;
-        // After a reversal e comes back from -theta x' to theta x' in a few theta: 2 of 100 theta are missing in each half period.
+        // After a reversal e comes back from -theta x' to theta x' in a few theta, of the 200 of a half period.
         assert!((square / want - 1.0).abs() < 0.02, "{square} {want}");
         // The other mean has no centre of its own: it is that of x.
         let product = mean(&shifts(&shifting([0.0, 2.0], 10.0, decay), &drives)[6000..]);

@@ -12,10 +12,10 @@ use crate::stream::{Inverse, check_limits, check_model};
 /// The exact inverse of a stage without its fast dynamics, sample by sample: the drive that brings its position to the
 /// target, u = gamma^-1(H^-1\[phi^-1(y - s - sum_j c_j q_j)\]).
 ///
-/// What the position will have crept at a sample, and by how much its loop will have shifted, is known before its drive is: so
-/// the target without both is what [`Inverse`] is asked for. The drive never leaves the limits. A target out of reach puts it
-/// at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really reached, the loop shift
-/// from the drive that was really put out.
+/// What the position will have crept at a sample, and by how much its loop will have shifted, is known before its drive
+/// is: so the target without both is what [`Inverse`] is asked for. The drive never leaves the limits. A target out of
+/// reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
+/// reached, the loop shift from the drive that was really put out.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -134,8 +134,9 @@ impl QuasiStaticInverse {
         self.rejected
     }
 
-    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the
-    /// loop not shifted, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
+    /// not shifted, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing
+    /// else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
             self.hysteresis.reset();

@@ -1,7 +1,7 @@
 //! A stage without its fast dynamics: y = creep(phi(H\[gamma(u)\]) + s), sample by sample, and its exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives have
-//! caused, and creep adds slow first-order lags. Each part may be missing.
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives
+//! have caused, and creep adds slow first-order lags. Each part may be missing.
 
 mod bracket;
 mod creep;
