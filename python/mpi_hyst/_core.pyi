@@ -40,6 +40,7 @@ __all__ = [
     "InverseArray",
     "IterativeLearning",
     "LeftOutLoop",
+    "LoopShift",
     "Margins",
     "Metrics",
     "Modes",

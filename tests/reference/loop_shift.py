@@ -41,9 +41,7 @@ class LoopShift:
     @property
     def shift(self) -> float:
         """s of now, whatever drive comes."""
-        return (
-            self.amplitudes[0] * self.mean_square + self.amplitudes[1] * self.mean_product
-        )
+        return self.amplitudes[0] * self.mean_square + self.amplitudes[1] * self.mean_product
 
     def step(self, drive: float) -> float:
         """s of now; then the drive is held for one interval."""

@@ -1,4 +1,4 @@
-"""A whole stage in plain Python, from its equations: dead time, hysteresis, loop shift, creep and one mode."""
+"""A whole stage in plain Python: dead time, hysteresis, loop shift, creep and one mode."""
 
 from __future__ import annotations
 

@@ -112,6 +112,23 @@ fn at_rest_the_loop_does_not_shift_and_after_a_motion_it_comes_back() {
 }
 
 #[test]
+fn what_the_loop_has_shifted_creeps() {
+    let creep = CreepTerms::new(&[0.1, 0.2], &[0.9, 0.5]).unwrap();
+    let stage = shifting([-3.0, 2.0], 10.0, 0.9);
+    let drives = triangle(CENTER, 50.0, 40, 3);
+    let (mut rigid, mut creeping) = (stage.forward(), stage.with_creep(creep).forward());
+    let h = rigid.settle(drives[0]);
+    creeping.settle(drives[0]);
+    let (mut slow, mut fast) = (h, h);
+    for drive in drives {
+        let h = rigid.step(drive);
+        let (got, want) = (creeping.step(drive), h + 0.1 * slow + 0.2 * fast);
+        assert!((got - want).abs() < 1e-12 * 150.0, "{got} {want}");
+        (slow, fast) = (0.9 * slow + 0.1 * h, 0.5 * fast + 0.5 * h);
+    }
+}
+
+#[test]
 fn behind_by_more_than_the_limit_nothing_grows() {
     let largest = |samples, limit| {
         let found = shifts(&shifting([-3.0, 0.0], limit, 0.99), &triangle(CENTER, 60.0, samples, 40));
