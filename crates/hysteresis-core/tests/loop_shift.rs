@@ -1,8 +1,8 @@
 //! The loop shift alone, behind a hysteresis that is none: y = u + s.
 
 use hysteresis_core::{
-    CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
-    QuasiStatic,
+    Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
+    Process, QuasiStatic,
 };
 use proptest::prelude::*;
 
@@ -141,6 +141,14 @@ fn behind_by_more_than_the_limit_nothing_grows() {
     assert!(largest(4, limit) <= 3.0 * limit * limit);
     let far = shifts(&shifting([1.0, 0.0], limit, 0.99), &[0.0, 1e100, -1e100, 0.0]);
     assert!(far.iter().all(|s| s.abs() <= limit * limit), "{far:?}");
+}
+
+#[test]
+fn a_bracket_leaves_the_shift_out() {
+    let mut bracket = Bracket::of_stage(&shifting([-3.0, 2.0], 10.0, 0.5), (0.0, 150.0)).unwrap();
+    for drive in [0.0, 150.0, 40.0, 90.0] {
+        assert_eq!(bracket.step(drive), (drive, drive));
+    }
 }
 
 #[test]
