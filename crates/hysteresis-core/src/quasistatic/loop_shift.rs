@@ -1,3 +1,4 @@
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -47,9 +48,16 @@ pub struct LoopShiftTerms {
     decay: f64,
 }
 
+/// s, and what it follows from. Without a loop shift s is 0 for good, so all that it costs is one question per sample.
+#[derive(Clone, Debug)]
+pub(super) struct LoopShiftMemory {
+    shift: f64,
+    motion: Option<Box<Motion>>,
+}
+
 /// m, n and f, beside what moves them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LoopShiftMemory {
+struct Motion {
     terms: LoopShiftTerms,
     /// (a - a^8) / 7
     square_gain: f64,
@@ -126,71 +134,86 @@ impl LoopShiftTerms {
 }
 
 impl LoopShiftMemory {
-    /// At rest at the drive `center`.
-    pub(super) fn new(terms: LoopShiftTerms) -> Self {
-        let a = terms.decay;
-        let (a2, a4) = (a * a, a * a * a * a);
-        // As products, so that no digit is lost where a is nearly 1.
-        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
-        let product_gain = a * (1.0 - a) * (1.0 + a + a2) / 3.0;
-        Self {
-            terms,
-            square_gain,
-            product_gain,
-            follower_decay: a4,
-            mean_square: 0.0,
-            mean_product: 0.0,
-            follower: 0.0,
-        }
+    /// At rest in the middle of the range; no terms, no shift.
+    pub(super) fn new(terms: Option<&LoopShiftTerms>) -> Self {
+        Self { shift: 0.0, motion: terms.map(|terms| Box::new(Motion::new(terms))) }
     }
 
-    /// s: by how much the loop has moved.
+    /// s: by how much the loop has shifted.
     #[inline]
     pub(super) fn shift(&self) -> f64 {
-        let [square, product] = self.terms.amplitudes;
-        square * self.mean_square + product * self.mean_product
-    }
-
-    #[inline]
-    fn scaled(&self, drive: f64) -> f64 {
-        (drive - self.terms.center) / self.terms.half_range
+        self.shift
     }
 
     /// Holds a drive for one sampling interval.
     #[inline]
     pub(super) fn hold(&mut self, drive: f64) {
+        if let Some(motion) = &mut self.motion {
+            motion.hold(drive);
+            self.shift = motion.shift();
+        }
+    }
+
+    /// The drive has been held since forever.
+    pub(super) fn settle(&mut self, drive: f64) {
+        if let Some(motion) = &mut self.motion {
+            (motion.mean_square, motion.mean_product, motion.follower) = (0.0, 0.0, motion.scaled(drive));
+        }
+        self.shift = 0.0;
+    }
+
+    /// m, n and f, or nothing.
+    pub(super) fn states(&self) -> Vec<f64> {
+        self.motion
+            .as_ref()
+            .map(|motion| vec![motion.mean_square, motion.mean_product, motion.follower])
+            .unwrap_or_default()
+    }
+
+    pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
+        let expected = if self.motion.is_some() { 3 } else { 0 };
+        if states.len() != expected {
+            return Err(Error::Length { parameter: "state.loop_shift", expected, got: states.len() });
+        }
+        check_all_finite("state.loop_shift", states)?;
+        // A mean of squares.
+        states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))
+    }
+
+    /// Continues from states that were checked.
+    pub(super) fn restore(&mut self, states: &[f64]) {
+        if let (Some(motion), [mean_square, mean_product, follower]) = (&mut self.motion, states) {
+            (motion.mean_square, motion.mean_product, motion.follower) = (*mean_square, *mean_product, *follower);
+            self.shift = motion.shift();
+        }
+    }
+}
+
+impl Motion {
+    fn new(terms: &LoopShiftTerms) -> Self {
+        let a = terms.decay;
+        let (a2, a4) = (a * a, a * a * a * a);
+        // As products, so that no digit is lost where a is nearly 1.
+        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
+        let product_gain = a * (1.0 - a) * (1.0 + a + a2) / 3.0;
+        let (mean_square, mean_product, follower) = (0.0, 0.0, 0.0);
+        Self { terms: *terms, square_gain, product_gain, follower_decay: a4, mean_square, mean_product, follower }
+    }
+
+    fn shift(&self) -> f64 {
+        let [square, product] = self.terms.amplitudes;
+        square * self.mean_square + product * self.mean_product
+    }
+
+    fn scaled(&self, drive: f64) -> f64 {
+        (drive - self.terms.center) / self.terms.half_range
+    }
+
+    fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
         let behind = (x - self.follower).max(-self.terms.limit).min(self.terms.limit);
         self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
         self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
         self.follower = x - self.follower_decay * behind;
     }
-
-    /// The drive has been held since forever.
-    pub(super) fn settle(&mut self, drive: f64) {
-        (self.mean_square, self.mean_product, self.follower) = (0.0, 0.0, self.scaled(drive));
-    }
-
-    /// m, n and f.
-    pub(super) fn states(&self) -> Vec<f64> {
-        vec![self.mean_square, self.mean_product, self.follower]
-    }
-
-    /// Continues from states that were checked.
-    pub(super) fn restore(&mut self, states: &[f64]) {
-        if let [mean_square, mean_product, follower] = *states {
-            (self.mean_square, self.mean_product, self.follower) = (mean_square, mean_product, follower);
-        }
-    }
-}
-
-/// Checks the states of a stage with or without a loop shift.
-pub(super) fn check_states(states: &[f64], has_loop_shift: bool) -> Result<(), Error> {
-    let expected = if has_loop_shift { 3 } else { 0 };
-    if states.len() != expected {
-        return Err(Error::Length { parameter: "state.loop_shift", expected, got: states.len() });
-    }
-    check_all_finite("state.loop_shift", states)?;
-    // A mean of squares.
-    states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))
 }
