@@ -40,6 +40,7 @@ __all__ = [
     "InverseArray",
     "IterativeLearning",
     "LeftOutLoop",
+    "LoopShift",
     "Margins",
     "Metrics",
     "Modes",
@@ -2310,14 +2311,87 @@ class Creep:
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
+@final
+class LoopShift:
+    """The shift of a loop: what motion of the drive u adds to the position.
+
+    Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
+    Behind the output map, in front of the creep, the position gains s = c_1 m + c_2 n:
+
+    x = (u - center) / half_range
+    e = x - f, within -limit .. limit, where f follows x with the time constant tau / 4
+    m' = (e^2 - m) / tau, n' = (x abs(e) - n) / tau
+
+    For a motion that is slow beside tau, e is about (tau / 4) x'. c_1 moves the centre of every loop, c_2 that of a loop
+    that lies off the centre of the range. At rest s is 0. It follows from past drives alone, so the inverse of the stage
+    stays exact, sample by sample. A shift says nothing of other rates than those of its records: `limit`, the largest e
+    there, keeps it from growing hundredfold at ten times the rate.
+
+    Parameters
+    ----------
+    center : float
+        The drive in the middle of the range.
+    half_range : float
+        Half of the range of drives.
+    amplitudes : (float, float)
+        c_1 and c_2, in the unit of the position.
+    time_constant : float
+        tau in seconds.
+    limit : float
+        The largest magnitude of e, without a unit.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> shift = mh.plant.LoopShift(0.0, 500.0, amplitudes=(-0.6, 0.0), time_constant=0.2, limit=0.5)
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0), loop_shift=shift)
+    >>> drive = mh.signals.sine(400.0, 1.0, seconds=4.0, rate=1e3)  # V
+    >>> moved = stage.forward(1e-3).run(drive) - stage.replace(loop_shift=None).forward(1e-3).run(drive)
+    >>> round(float(moved[-1000:].mean()), 4)  # um
+    -0.0172
+    """
+
+    def __new__(
+        cls,
+        center: float,
+        half_range: float,
+        amplitudes: Sequence[float],
+        time_constant: float,
+        limit: float,
+    ) -> LoopShift: ...
+    @property
+    def center(self) -> float:
+        """The drive in the middle of the range."""
+    @property
+    def half_range(self) -> float:
+        """Half of the range of drives."""
+    @property
+    def amplitudes(self) -> tuple[float, float]:
+        """c_1 and c_2, in the unit of the position."""
+    @property
+    def time_constant(self) -> float:
+        """tau in seconds."""
+    @property
+    def limit(self) -> float:
+        """The largest magnitude of e."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
 _Map: TypeAlias = tuple[ArrayLike, ArrayLike]
 _Points: TypeAlias = tuple[list[float], list[float]]
 
 @final
 class Stage:
-    """A whole stage: limits, dead time, amplifier, hysteresis, creep, modes and sensor noise in one object.
+    """A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
+    object.
 
-    limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
+    limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
 
     Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
     parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
@@ -2337,6 +2411,8 @@ class Stage:
     dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
         The modes and lags behind the hysteresis; their static gain may differ from 1.
     creep : Creep, optional
+    loop_shift : LoopShift, optional
+        What motion of the drive adds behind the output map, in front of the creep.
     input_map, output_map : (array, array), optional
         The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
     noise : float, optional
@@ -2372,6 +2448,7 @@ class Stage:
         amplifier_bandwidth: float | None = None,
         dynamics: _Dynamics | Any | None = None,
         creep: Creep | None = None,
+        loop_shift: LoopShift | None = None,
         input_map: _Map | None = None,
         output_map: _Map | None = None,
         noise: float | None = None,
@@ -2398,6 +2475,9 @@ class Stage:
     @property
     def creep(self) -> Creep | None:
         """The creep, or None."""
+    @property
+    def loop_shift(self) -> LoopShift | None:
+        """The loop shift, or None."""
     @property
     def input_map(self) -> _Points | None:
         """The points (x, y) of the map in front of the hysteresis, or None."""
@@ -2427,11 +2507,13 @@ class Stage:
     def forward(self, dt: float) -> StageForward:
         """The whole chain, sample by sample, at rest."""
     def inverse(self, dt: float, limits: Sequence[float] | None = None) -> StageInverse:
-        """The exact inverse of maps, hysteresis and creep, sample by sample, at rest; `limits` must lie within the stage's, by
-        default `drive_range`.
+        """The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
+        stage's, by default `drive_range`.
         """
     def bracket(self, limits: Sequence[float] | None = None) -> Bracket:
-        """How uncertain the position is when the history between the limits is unknown, without creep and dynamics."""
+        """How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
+        dynamics.
+        """
     def precompensate(
         self,
         reference: ArrayLike | _Trajectory,
@@ -2445,7 +2527,8 @@ class Stage:
         """The drives that move the stage along a reference: the position that is read at t_k is reference[k].
 
         The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-        inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`, or where `history` has left it.
+        inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
+        `history` has left it.
 
         Parameters
         ----------
@@ -2457,8 +2540,8 @@ class Stage:
         start : float, optional
             The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
         history : array of floats, optional
-            The drives since that rest, oldest first, one per sampling interval: what hysteresis and creep remember. After a
-            full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
+            The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift and creep
+            remember. After a full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
         lead_in : float, optional
             Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
             reference must begin where the stage is.
@@ -2590,8 +2673,8 @@ class Stage:
         """A copy with other arguments of the constructor; of what was identified it keeps what still holds.
 
         The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
-        dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified, other
-        linear parts its errors and warnings.
+        dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified,
+        another loop shift or other linear parts its errors and warnings.
         """
     def with_records(self, records: Sequence[tuple[str, str | None]]) -> Stage:
         """A copy that says from which records it was identified: a list of (name, SHA-256 or None)."""
@@ -2653,8 +2736,8 @@ class StageForward:
 class StageInverse:
     """The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 
-    It inverts input map, hysteresis, output map and creep. The drive never leaves the limits; a target out of reach puts it
-    at a limit and sets `saturated`.
+    It inverts input map, hysteresis, output map, loop shift and creep. The drive never leaves the limits; a target out of
+    reach puts it at a limit and sets `saturated`.
 
     Examples
     --------
@@ -2717,7 +2800,7 @@ class Bracket:
 
     Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
     shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a stage
-    are part of it, its creep and dynamics are not.
+    are part of it, its loop shift, creep and dynamics are not.
 
     Examples
     --------

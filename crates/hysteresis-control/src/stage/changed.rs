@@ -15,8 +15,8 @@ impl Stage {
     /// The same stage with other parts; of what identification knows, what still holds.
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the dead
-    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it, another
-    /// loop shift or other linear parts the errors and warnings.
+    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it,
+    /// another loop shift or other linear parts the errors and warnings.
     ///
     /// ```
     /// use hysteresis_control::stage::{Stage, StageParts};

@@ -4,11 +4,10 @@ use hysteresis_core::{Error as CoreError, LoopShiftTerms};
 
 use crate::linear::check_positive;
 
-/// A loop whose centre moves with its amplitude, or rate: what motion of the drive adds to the position.
+/// The shift of a loop: what motion of the drive adds to the position.
 ///
-/// Measured on piezo stacks: the centre of a loop moves with its amplitude. No model of Preisach's class has that: there the past
-/// of a loop moves its centre, but its amplitude does not. With the scaled drive x the position gains s behind the output map, in
-/// front of the creep:
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
+/// With the scaled drive x, the position gains s behind the output map, in front of the creep:
 ///
 /// ```text
 /// x = (u - center) / half_range                    u: the drive at the input map
@@ -16,13 +15,13 @@ use crate::linear::check_positive;
 /// s = c_1 m + c_2 n                                m, n: the means of e^2 and of x |e|, with the time constant tau
 /// ```
 ///
-/// e is about (tau / 4) x' for a motion that is slow beside tau. The two means make two shapes: c_1 moves the centre of a loop,
-/// c_2 moves it if the loop lies off the centre of the range. At rest s is 0. u is in the unit of the drive, c_1 and c_2 in that
-/// of the position, tau in seconds.
+/// e is about (tau / 4) x' for a motion that is slow beside tau. c_1 moves the centre of every loop. c_2 moves that of a
+/// loop that lies off the centre of the range. At rest s is 0. u is in the unit of the drive, c_1 and c_2 in that of the
+/// position, tau in seconds.
 ///
-/// s follows from past drives alone, so the inverse stays exact sample by sample; [`LoopShiftTerms`] has the equations of the
-/// samples. m grows with the square of the rate. The limit, the largest e of the records that the shift was identified from,
-/// keeps it from growing hundredfold at ten times their rate: a loop shift says nothing of other rates.
+/// s follows from past drives alone, so the inverse stays exact sample by sample; [`LoopShiftTerms`] has the equations of
+/// the samples. m grows with the square of the rate. The limit, the largest e of the records that the shift was identified
+/// from, keeps it from growing hundredfold at ten times their rate: a loop shift says nothing of other rates.
 ///
 /// ```
 /// use hysteresis_control::stage::{LoopShift, Stage, StageParts};
@@ -49,12 +48,12 @@ pub struct LoopShift {
 }
 
 impl LoopShift {
-    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the time constant tau in
-    /// seconds, and the limit of e.
+    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the time constant tau
+    /// in seconds, and the limit of e.
     ///
     /// # Errors
-    /// [`CoreError::Domain`] that names the number: a centre or amplitude that is not finite; a half range, time constant or
-    /// limit that is not finite and above 0.
+    /// [`CoreError::Domain`] that names the number: a centre or amplitude that is not finite; a half range, time constant
+    /// or limit that is not finite and above 0.
     pub fn new(
         center: f64,
         half_range: f64,

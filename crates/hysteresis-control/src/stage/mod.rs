@@ -299,7 +299,8 @@ impl Stage {
         StageForward::new(self, dt)
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest at [`rest_drive`](Self::rest_drive).
+    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest at
+    /// [`rest_drive`](Self::rest_drive).
     ///
     /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
     ///
@@ -322,8 +323,8 @@ impl Stage {
         Ok(Bracket::of_stage(&self.rigid, limits)?)
     }
 
-    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest drive does
-    /// not enter it, and at its end it is 0.
+    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest
+    /// drive does not enter it, and at its end it is 0.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
@@ -336,8 +337,8 @@ impl Stage {
         (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
     }
 
-    /// The lowest and the highest position between limits, as far as the stage knows them. Of a stage that was not identified,
-    /// without loop shift and creep.
+    /// The lowest and the highest position between limits, as far as the stage knows them. Of a stage that was not
+    /// identified, without loop shift and creep.
     #[must_use]
     pub fn position_range(&self) -> Option<(f64, f64)> {
         let identified = self.parts.identified.as_ref().map(|identified| identified.position_range);

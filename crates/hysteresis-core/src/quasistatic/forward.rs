@@ -1,9 +1,7 @@
-use alloc::boxed::Box;
-
 use super::creep::CreepMemory;
-use super::loop_shift::{LoopShiftMemory, check_states};
+use super::loop_shift::LoopShiftMemory;
 use super::map::MapPiece;
-use super::{QuasiStatic, QuasiStaticState, first_piece, mapped, shifted};
+use super::{QuasiStatic, QuasiStaticState, first_piece, mapped};
 use crate::engine::CompiledModel;
 use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
@@ -25,7 +23,7 @@ use crate::stream::{Forward, check_model};
 pub struct QuasiStaticForward {
     model: QuasiStatic,
     hysteresis: Forward,
-    loop_shift: Option<Box<LoopShiftMemory>>,
+    loop_shift: LoopShiftMemory,
     creep: CreepMemory,
     /// The lines of gamma and phi on which the last sample lay.
     on_gamma: MapPiece,
@@ -40,7 +38,7 @@ impl QuasiStaticForward {
         let mut stream = Self {
             model: model.clone(),
             hysteresis: Forward::new(&model.hysteresis),
-            loop_shift: model.loop_shift_memory(),
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: first_piece(model.input_map.as_ref()),
             on_phi: first_piece(model.output_map.as_ref()),
@@ -90,9 +88,7 @@ impl QuasiStaticForward {
 
     /// The drive, and so z, has been held since forever.
     fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
-        if let Some(shift) = &mut self.loop_shift {
-            shift.settle(drive);
-        }
+        self.loop_shift.settle(drive);
         let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
         self.creep.settle(h);
         self.position = h + self.creep.crept();
@@ -129,7 +125,7 @@ impl QuasiStaticForward {
             model: self.fingerprint,
             hysteresis: self.hysteresis.state(),
             creep: self.creep.states(),
-            loop_shift: self.loop_shift.as_ref().map(|shift| shift.states()).unwrap_or_default(),
+            loop_shift: self.loop_shift.states(),
             last_output: self.position,
             rejected: self.rejected,
         }
@@ -144,12 +140,10 @@ impl QuasiStaticForward {
         check_model(self.fingerprint, state.model)?;
         check_finite("state.last_output", None, state.last_output)?;
         self.creep.check(&state.creep)?;
-        check_states(&state.loop_shift, self.loop_shift.is_some())?;
+        self.loop_shift.check(&state.loop_shift)?;
         self.hysteresis.set_state(&state.hysteresis)?;
         self.creep.restore(&state.creep);
-        if let Some(shift) = &mut self.loop_shift {
-            shift.restore(&state.loop_shift);
-        }
+        self.loop_shift.restore(&state.loop_shift);
         (self.position, self.rejected) = (state.last_output, state.rejected);
         Ok(())
     }
@@ -163,12 +157,10 @@ impl Process for QuasiStaticForward {
             return self.reject();
         }
         let z = self.hysteresis.step(x);
-        let h = shifted(mapped(self.model.output_map.as_ref(), z, &mut self.on_phi), self.loop_shift.as_deref());
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi) + self.loop_shift.shift();
         self.position = h + self.creep.crept();
         self.creep.hold(h);
-        if let Some(shift) = &mut self.loop_shift {
-            shift.hold(drive);
-        }
+        self.loop_shift.hold(drive);
         self.position
     }
 
@@ -180,7 +172,7 @@ impl Process for QuasiStaticForward {
             return self.position;
         }
         let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
-        shifted(h, self.loop_shift.as_deref()) + self.creep.crept()
+        h + self.loop_shift.shift() + self.creep.crept()
     }
 
     fn reset(&mut self) {

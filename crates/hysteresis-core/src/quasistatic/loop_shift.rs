@@ -1,3 +1,4 @@
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -8,8 +9,8 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 
 /// Loop shift at the samples: s(k) = c_1 m(k) + c_2 n(k), added to the position behind the output map.
 ///
-/// Measured: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that. Here it follows from
-/// the motion of the drive u:
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
+/// Here it follows from the motion of the drive u:
 ///
 /// ```text
 /// x(k) = (u(k) - center) / half_range
@@ -17,8 +18,8 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 /// m' = (e^2 - m) / tau     n' = (x |e| - n) / tau
 /// ```
 ///
-/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau) this is
-/// exactly
+/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau) this
+/// is exactly
 ///
 /// ```text
 /// m(k+1) = a m(k) + (a - a^8) / 7  e(k)^2
@@ -26,9 +27,9 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 /// f(k+1) = x(k) - a^4 e(k)
 /// ```
 ///
-/// The newest drive enters none of the three before the next sample, so s(k) is known before u(k) is chosen. At rest e, m and
-/// n are 0. The follower never stays behind by more than the limit: what was identified at some rates does not grow without
-/// bound at higher ones.
+/// The newest drive enters none of the three before the next sample, so s(k) is known before u(k) is chosen. At rest e, m
+/// and n are 0. The follower never stays behind by more than the limit: what was identified at some rates does not grow
+/// without bound at higher ones.
 ///
 /// x, e, m and n have no unit. The amplitudes c_1 and c_2 have that of the position.
 ///
@@ -47,9 +48,16 @@ pub struct LoopShiftTerms {
     decay: f64,
 }
 
+/// s, and what it follows from. Without a loop shift s is 0 for good, so all that it costs is one question per sample.
+#[derive(Clone, Debug)]
+pub(super) struct LoopShiftMemory {
+    shift: f64,
+    motion: Option<Box<Motion>>,
+}
+
 /// m, n and f, beside what moves them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LoopShiftMemory {
+struct Motion {
     terms: LoopShiftTerms,
     /// (a - a^8) / 7
     square_gain: f64,
@@ -66,12 +74,12 @@ pub(super) struct LoopShiftMemory {
 }
 
 impl LoopShiftTerms {
-    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the limit of e, and the
-    /// decay a from sample to sample.
+    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the limit of e, and
+    /// the decay a from sample to sample.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a centre or amplitude that is not finite, a half range outside 1e-50 to 1e50, a limit that is not
-    /// above 0 or more than 1e50, or a decay outside 0 to 1.
+    /// [`Error::Domain`] for a centre or amplitude that is not finite, a half range outside 1e-50 to 1e50, a limit that is
+    /// not above 0 or more than 1e50, or a decay outside 0 to 1.
     pub fn new(center: f64, half_range: f64, amplitudes: [f64; 2], limit: f64, decay: f64) -> Result<Self, Error> {
         check_finite("center", None, center)?;
         for (parameter, got) in [("half_range", half_range), ("limit", limit)] {
@@ -126,71 +134,86 @@ impl LoopShiftTerms {
 }
 
 impl LoopShiftMemory {
-    /// At rest at the drive `center`.
-    pub(super) fn new(terms: LoopShiftTerms) -> Self {
-        let a = terms.decay;
-        let (a2, a4) = (a * a, a * a * a * a);
-        // As products, so that no digit is lost where a is nearly 1.
-        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
-        let product_gain = a * (1.0 - a) * (1.0 + a + a2) / 3.0;
-        Self {
-            terms,
-            square_gain,
-            product_gain,
-            follower_decay: a4,
-            mean_square: 0.0,
-            mean_product: 0.0,
-            follower: 0.0,
-        }
+    /// At rest in the middle of the range; no terms, no shift.
+    pub(super) fn new(terms: Option<&LoopShiftTerms>) -> Self {
+        Self { shift: 0.0, motion: terms.map(|terms| Box::new(Motion::new(terms))) }
     }
 
-    /// s: by how much the loop has moved.
+    /// s: by how much the loop has shifted.
     #[inline]
     pub(super) fn shift(&self) -> f64 {
-        let [square, product] = self.terms.amplitudes;
-        square * self.mean_square + product * self.mean_product
-    }
-
-    #[inline]
-    fn scaled(&self, drive: f64) -> f64 {
-        (drive - self.terms.center) / self.terms.half_range
+        self.shift
     }
 
     /// Holds a drive for one sampling interval.
     #[inline]
     pub(super) fn hold(&mut self, drive: f64) {
+        if let Some(motion) = &mut self.motion {
+            motion.hold(drive);
+            self.shift = motion.shift();
+        }
+    }
+
+    /// The drive has been held since forever.
+    pub(super) fn settle(&mut self, drive: f64) {
+        if let Some(motion) = &mut self.motion {
+            (motion.mean_square, motion.mean_product, motion.follower) = (0.0, 0.0, motion.scaled(drive));
+        }
+        self.shift = 0.0;
+    }
+
+    /// m, n and f, or nothing.
+    pub(super) fn states(&self) -> Vec<f64> {
+        self.motion
+            .as_ref()
+            .map(|motion| vec![motion.mean_square, motion.mean_product, motion.follower])
+            .unwrap_or_default()
+    }
+
+    pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
+        let expected = if self.motion.is_some() { 3 } else { 0 };
+        if states.len() != expected {
+            return Err(Error::Length { parameter: "state.loop_shift", expected, got: states.len() });
+        }
+        check_all_finite("state.loop_shift", states)?;
+        // A mean of squares.
+        states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))
+    }
+
+    /// Continues from states that were checked.
+    pub(super) fn restore(&mut self, states: &[f64]) {
+        if let (Some(motion), [mean_square, mean_product, follower]) = (&mut self.motion, states) {
+            (motion.mean_square, motion.mean_product, motion.follower) = (*mean_square, *mean_product, *follower);
+            self.shift = motion.shift();
+        }
+    }
+}
+
+impl Motion {
+    fn new(terms: &LoopShiftTerms) -> Self {
+        let a = terms.decay;
+        let (a2, a4) = (a * a, a * a * a * a);
+        // As products, so that no digit is lost where a is nearly 1.
+        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
+        let product_gain = a * (1.0 - a) * (1.0 + a + a2) / 3.0;
+        let (mean_square, mean_product, follower) = (0.0, 0.0, 0.0);
+        Self { terms: *terms, square_gain, product_gain, follower_decay: a4, mean_square, mean_product, follower }
+    }
+
+    fn shift(&self) -> f64 {
+        let [square, product] = self.terms.amplitudes;
+        square * self.mean_square + product * self.mean_product
+    }
+
+    fn scaled(&self, drive: f64) -> f64 {
+        (drive - self.terms.center) / self.terms.half_range
+    }
+
+    fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
         let behind = (x - self.follower).max(-self.terms.limit).min(self.terms.limit);
         self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
         self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
         self.follower = x - self.follower_decay * behind;
     }
-
-    /// The drive has been held since forever.
-    pub(super) fn settle(&mut self, drive: f64) {
-        (self.mean_square, self.mean_product, self.follower) = (0.0, 0.0, self.scaled(drive));
-    }
-
-    /// m, n and f.
-    pub(super) fn states(&self) -> Vec<f64> {
-        vec![self.mean_square, self.mean_product, self.follower]
-    }
-
-    /// Continues from states that were checked.
-    pub(super) fn restore(&mut self, states: &[f64]) {
-        if let [mean_square, mean_product, follower] = *states {
-            (self.mean_square, self.mean_product, self.follower) = (mean_square, mean_product, follower);
-        }
-    }
-}
-
-/// Checks the states of a stage with or without a loop shift.
-pub(super) fn check_states(states: &[f64], has_loop_shift: bool) -> Result<(), Error> {
-    let expected = if has_loop_shift { 3 } else { 0 };
-    if states.len() != expected {
-        return Err(Error::Length { parameter: "state.loop_shift", expected, got: states.len() });
-    }
-    check_all_finite("state.loop_shift", states)?;
-    // A mean of squares.
-    states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))
 }

@@ -1,7 +1,7 @@
 //! A stage without its fast dynamics: y = creep(phi(H\[gamma(u)\]) + s), sample by sample, and its exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives have
-//! caused, and creep adds slow first-order lags. Each part may be missing.
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives
+//! have caused, and creep adds slow first-order lags. Each part may be missing.
 
 mod bracket;
 mod creep;
@@ -14,12 +14,10 @@ pub use bracket::{Bracket, BracketState};
 pub use creep::CreepTerms;
 pub use forward::QuasiStaticForward;
 pub use inverse::QuasiStaticInverse;
-use loop_shift::LoopShiftMemory;
 pub use loop_shift::LoopShiftTerms;
 use map::MapPiece;
 pub use map::PiecewiseLinearMap;
 
-use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
@@ -155,11 +153,6 @@ impl QuasiStatic {
         }
         hash.finish()
     }
-
-    /// The memory of the loop shift, at rest; behind a pointer, as few stages have one.
-    fn loop_shift_memory(&self) -> Option<Box<LoopShiftMemory>> {
-        self.loop_shift.map(|terms| Box::new(LoopShiftMemory::new(terms)))
-    }
 }
 
 /// Everything that a [`QuasiStaticForward`] or [`QuasiStaticInverse`] remembers: restored, it continues bit for bit.
@@ -218,10 +211,4 @@ fn first_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
 
 fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
     map.map_or_else(MapPiece::identity, |map| map.inverse_piece_at(0.0))
-}
-
-/// By how much the loop has moved from `h`; without a loop shift `h` itself.
-#[inline]
-fn shifted(h: f64, shift: Option<&LoopShiftMemory>) -> f64 {
-    shift.map_or(h, |shift| h + shift.shift())
 }
