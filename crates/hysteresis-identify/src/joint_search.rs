@@ -72,10 +72,10 @@ struct JointSearch<'a> {
 
 impl JointSearch<'_> {
     fn search(&mut self, linear: &mut LinearEvidence, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        monitor.begin(Span { from: 0.4, to: 0.85 });
+        monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        monitor.begin(Span { from: 0.85, to: 0.9 });
+        monitor.begin(Span { from: 0.6, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
         if self.is_open {
@@ -104,7 +104,7 @@ impl JointSearch<'_> {
         if fit.space.order().is_none() {
             return Ok(fit);
         }
-        monitor.begin(Span { from: 0.75, to: 0.8 });
+        monitor.begin(Span { from: 0.7, to: 0.8 });
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let is_told = (without.fit.squares - fit.fit.squares) / self.noise(&fit) >= self.needed_evidence(&fit);
         let tried = [self.problem.cross_validate(&without)?, self.problem.cross_validate(&fit)?];
@@ -147,14 +147,14 @@ impl JointSearch<'_> {
         let damped = |monitor: &mut SearchMonitor<'_>| match order {
             Order::First => Ok(None),
             Order::Second => {
-                monitor.begin(Span { from: 0.95, to: 1.0 });
+                monitor.begin(Span { from: 0.75, to: 0.8 });
                 self.problem.critically_damped(fit, monitor).map(Some)
             }
         };
         if !searches_dead_time {
             return Ok(damped(monitor)?.map(|fit| Simple { evidence: evidence(&fit), fit }));
         }
-        monitor.begin(Span { from: 0.9, to: 0.95 });
+        monitor.begin(Span { from: 0.7, to: 0.75 });
         let without = self.problem.without_dynamics(fit, monitor)?;
         let beside = |damped: &JointFit| evidence(damped) - evidence(&without);
         let best = match damped(monitor)? {
@@ -168,8 +168,9 @@ impl JointSearch<'_> {
 
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.
     fn best_so_far(&self, joint: Option<Point>) -> Result<JointFit, Error> {
-        let space = Space::new(self.problem.records, self.problem.options)?;
-        let point = self.best.or(joint).unwrap_or_else(|| space.start_at_hysteresis(&self.plain.fit.point));
-        self.problem.at(&space, &point)
+        match self.best.or(joint) {
+            Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, &point),
+            None => self.problem.from_hysteresis(&self.plain.fit.point),
+        }
     }
 }

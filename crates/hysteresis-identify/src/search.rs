@@ -39,7 +39,7 @@ pub(crate) fn search_all(
     monitor.begin(Span { from: 0.0, to: if is_joint { 0.3 } else if chooses { 0.8 } else { 1.0 } });
     let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
     let thresholds = found.options.thresholds.clone();
-    if is_joint && !found.partial {
+    if is_joint && !(found.partial && all.order().is_none()) {
         let options = Options { thresholds: thresholds.clone(), ..all };
         found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
     }
@@ -52,7 +52,9 @@ pub(crate) fn search_all(
             JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
         linear.colour = problem.colour(&found.fit);
     }
-    monitor.finish();
+    if is_joint {
+        monitor.finish();
+    }
     Ok(found)
 }
 
@@ -94,6 +96,10 @@ fn with_linear_part(
 ) -> Result<Found, Error> {
     let basis = WeightBasis::new(&options, Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
+    if found.partial {
+        let fit = problem.from_hysteresis(&found.fit.fit.point)?;
+        return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
+    }
     let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
     options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
     Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
@@ -119,10 +125,15 @@ fn with_structure(
     let basis = WeightBasis::new(&options, space.shift_len());
     let smoothness = structure.smoothness;
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
+    monitor.within(0, 1);
     let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &monitor.kept().unwrap_or(point))?, true),
         searched => (searched?, false),
     };
-    let linear = found.linear.filter(|_| fit.space.order().is_some() || fit.space.creep_amplitudes() > 0);
+    let is_told = |_: &LinearEvidence| {
+        let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
+        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
+    };
+    let linear = found.linear.filter(is_told);
     Ok(Found { fit, options, smoothness, basis, structure, linear, partial, ..found })
 }

@@ -14,6 +14,12 @@ use crate::options::{Options, WeightLaw};
 /// Into how many stretches every record is cut.
 const FOLDS: usize = 8;
 
+/// Below this share of the mean square of the output about its mean an error is rounding.
+const ROUNDING: f64 = 1e-18;
+
+/// Mean square errors whose logarithms differ by less are alike.
+const ALIKE: f64 = 1e-3;
+
 /// What is tried where the smoothness is left to cross-validation: none, and decades.
 pub(crate) const SMOOTHNESS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2];
 
@@ -36,13 +42,18 @@ pub struct CrossValidation {
     pub rmse: f64,
     /// The mean square error on every stretch, in the unit of the output squared.
     pub stretches: Vec<f64>,
+    /// A mean square error that is rounding: below it no candidate is better than another.
+    pub(crate) rounding: f64,
 }
 
 impl CrossValidation {
-    /// The one of the least geometric mean of its square errors: no stretch outweighs the others.
+    /// The one of the least geometric mean of its square errors, so that no stretch outweighs the others; of those that are alike
+    /// the first.
     pub(crate) fn best(all: &[Self]) -> Option<&Self> {
-        let logs = |one: &Self| mean(&one.stretches.iter().map(|square| (square + f64::MIN_POSITIVE).ln()).collect::<Vec<_>>());
-        all.iter().min_by(|p, q| logs(p).total_cmp(&logs(q)))
+        let log = |square: &f64, rounding: f64| (square + rounding + f64::MIN_POSITIVE).ln();
+        let logs = |one: &Self| mean(&one.stretches.iter().map(|square| log(square, one.rounding)).collect::<Vec<_>>());
+        let least = all.iter().map(logs).fold(f64::INFINITY, f64::min);
+        all.iter().find(|one| logs(one) <= least + ALIKE)
     }
 
     /// The places of those that are as good as the best: whose mean square error is larger by a factor that is 1 within
@@ -53,7 +64,8 @@ impl CrossValidation {
     /// the others says little, and a factor below `margin` is none.
     pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
-        let factor = |(p, q): (&f64, &f64)| ((p + f64::MIN_POSITIVE) / (q + f64::MIN_POSITIVE)).ln();
+        let rounding = best.map_or(0.0, |best| best.rounding) + f64::MIN_POSITIVE;
+        let factor = move |(p, q): (&f64, &f64)| ((p + rounding) / (q + rounding)).ln();
         let is_good = move |one: &Self| {
             let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
             best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess).max(margin.ln()))
@@ -142,7 +154,8 @@ impl StretchesUnderLaw<'_> {
             })
             .collect();
         let rmse = mean(&stretches).sqrt();
-        CrossValidation { weights, operators, smoothness, creep, loop_shift, rmse, stretches }
+        let rounding = ROUNDING * self.all.fit.base_squares / as_f64(self.all.projection.rows());
+        CrossValidation { weights, operators, smoothness, creep, loop_shift, rmse, stretches, rounding }
     }
 
     /// Between what unknowns and steps of the searched parameters lie; what a candidate does not have is held at zero.

@@ -103,8 +103,9 @@ impl JointProblem<'_> {
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let space = Space::new(self.records, &Options { dynamics: DynamicsModel::None, ..self.options.clone() })?;
         let lag = near.space.linear_part(&near.fit.point).lag();
-        let (lower, upper) = space.axis(Parameter::DeadTime).map_or((lag, lag), |axis| (axis.lower, axis.upper));
-        let point = near.fit.point.with(Parameter::DeadTime, lag.clamp(lower, upper));
+        let known = space.origin().get(Parameter::DeadTime);
+        let dead_time = space.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
+        let point = near.fit.point.with(Parameter::DeadTime, dead_time);
         self.search_from(space, &point, monitor)
     }
 
@@ -163,6 +164,12 @@ impl JointProblem<'_> {
         let (creep, smoothness) = (found.space.creep_amplitudes(), self.smoothness);
         let terms = Terms { creep, loop_shift: self.options.loop_shift, smoothness };
         Ok(stretches.under(self.options, self.basis).cross_validate(&terms))
+    }
+
+    /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.
+    pub(crate) fn from_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
+        let space = Space::new(self.records, self.options)?;
+        self.at(&space, &space.start_at_hysteresis(point))
     }
 
     /// The fit at a point, without a search.

@@ -306,7 +306,8 @@ mod tests {
     use crate::fit::point::Parameter;
     use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
     use crate::fit::response::response;
-    use crate::options::{Options, Order, Thresholds};
+    use crate::loop_shift_model::LoopShiftModel;
+    use crate::options::{DynamicsModel, Options, Order, Thresholds};
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
     /// what a small step does.
@@ -331,11 +332,12 @@ mod tests {
         let plain = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
         let joint = Options {
             dt: Some(0.01),
-            dynamics: Some(Order::Second),
+            dynamics: DynamicsModel::Order(Order::Second),
             creep: CreepModel::TimeConstants(vec![0.3, 1.0]),
+            loop_shift: LoopShiftModel::Both(0.3),
             ..plain.clone()
         };
-        let lag = Options { dynamics: Some(Order::First), creep: CreepModel::None, ..joint.clone() };
+        let lag = Options { dynamics: DynamicsModel::Order(Order::First), creep: CreepModel::None, loop_shift: LoopShiftModel::None, ..joint.clone() };
         for options in [plain, joint, lag] {
             check_derivatives(&records, &options);
         }
@@ -343,7 +345,7 @@ mod tests {
 
     fn check_derivatives(records: &[Record<'_>], options: &Options) {
         let space = Space::new(records, options).unwrap();
-        let basis = WeightBasis::new(options);
+        let basis = WeightBasis::new(options, space.shift_len());
         let projection = Projection::new(records, &space, &basis, 0.0, 1);
         let dt = space.intervals().of_record(0);
         let point = space.starts()[1]
