@@ -830,10 +830,13 @@ class Identification:
         """
     @property
     def dynamics(self) -> _Lag | None:
-        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for."""
+        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any."""
+    @property
+    def loop_shift(self) -> LoopShift | None:
+        """The loop shift, if there is one."""
     @property
     def creep(self) -> Creep | None:
-        """The creep; None unless asked for."""
+        """The creep, if there is any."""
     @property
     def dead_time(self) -> float | None:
         """What the output lags the input besides, in seconds; None for records without dt."""
@@ -899,6 +902,9 @@ class Identification:
     def damping_std(self) -> float:
         """Standard error of the damping ratio; 0 for a lag and without dynamics."""
     @property
+    def loop_shift_std(self) -> _Vector:
+        """Standard errors of the amplitudes of the loop shift."""
+    @property
     def creep_std(self) -> _Vector:
         """Standard errors of the searched amplitudes of creep."""
     @property
@@ -921,6 +927,11 @@ class Identification:
     @property
     def smoothness(self) -> float:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
+    @property
+    def terms_validation(self) -> list[tuple[int, str, float]]:
+        """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
+        best of every kind, the simplest first; empty if there was nothing to choose.
+        """
     @property
     def smoothness_validation(self) -> list[tuple[float, float]]:
         """What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto"."""
@@ -993,6 +1004,43 @@ class Identification:
         >>> predicted, std = found.predict(u, return_std=True)
         >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
         (True, True)
+        """
+    def residuals(
+        self,
+        u: ArrayLike,
+        y: ArrayLike,
+        *,
+        record: int | None = None,
+        skip: _Samples = 0,
+        dt: float | None = None,
+    ) -> _Vector:
+        """Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
+
+        Parameters
+        ----------
+        u, y : arrays of n floats
+            Input and measured output.
+        record : int, optional
+            The number of the record among those that were fitted, or whose beginning was: then its output offset counts, and the
+            creep that was under way when it began. Without it the record has those that suit it best.
+        skip : int or str
+            Leading samples that do not count for what suits it best, or a time.
+        dt : float, optional
+            Sampling interval in seconds; by default that of the first record.
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> y = mh.paper.table_1_recovered().forward().run(u)
+        >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+        >>> bool(abs((found.residuals(u, y, record=0) ** 2).mean() ** 0.5 - found.fit.rmse) < 1e-12)
+        True
         """
     def leave_one_loop_out(
         self,
@@ -1735,10 +1783,11 @@ def identify(
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
-    dynamics: Literal["auto", 1, 2] | None = None,
-    creep: Literal["auto"] | int | ArrayLike | None = None,
+    dynamics: Literal["auto", 1, 2] | None = "auto",
+    creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
+    loop_shift: Literal["auto"] | float | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
-    smoothness: Literal["auto"] | float = 0.0,
+    smoothness: Literal["auto"] | float = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     validate: _HeldOut | Sequence[_HeldOut] | float | str | Sequence[_Samples] | None = None,
     progress: Callable[[float, float], object] | None = None,
@@ -1746,9 +1795,13 @@ def identify(
 ) -> Identification:
     """Fits a model to measured records.
 
-    y = output_offset + G[creep[sum_i w_i z_i]], z_i the operators at u - input_offset, G the linear dynamics and a dead time;
-    y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a search
-    over everything else. Every record starts from the virgin state, at rest at its first input, and has its own output offset.
+    y = output_offset + G[creep[sum_i w_i z_i + s]], z_i the operators at u - input_offset, s the loop shift, G the linear dynamics
+    and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every
+    step of a search over everything else. Every record starts from the virgin state, at rest at its first input, and has its
+    own output offset.
+
+    What is "auto" is left to cross-validation: stretches of the records are predicted from fits to the others, and the simplest
+    model that predicts as well as the best stays.
 
     Parameters
     ----------
@@ -1776,11 +1829,15 @@ def identify(
         In the unit of u. The conventional model fixes it at the middle of the input range.
     dead_time : "fit" or float
         What y lags u besides, in seconds; in samples where there is no dt.
-    dynamics : None, "auto", 2 or 1
-        Linear dynamics to fit behind the hysteresis: of second order ("auto" too), or a first-order lag. They need dt and
-        records that reach their frequency; a warning says if these do not tell them.
-    creep : None, "auto", int or array
-        Creep to fit: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds.
+    dynamics : "auto", None, 2 or 1
+        Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
+        their frequency; a warning says if these do not tell those that were asked for. "auto" is 2 or None.
+    creep : "auto", None, "log", int or array
+        Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
+        None.
+    loop_shift : "auto", None or float
+        How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
+        holds at the rates of the records only.
     thresholds : "uniform", "quantiles" or array, optional
         The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
     smoothness : float or "auto"
@@ -2926,7 +2983,7 @@ def identify_dynamics(
     dt: float,
     order: Literal["auto", 1, 2] = 2,
     dead_time: Literal["fit"] | float = "fit",
-    creep: Literal["auto"] | int | ArrayLike | None = None,
+    creep: Literal["auto", "log"] | int | ArrayLike | None = None,
     skip: int = 0,
 ) -> DynamicsIdentification:
     """Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.

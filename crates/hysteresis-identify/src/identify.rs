@@ -178,7 +178,7 @@ fn model(
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
     let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output };
     Ok(match (options.model, basis.families(&fit.weights)) {
-        (ModelKind::Conventional, _) => Model::from(PrandtlIshlinskii::new(&fit.weights, &thresholds, offsets)?),
+        (ModelKind::Conventional, (weights, _)) => Model::from(PrandtlIshlinskii::new(weights, &thresholds, offsets)?),
         (ModelKind::Modified, (above, below)) => {
             let model = ModifiedPrandtlIshlinskii::from_ratios(above, &thresholds, ratios, offsets)?;
             Model::from(if let Some(below) = below { model.with_negative_weights(below)? } else { model })

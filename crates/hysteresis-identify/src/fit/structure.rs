@@ -20,6 +20,9 @@ const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::
 /// a term leaves.
 const USUAL_SMOOTHNESS: f64 = 1e-3;
 
+/// How smooth the weights are where all loops are alike.
+const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
+
 /// A structure, and what cross-validation said of it and of others.
 #[derive(Default)]
 pub(crate) struct Structure {
@@ -110,11 +113,15 @@ impl StructureProblem<'_> {
         (candidates_of_kinds[good], if tried.len() > 1 { tried } else { Vec::new() })
     }
 
-    /// The smoothness that predicts best under a law, and all that were tried.
+    /// The smoothness that predicts best under a law, and all that were tried. Where loops are alike one predicts the other
+    /// with any weights: then it is a usual one, unless that is clearly worse.
     fn smoothness(&self, law: &StretchesUnderLaw<'_>, terms: &Terms) -> (CrossValidation, Vec<CrossValidation>) {
         let with = |smoothness: &f64| law.cross_validate(&Terms { smoothness: *smoothness, ..*terms });
         let tried: Vec<_> = self.asked.smoothnesses().iter().map(with).collect();
-        let best = CrossValidation::best(&tried).cloned();
+        let margin = self.margin();
+        let is_alike = |place: &usize| margin > 1.0 && tried[*place].smoothness == SMOOTHNESS_OF_LIKE_LOOPS;
+        let alike = CrossValidation::good(&tried, margin).find(is_alike).map(|place| &tried[place]);
+        let best = alike.or_else(|| CrossValidation::best(&tried)).cloned();
         (best.unwrap_or_else(|| with(&0.0)), tried)
     }
 

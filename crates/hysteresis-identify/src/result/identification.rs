@@ -175,10 +175,7 @@ impl Identification {
         self.warnings.extend(furthest);
         let judged = |(place, (record, offset)): (usize, &(Record<'_>, Option<f64>))| match offset {
             // The rest of a record whose beginning was fitted.
-            Some(offset) => {
-                let response = self.chain.response_in(place, record.input(), self.interval_of(record));
-                judged(record, &response, *offset, &[], 0.0)
-            }
+            Some(offset) => judged(record, &self.left_by(record, Some((place, *offset)))),
             None => self.validate(record, None),
         };
         records.iter().enumerate().map(judged).collect()
@@ -193,18 +190,35 @@ impl Identification {
     /// the rest of a record whose beginning was fitted, skip that and give its offset.
     #[must_use]
     pub fn validate(&self, record: &Record<'_>, output_offset: Option<f64>) -> Quality {
-        let dt = self.interval_of(record);
-        let response = self.chain.response(record.input(), dt);
-        if let Some(offset) = output_offset {
-            return judged(record, &response, offset, &[], 0.0);
+        match output_offset {
+            Some(offset) => judged(record, &self.left_by(record, Some((usize::MAX, offset)))),
+            None => judged(record, &self.left_by(record, None)),
         }
+    }
+
+    /// Measured minus modelled output of a record, all its samples: of the record number `fitted` of those that were fitted,
+    /// or the rest of it, with its output offset and the creep that was under way; of any other record with what suits it best, as
+    /// [`validate`](Self::validate) has it.
+    #[must_use]
+    pub fn residuals(&self, record: &Record<'_>, fitted: Option<usize>) -> Vec<f64> {
+        let own = fitted.and_then(|place| self.output_offsets.get(place).map(|offset| (place, *offset)));
+        self.left_by(record, own)
+    }
+
+    /// The residuals with the creep under way and the output offset of a fitted record, or with those that suit it best.
+    fn left_by(&self, record: &Record<'_>, own: Option<(usize, f64)>) -> Vec<f64> {
+        let dt = self.interval_of(record);
+        let left = |response: Vec<f64>| record.output().iter().zip(response).map(|(y, p)| y - p).collect::<Vec<_>>();
+        if let Some((place, offset)) = own {
+            return left(self.chain.response_in(place, record.input(), dt)).into_iter().map(|e| e - offset).collect();
+        }
+        let left = left(self.chain.response(record.input(), dt));
         let mut column = underway(&self.chain.creep_underway, record.input().len(), dt);
         if record.skip() == 0 || column.is_empty() {
             column = vec![0.0; record.input().len()];
         }
-        let left: Vec<f64> = record.output().iter().zip(&response).map(|(y, p)| y - p).skip(record.skip()).collect();
-        let (offset, amplitude) = line_through(&column[record.skip()..], &left);
-        judged(record, &response, offset, &column, amplitude)
+        let (offset, amplitude) = line_through(&column[record.skip()..], &left[record.skip()..]);
+        left.iter().zip(column).map(|(e, more)| e - offset - amplitude * more).collect()
     }
 
     fn interval_of(&self, record: &Record<'_>) -> f64 {
@@ -224,12 +238,10 @@ impl Identification {
     }
 }
 
-/// The errors of a response with this offset and so much of a further column, if there is one.
-fn judged(record: &Record<'_>, response: &[f64], offset: f64, column: &[f64], amplitude: f64) -> Quality {
-    let more = column.iter().copied().chain(std::iter::repeat(0.0));
-    let predicted: Vec<f64> =
-        response.iter().zip(more).map(|(y, more)| y + offset + amplitude * more).skip(record.skip()).collect();
+/// The errors of a model that leaves these residuals.
+fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
     let (input, measured) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let predicted: Vec<f64> = measured.iter().zip(&residuals[record.skip()..]).map(|(y, e)| y - e).collect();
     Quality::of(measured, &predicted, record.output_range()).with_loops(input, measured, &predicted)
 }
 
