@@ -22,7 +22,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python soak picture stub format clean
+	bench-check bench-reference bench-brief bench-python bench-many soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -108,6 +108,9 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 	$(BIN)/python -m pytest benches/python --benchmark-group-by=group --benchmark-json=$(TIMES) \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 	$(BIN)/python benches/python/ratios.py $(TIMES)
+
+bench-many: $(PACKAGE) ## time and accuracy of identifying 4096 actuators at once, beside single fits
+	$(BIN)/python benches/python/many.py $(MANY)
 
 soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
 	cargo run --quiet --release -p soak -- $(SAMPLES)

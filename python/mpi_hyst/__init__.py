@@ -26,6 +26,7 @@ from mpi_hyst._core import (
     diagnose,
     identify,
     identify_dynamics,
+    identify_many,
     load,
 )
 
@@ -49,6 +50,7 @@ __all__ = [
     "diagnose",
     "identify",
     "identify_dynamics",
+    "identify_many",
     "io",
     "load",
     "paper",

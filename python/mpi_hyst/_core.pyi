@@ -1,5 +1,6 @@
 # The compiled core. Docstrings are in the module itself: help(mpi_hyst).
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from os import PathLike
 from typing import (
     Any,
@@ -41,6 +42,7 @@ __all__ = [
     "IterativeLearning",
     "LeftOutLoop",
     "LoopShift",
+    "ManyIdentifications",
     "Margins",
     "Metrics",
     "Modes",
@@ -73,6 +75,7 @@ __all__ = [
     "gains",
     "identify",
     "identify_dynamics",
+    "identify_many",
     "invert_dynamics",
     "load",
     "loop_width",
@@ -2974,6 +2977,162 @@ class DynamicsIdentification:
         """How many passes over the record the search took."""
     def predict(self, u: ArrayLike) -> _Vector:
         """The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value."""
+
+@final
+class ManyIdentifications:
+    """Identified actuators: made by `identify_many`.
+
+    `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator that could
+    not be fitted are NaN, and `errors` says why. It is small: some numbers for each operator of each actuator.
+    """
+
+    @property
+    def weights(self) -> _Matrix:
+        """The weights w_i, an array of shape (M, n); of split models those above zero."""
+    @property
+    def weights_negative(self) -> _Matrix:
+        """The weights v_i below zero, an array of shape (M, n): those of `weights` unless the models are split."""
+    @property
+    def thresholds(self) -> _Matrix:
+        """The thresholds r_i, an array of shape (M, n), in the unit of the input. They move with the input offset."""
+    @property
+    def ratios(self) -> _Matrix:
+        """ra/r, rb/r and rc/r, an array of shape (M, 3)."""
+    @property
+    def input_offsets(self) -> _Vector:
+        """The input offsets, in the unit of the input."""
+    @property
+    def output_offsets(self) -> _Vector:
+        """The output offsets, in the unit of the output."""
+    @property
+    def dead_times(self) -> _Vector:
+        """What each position lags its drive, in seconds; in samples where no dt was given."""
+    @property
+    def rmse(self) -> _Vector:
+        """Root mean square errors over the fitted samples, in the unit of the output."""
+    @property
+    def nrmse(self) -> _Vector:
+        """`rmse` over the peak-to-peak of each measured position."""
+    @property
+    def max_errors(self) -> _Vector:
+        """Largest absolute errors, in the unit of the output."""
+    @property
+    def noise(self) -> _Vector:
+        """Standard deviations of the noise, from the residuals, in the unit of the output."""
+    @property
+    def verdicts(self) -> list[Literal["green", "amber", "red"]]:
+        """Whether each result deserves trust: "green", "amber" or "red", the worst of its findings; "red" for one that could not be
+        fitted.
+        """
+    @property
+    def findings(self) -> list[list[tuple[str, Literal["amber", "red"], float]]]:
+        """What makes records or results doubtful: for each actuator a list of (code, severity, value). docs/findings.md explains the
+        codes; `mpi_hyst.diagnose` of one actuator says more.
+        """
+    @property
+    def errors(self) -> dict[int, str]:
+        """The actuators that could not be fitted, each with the reason."""
+    @property
+    def weights_law(self) -> Literal["free", "quadratic", "split"]:
+        """What the weights may be: as given, or as cross-validation chose for all actuators."""
+    @property
+    def smoothness(self) -> float:
+        """How smooth the weights were asked to be: as given, or as cross-validation chose for all actuators."""
+    @property
+    def operators(self) -> int:
+        """How many operators each model has."""
+    @property
+    def dt(self) -> float | None:
+        """The sampling interval in seconds, or None."""
+    def models(self) -> list[_Model | None]:
+        """The model of each actuator; None for one that could not be fitted."""
+    def actuator_array(self, missing: _Model | None = None) -> ActuatorArray:
+        """The models as one array of actuators, which runs forward or inverse.
+
+        `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError that names the
+        first.
+        """
+    def __getitem__(self, actuator: int, /) -> _Model: ...
+    def __len__(self) -> int: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+def identify_many(
+    u: ArrayLike,
+    Y: ArrayLike,  # noqa: N803
+    *,
+    dt: float | None = None,
+    model: Literal["modified", "conventional"] = "modified",
+    operators: int | Literal["auto"] | None = 20,
+    weights: Literal["auto", "free", "quadratic", "split"] = "auto",
+    ratios: Literal["fit"] | tuple[float, float, float] = "fit",
+    input_offset: Literal["fit"] | float = "fit",
+    dead_time: Literal["fit"] | float = "fit",
+    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    smoothness: Literal["auto"] | float = "auto",
+    skip: _Samples = 0,
+    threads: int = 1,
+    executor: Executor | None = None,
+    progress: Callable[[float, int], object] | None = None,
+) -> ManyIdentifications:
+    """Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
+
+    Driven alike (one u for all), actuators share what depends on the drive alone: where to start and the first step take no pass over
+    the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of `identify`; where several minima
+    of the error are nearly as deep, it may be another one. Driven each by its own drive, they get the very fit of `identify`.
+
+    Parameters
+    ----------
+    u : array of shape (samples,) or (samples, M)
+        The drive of all actuators (V), or one for each.
+    Y : array of shape (samples, M)
+        The measured positions (um), a column for each actuator.
+    dt : float, optional
+        Sampling interval in seconds. Without it dead times are in samples.
+    model, operators, ratios, input_offset, dead_time, thresholds
+        As for `identify`, the same for all actuators.
+    weights : "auto", "free", "quadratic" or "split"
+        One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify` would, and takes
+        the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes the middle one.
+    smoothness : float or "auto"
+        As for `identify`, one for all.
+    skip : int or str
+        Leading samples that set the memory but are not fitted, or a time such as "2s".
+    threads : int
+        So many share out the actuators. The result has the same bits for any number of threads.
+    executor : concurrent.futures.Executor, optional
+        Takes the actuators in groups of 256, each as a call of this function with `threads`. The same bits again. Everything goes
+        through pickle if it has processes.
+    progress : callable, optional
+        Called with (share done, actuators done). Ctrl-C stops either way; calls that an executor has begun run to their end.
+
+    Returns
+    -------
+    ManyIdentifications
+        An actuator that cannot be fitted (a sample that is not finite, a position that never moves) has its reason in `errors`, and
+        takes nothing from the others.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+    >>> gains = [1.0, 1.25, 0.75]
+    >>> Y = np.column_stack([gain * mh.paper.table_1().forward().run(u) for gain in gains])
+    >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
+    >>> found
+    <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
+    >>> bool(found.nrmse.max() < 1e-6)
+    True
+    >>> inverse = found.actuator_array().inverse(limits=(-500.0, 500.0))
+    >>> drive = inverse.step([2.0, 2.0, 2.0])  # V
+    >>> bool(drive[1] < drive[0] < drive[2])
+    True
+    """
 
 def identify_dynamics(
     u: ArrayLike,

@@ -1,7 +1,7 @@
 """What identification and diagnosis return: models with their errors, findings, verdicts.
 
-`identify` makes an `Identification`, `identify_dynamics` a `DynamicsIdentification`, `diagnose`
-a list of `Finding`.
+`identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
+`identify_dynamics` a `DynamicsIdentification`, `diagnose` a list of `Finding`.
 """
 
 from mpi_hyst._core import (
@@ -9,6 +9,7 @@ from mpi_hyst._core import (
     Finding,
     Identification,
     LeftOutLoop,
+    ManyIdentifications,
     Quality,
     loop_width,
     verdict,
@@ -19,6 +20,7 @@ __all__ = [
     "Finding",
     "Identification",
     "LeftOutLoop",
+    "ManyIdentifications",
     "Quality",
     "loop_width",
     "verdict",

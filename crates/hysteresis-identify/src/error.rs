@@ -126,6 +126,8 @@ pub enum Error {
         /// The first record without a sampling interval.
         record: usize,
     },
+    /// Many actuators at once have hysteresis and a dead time only: neither dynamics nor creep.
+    LinearPart,
     /// To leave one loop out takes two.
     TooFewLoops {
         /// The loops of all records together.
@@ -152,6 +154,7 @@ impl Error {
             Self::NoOperators => Some("operators"),
             Self::SplitConventional => Some("weights"),
             Self::NoInterval { .. } => Some("dt"),
+            Self::LinearPart => Some("dynamics"),
             Self::Core(error) => error.parameter(),
             Self::Interrupted => None,
         }
@@ -175,6 +178,7 @@ impl fmt::Display for Error {
                 "dt: expected the sampling interval of record {record} in seconds, got none: dynamics and creep need it, \
                  and records are all in seconds or all in samples"
             ),
+            Self::LinearPart => write!(f, "dynamics: expected neither dynamics nor creep for many actuators at once"),
             Self::TooFewLoops { got } => {
                 write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }

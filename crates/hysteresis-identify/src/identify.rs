@@ -166,7 +166,7 @@ fn range(bounds: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.
-fn model(
+pub(crate) fn model(
     options: &Options,
     space: &Space,
     basis: &WeightBasis,

@@ -252,10 +252,15 @@ impl Options {
         all
     }
 
-    /// The same without dynamics, creep and loop shift, and a dead time that is searched: it takes the place of their lag.
-    pub(crate) fn hysteresis_alone(&self) -> Self {
+    /// The same without dynamics, creep and loop shift.
+    pub(crate) fn hysteresis_and_dead_time(&self) -> Self {
         let (dynamics, creep, loop_shift) = (DynamicsModel::None, CreepModel::None, LoopShiftModel::None);
-        Self { dynamics, creep, loop_shift, dead_time: Setting::Fit, ..self.clone() }
+        Self { dynamics, creep, loop_shift, ..self.clone() }
+    }
+
+    /// The same with a dead time that is searched: it takes the place of their lag.
+    pub(crate) fn hysteresis_alone(&self) -> Self {
+        Self { dead_time: Setting::Fit, ..self.hysteresis_and_dead_time() }
     }
 
     /// Checks everything that was given but what depends on the records.

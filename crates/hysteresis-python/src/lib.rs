@@ -69,6 +69,10 @@ mod _core {
     #[pymodule_export]
     use crate::identify::identify::identify;
     #[pymodule_export]
+    use crate::identify::many::identify_many;
+    #[pymodule_export]
+    use crate::identify::many_result::ManyIdentifications;
+    #[pymodule_export]
     use crate::identify::recursive::RecursiveIdentifier;
     #[pymodule_export]
     use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};

@@ -301,7 +301,7 @@ impl Space {
     }
 
     /// For every axis a neighbour of the point within the bounds, and how far away it is.
-    fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
+    pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
         let neighbour = |axis: &Axis| {
             let value = point.get(axis.parameter);
             let step = DIFFERENCE_STEP * axis.scale;

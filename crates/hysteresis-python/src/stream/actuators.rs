@@ -92,7 +92,7 @@ impl Limits {
 #[pymethods]
 impl ActuatorArray {
     #[new]
-    fn new(models: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn new(models: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = models.py();
         let Ok(items) = models.try_iter() else {
             let got = models.get_type().name()?;

@@ -1,0 +1,205 @@
+//! Gauss-Newton steps from a start, on normal equations about the residual.
+
+use super::normal::{Gram, Normal};
+use super::signal::Visits;
+use crate::fit::course::Course;
+use crate::fit::point::{Parameter, Point};
+use crate::fit::projection::{ProjectedFit, Projection};
+use crate::fit::space::Space;
+use crate::fit::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
+use crate::record::Record;
+
+/// The trust region of the first step, in scales of the axes.
+pub(super) const FIRST_RADIUS: f64 = 0.25;
+
+/// Below this share of the sum of squares of the data the residual is rounding.
+const ROUNDING_SQUARES: f64 = 1e-28;
+
+/// Steps below this, in scales, change nothing.
+const MIN_STEP: f64 = 1e-13;
+
+/// The problem of one actuator on a selection of its samples.
+pub(super) struct Problem<'a> {
+    pub(super) record: &'a Record<'a>,
+    pub(super) space: &'a Space,
+    pub(super) basis: &'a WeightBasis,
+    pub(super) course: &'a Course,
+    pub(super) smoothness: f64,
+    /// Makes the penalty of weights that are not smooth.
+    pub(super) projection: &'a Projection<'a>,
+}
+
+/// What a descent starts from.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    pub(super) point: Point,
+    pub(super) unknowns: Vec<f64>,
+    pub(super) output_offset: f64,
+}
+
+/// The best fit at a point, and the problem about the unknowns from which it was found.
+pub(super) struct State {
+    pub(super) best: Start,
+    /// What is minimised.
+    pub(super) objective: f64,
+    pub(super) normal: Normal,
+    about: Start,
+    guess: Vec<usize>,
+}
+
+/// When to stop improving.
+#[derive(Clone, Copy)]
+pub(super) struct Patience {
+    /// The promised decrease, as a share of the objective, that is not worth a step.
+    pub(super) gain: f64,
+    /// How many passes over the samples the steps may take.
+    pub(super) passes: usize,
+}
+
+impl State {
+    /// Where weights are not solved for anew.
+    pub(super) fn about(start: Start, objective: f64, normal: Normal) -> Self {
+        let guess = positive(&start.unknowns);
+        Self { best: start.clone(), objective, normal, about: start, guess }
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The same problem on other samples.
+    pub(super) fn on<'b>(&'b self, course: &'b Course) -> Problem<'b>
+    where
+        'a: 'b,
+    {
+        let Self { record, space, basis, smoothness, projection, .. } = *self;
+        Problem { record, space, basis, course, smoothness, projection }
+    }
+
+    /// The sum of squares of the positions about their mean.
+    pub(super) fn base_squares(&self) -> f64 {
+        let outputs = || (0..self.course.len()).map(|row| self.record.output()[self.course.sample(row)]);
+        let mean = outputs().sum::<f64>() / as_f64(self.course.len());
+        outputs().map(|y| (y - mean).powi(2)).sum()
+    }
+
+    /// One pass: the best weights at the point of a start, and the problem of a step from there.
+    pub(super) fn pass(&self, about: Start) -> State {
+        let normal = self.normal(&about).unwrap();
+        let guess = positive(&about.unknowns);
+        let (step, objective) = normal.solve(&at_least_zero(&about.unknowns), &guess);
+        let unknowns = moved(&about.unknowns, &step);
+        let output_offset = about.output_offset + normal.offset(&step);
+        let guess = positive(&unknowns);
+        let best = Start { point: about.point, unknowns, output_offset };
+        State { best, objective, normal, about, guess }
+    }
+
+    /// The problem about a start; the derivatives are those at its weights.
+    fn normal(&self, about: &Start) -> Option<Normal> {
+        let weights = self.basis.weights(&about.unknowns);
+        let dt = self.space.intervals().of_record(0);
+        let visits = Visits::new(self.record.input(), self.course, about.point.get(Parameter::DeadTime) / dt);
+        let outputs = |point: &Point| visits.outputs(point, &weights, self.space, self.basis).ok();
+        let here = outputs(&about.point)?;
+        let mut there = Vec::new();
+        for (parameter, point, distance) in self.space.neighbours(&about.point) {
+            let is_delay = parameter == Parameter::DeadTime;
+            there.push((if is_delay { None } else { Some(outputs(&point)?) }, if is_delay { dt } else { distance }));
+        }
+        let tangent = self.space.tangent(&about.point, self.basis.columns(), None);
+        let mut rows = tangent.rows(self.record.input(), dt);
+        let (columns, last) = (1 + tangent.columns, 1 + tangent.columns + there.len());
+        let mut gram = Gram::new(last + 1);
+        let mut row = vec![0.0; last + 1];
+        row[0] = 1.0;
+        for number in 0..self.course.len() {
+            let k = self.course.sample(number);
+            rows.write(k, self.course.turns(), &mut row[1..columns]);
+            let (output, by_delay) = visits.at(number, &here);
+            for (slope, (there, distance)) in row[columns..last].iter_mut().zip(&there) {
+                let change = there.as_ref().map_or(by_delay, |there| visits.at(number, there).0 - output);
+                *slope = change / *distance;
+            }
+            row[last] = self.record.output()[k] - about.output_offset - output;
+            gram.push(&row);
+        }
+        Some(gram.finish(self.basis, &self.projection.penalty(self.basis, &about.point, self.smoothness), &about.unknowns))
+    }
+
+    /// Descends from a start in a box-shaped trust region, as the search of a single fit does.
+    pub(super) fn improve(&self, mut here: State, patience: Patience) -> State {
+        let least = ROUNDING_SQUARES * self.base_squares();
+        let axes = self.space.axes();
+        let mut radius = FIRST_RADIUS;
+        for _ in 0..patience.passes {
+            if axes.is_empty() || here.objective <= least {
+                break;
+            }
+            let (next, along, promised) = self.step(&here, radius);
+            let size = axes.iter().zip(&along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
+            let decrease_promised = here.objective - promised;
+            if decrease_promised.is_nan() || decrease_promised <= patience.gain * here.objective || size < MIN_STEP {
+                break;
+            }
+            let there = self.pass(next);
+            let decrease = here.objective - there.objective;
+            if decrease > 0.75 * decrease_promised {
+                radius = radius.max(2.0 * size);
+            } else if decrease.is_nan() || decrease < 0.25 * decrease_promised {
+                radius = 0.25 * size;
+            }
+            if decrease > 0.0 {
+                here = there;
+            }
+        }
+        here
+    }
+
+    /// Where a step leads, along which axes, and the objective that it promises.
+    pub(super) fn step(&self, here: &State, radius: f64) -> (Start, Vec<f64>, f64) {
+        let about = &here.about;
+        let mut bounds = at_least_zero(&about.unknowns);
+        bounds.extend(self.space.step_bounds(&about.point, radius));
+        let count = about.unknowns.len();
+        let guess: Vec<usize> = here.guess.iter().copied().chain(count..bounds.len()).collect();
+        let (step, promised) = here.normal.solve(&bounds, &guess);
+        let (unknowns, along) = step.split_at(count);
+        let next = Start {
+            point: self.space.moved(&about.point, along),
+            unknowns: moved(&about.unknowns, unknowns),
+            output_offset: about.output_offset + here.normal.offset(&step),
+        };
+        (next, along.to_vec(), promised)
+    }
+
+    /// The same fit as a single one has it.
+    pub(super) fn projected(&self, state: &State) -> ProjectedFit {
+        let Start { point, unknowns, output_offset } = &state.best;
+        ProjectedFit {
+            point: *point,
+            weights: self.basis.weights(unknowns),
+            unknowns: unknowns.clone(),
+            output_offsets: vec![*output_offset],
+            underway: vec![0.0],
+            squares: state.objective,
+            objective: state.objective,
+            base_squares: self.base_squares(),
+            // The conditions of the minimum are met as far as rounding lets the normal equations meet them.
+            kkt_residual: 0.0,
+        }
+    }
+}
+
+/// The bounds of a step that leaves no unknown below zero.
+fn at_least_zero(unknowns: &[f64]) -> Vec<(f64, f64)> {
+    unknowns.iter().map(|c| (-c, f64::INFINITY)).collect()
+}
+
+/// The unknowns after a step: exactly zero where it leads to the bound.
+fn moved(unknowns: &[f64], step: &[f64]) -> Vec<f64> {
+    unknowns.iter().zip(step).map(|(c, d)| if *d == -c { 0.0 } else { (c + d).max(0.0) }).collect()
+}
+
+fn positive(unknowns: &[f64]) -> Vec<usize> {
+    (0..unknowns.len()).filter(|j| unknowns[*j] > 0.0).collect()
+}

@@ -1,0 +1,250 @@
+//! Identification of many actuators: arrays in, small results out.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::Ratios;
+use hysteresis_identify::{self as identification, ManyRecords, Options, RecordError, Setting};
+use numpy::PyUntypedArrayMethods;
+use numpy::ndarray::{Ix2, IxDyn};
+use pyo3::prelude::*;
+
+use super::intervals::duration;
+use super::many_result::ManyIdentifications;
+use super::many_tasks::Tasks;
+use super::options::{kind, law, placed, setting, smooth};
+use crate::convert::arguments::{Given, count};
+use crate::convert::arrays::array;
+use crate::convert::errors::{self, raise, record, unexpected};
+
+/// Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
+///
+/// Driven alike (one u for all), actuators share what depends on the drive alone: where to start and the first step take no pass over
+/// the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of `identify`; where several minima
+/// of the error are nearly as deep, it may be another one. Driven each by its own drive, they get the very fit of `identify`.
+///
+/// Parameters
+/// ----------
+/// u : array of shape (samples,) or (samples, M)
+///     The drive of all actuators (V), or one for each.
+/// Y : array of shape (samples, M)
+///     The measured positions (um), a column for each actuator.
+/// dt : float, optional
+///     Sampling interval in seconds. Without it dead times are in samples.
+/// model, operators, ratios, input_offset, dead_time, thresholds
+///     As for `identify`, the same for all actuators.
+/// weights : "auto", "free", "quadratic" or "split"
+///     One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify` would, and takes
+///     the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes the middle one.
+/// smoothness : float or "auto"
+///     As for `identify`, one for all.
+/// skip : int or str
+///     Leading samples that set the memory but are not fitted, or a time such as "2s".
+/// threads : int
+///     So many share out the actuators. The result has the same bits for any number of threads.
+/// executor : concurrent.futures.Executor, optional
+///     Takes the actuators in groups of 256, each as a call of this function with `threads`. The same bits again. Everything goes
+///     through pickle if it has processes.
+/// progress : callable, optional
+///     Called with (share done, actuators done). Ctrl-C stops either way; calls that an executor has begun run to their end.
+///
+/// Returns
+/// -------
+/// ManyIdentifications
+///     An actuator that cannot be fitted (a sample that is not finite, a position that never moves) has its reason in `errors`, and
+///     takes nothing from the others.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> gains = [1.0, 1.25, 0.75]
+/// >>> Y = np.column_stack([gain * mh.paper.table_1().forward().run(u) for gain in gains])
+/// >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
+/// >>> found
+/// <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
+/// >>> bool(found.nrmse.max() < 1e-6)
+/// True
+/// >>> inverse = found.actuator_array().inverse(limits=(-500.0, 500.0))
+/// >>> drive = inverse.step([2.0, 2.0, 2.0])  # V
+/// >>> bool(drive[1] < drive[0] < drive[2])
+/// True
+#[pyfunction]
+#[pyo3(signature = (u, Y, *, dt=None, model=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
+        thresholds=None, smoothness=None, skip=None, threads=None, executor=None, progress=None),
+    text_signature = "(u, Y, *, dt=None, model='modified', operators=20, weights='auto', ratios='fit', input_offset='fit', \
+        dead_time='fit', thresholds=None, smoothness='auto', skip=0, threads=1, executor=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[expect(non_snake_case, reason = "a matrix, by its usual name")]
+pub(crate) fn identify_many(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    Y: &Bound<'_, PyAny>,
+    dt: Option<&Bound<'_, PyAny>>,
+    model: Option<&str>,
+    operators: Option<&Bound<'_, PyAny>>,
+    weights: Option<&str>,
+    ratios: Option<&Bound<'_, PyAny>>,
+    input_offset: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
+    thresholds: Option<&Bound<'_, PyAny>>,
+    smoothness: Option<&Bound<'_, PyAny>>,
+    skip: Option<&Bound<'_, PyAny>>,
+    threads: Option<&Bound<'_, PyAny>>,
+    executor: Option<&Bound<'_, PyAny>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<ManyIdentifications> {
+    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
+        return Err(unexpected("progress", "a callable", got));
+    }
+    let dt = dt.number("dt")?;
+    let default = Options::default();
+    let options = Options {
+        model: model.map_or(Ok(default.model), kind)?,
+        weights: weights.map_or(Ok(default.weights), law)?,
+        dt,
+        thresholds: placed(thresholds, operators)?,
+        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
+            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
+            Setting::Fit => Setting::Fit,
+        },
+        input_offset: setting("input_offset", "a number", input_offset)?,
+        dead_time: setting("dead_time", "a number", dead_time)?,
+        smoothness: smooth(smoothness)?,
+        ..default
+    };
+    let skip = match skip {
+        None => 0,
+        Some(skip) => duration("skip", skip, dt)?
+            .ok_or_else(|| unexpected("skip", "a number of samples, or a time such as \"2s\"", skip))?,
+    };
+    let threads = threads.map_or(Ok(1), |threads| count("threads", threads))?;
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = Signals::from_python(u, Y, skip)?;
+    let mut watch = Watch::new(progress, signals.actuators());
+    let Some(executor) = executor else {
+        let records = signals.records()?;
+        let found =
+            py.detach(|| identification::identify_many(&records, &options, threads, &mut |done| watch.look(done)));
+        let found = watch.unless_stopped(found)?;
+        return Ok(ManyIdentifications::new(&found, dt));
+    };
+    let settled = {
+        let records = signals.records()?;
+        let settled =
+            py.detach(|| identification::settled_options(&records, &options, threads, &mut |_| watch.look(0)));
+        watch.unless_stopped(settled)?
+    };
+    let given = [
+        ("dt", dt.map(|dt| dt.into_pyobject(py)).transpose()?.map(Bound::into_any)),
+        ("ratios", ratios.cloned()),
+        ("input_offset", input_offset.cloned()),
+        ("dead_time", dead_time.cloned()),
+        ("thresholds", thresholds.cloned()),
+    ];
+    let tasks = Tasks { executor, options: &settled, skip, threads };
+    tasks.run(u, Y, signals.has_own_drives(), &given, &mut watch)
+}
+
+/// Drives and positions, one actuator after the other.
+struct Signals {
+    inputs: Vec<f64>,
+    positions: Vec<f64>,
+    samples: usize,
+    own_drives: bool,
+    skip: usize,
+}
+
+impl Signals {
+    fn from_python(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>, skip: usize) -> PyResult<Self> {
+        let u = array::<IxDyn>("u", u, format_args!("an array of shape (samples,) or (samples, actuators)"))?;
+        let y = array::<Ix2>("Y", y, format_args!("an array of shape (samples, actuators)"))?;
+        let (samples, actuators) = (y.shape()[0], y.shape()[1]);
+        let own_drives = match u.shape() {
+            [_] => false,
+            [_, _] => true,
+            _ => {
+                let expected = "an array of shape (samples,) or (samples, actuators)";
+                return Err(errors::value("u", format_args!("expected {expected}, got {} dimensions", u.ndim())));
+            }
+        };
+        if u.shape()[0] != samples || (own_drives && u.shape()[1] != actuators) {
+            let expected = if own_drives {
+                format!("an array of shape {:?}", (u.shape()[0], u.shape()[1]))
+            } else {
+                format!("an array of shape ({}, actuators)", u.shape()[0])
+            };
+            return Err(errors::value("Y", format_args!("expected {expected}, got shape {:?}", (samples, actuators))));
+        }
+        if actuators == 0 {
+            return Err(errors::value("Y", "expected at least one actuator, got none"));
+        }
+        let inputs = u.as_array().t().iter().copied().collect();
+        let positions = y.as_array().t().iter().copied().collect();
+        Ok(Self { inputs, positions, samples, own_drives, skip })
+    }
+
+    fn actuators(&self) -> usize {
+        self.positions.len() / self.samples.max(1)
+    }
+
+    fn has_own_drives(&self) -> bool {
+        self.own_drives
+    }
+
+    fn records(&self) -> PyResult<ManyRecords<'_>> {
+        let records: Result<_, RecordError> = if self.own_drives {
+            ManyRecords::each(&self.inputs, &self.positions, self.samples, self.skip)
+        } else {
+            ManyRecords::shared(&self.inputs, &self.positions, self.skip)
+        };
+        records.map_err(|error| raise(record(error)))
+    }
+}
+
+/// Tells Python how far the work is, and stops it on Ctrl-C or when the caller's function raises.
+pub(super) struct Watch {
+    progress: Option<Py<PyAny>>,
+    actuators: usize,
+    /// The number that was told last.
+    told: Option<usize>,
+    stopped_by: Option<PyErr>,
+}
+
+impl Watch {
+    fn new(progress: Option<Py<PyAny>>, actuators: usize) -> Self {
+        Self { progress, actuators, told: None, stopped_by: None }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    pub(super) fn tell(&mut self, py: Python<'_>, done: usize) -> PyResult<()> {
+        py.check_signals()?;
+        if self.told.replace(done) == Some(done) {
+            return Ok(());
+        }
+        let share = done as f64 / self.actuators as f64;
+        self.progress.as_ref().map_or(Ok(()), |progress| progress.call1(py, (share, done)).map(drop))
+    }
+
+    fn look(&mut self, done: usize) -> ControlFlow<()> {
+        match Python::attach(|py| self.tell(py, done)) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                self.stopped_by = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn unless_stopped<T>(&mut self, found: Result<T, identification::Error>) -> PyResult<T> {
+        match self.stopped_by.take() {
+            Some(error) => Err(error),
+            None => found.map_err(errors::identification),
+        }
+    }
+}
