@@ -108,20 +108,12 @@ impl JointSearch<'_> {
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let is_told = (without.fit.squares - fit.fit.squares) / self.noise(&fit) >= self.needed_evidence(&fit);
         let tried = [self.problem.cross_validate(&without)?, self.problem.cross_validate(&fit)?];
-        let is_told = is_told && self.is_inside(&fit);
+        let is_told = is_told && is_inside(&fit);
         if is_told && CrossValidation::good(&tried, 1.0).next() == Some(1) {
             return Ok(fit);
         }
         linear.dead_time_error = None;
         Ok(without)
-    }
-
-    /// Whether frequency, damping and dead time lie within the bounds of their search.
-    fn is_inside(&self, fit: &JointFit) -> bool {
-        [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
-            let value = fit.fit.point.get(parameter);
-            fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
-        })
     }
 
     /// By how many variances of the noise dynamics must lower the sum of squares.
@@ -170,7 +162,15 @@ impl JointSearch<'_> {
     fn best_so_far(&self, joint: Option<Point>) -> Result<JointFit, Error> {
         match self.best.or(joint) {
             Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, &point),
-            None => self.problem.from_hysteresis(&self.plain.fit.point),
+            None => self.problem.at_hysteresis(&self.plain.fit.point),
         }
     }
+}
+
+/// Whether frequency, damping and dead time lie within the bounds of their search.
+fn is_inside(fit: &JointFit) -> bool {
+    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
+        let value = fit.fit.point.get(parameter);
+        fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+    })
 }

@@ -38,12 +38,7 @@ impl LoopShiftModel {
     /// The columns for records whose inputs lie between `low` and `high`; for [`Auto`](Self::Auto) those of all candidates.
     ///
     /// `longest` is the length of the longest record and `dt` the smallest sampling interval, both in seconds.
-    pub(crate) fn columns(
-        self,
-        (low, high): (f64, f64),
-        longest: f64,
-        dt: f64,
-    ) -> Result<Option<ShiftColumns>, Error> {
+    pub(crate) fn columns(self, (low, high): (f64, f64), longest: f64, dt: f64) -> Result<Option<ShiftColumns>, Error> {
         let filter = |time_constant, both| ShiftFilter { time_constant, limit: f64::INFINITY, both };
         let is_told = |tau: &f64| *tau >= SHORTEST_SAMPLES * dt && *tau <= LONGEST_SHARE * longest;
         let filters = match self {

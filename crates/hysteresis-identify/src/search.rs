@@ -1,5 +1,6 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
+use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::choice::{OperatorChoice, choose_operators, levels};
 use crate::fit::folds::CrossValidation;
@@ -10,7 +11,6 @@ use crate::fit::space::Space;
 use crate::fit::structure::{Structure, StructureProblem, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
-use crate::creep_model::CreepModel;
 use crate::options::{DynamicsModel, Options};
 use crate::record::Record;
 
@@ -36,7 +36,16 @@ pub(crate) fn search_all(
 ) -> Result<Found, Error> {
     let all = asked.with_open_terms();
     let (is_joint, chooses) = (all.is_joint(), is_open(asked));
-    monitor.begin(Span { from: 0.0, to: if is_joint { 0.3 } else if chooses { 0.8 } else { 1.0 } });
+    monitor.begin(Span {
+        from: 0.0,
+        to: if is_joint {
+            0.3
+        } else if chooses {
+            0.8
+        } else {
+            1.0
+        },
+    });
     let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
     let thresholds = found.options.thresholds.clone();
     if is_joint && !(found.partial && all.order().is_none()) {
@@ -97,7 +106,7 @@ fn with_linear_part(
     let basis = WeightBasis::new(&options, Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
     if found.partial {
-        let fit = problem.from_hysteresis(&found.fit.fit.point)?;
+        let fit = problem.at_hysteresis(&found.fit.fit.point)?;
         return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
     }
     let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
@@ -127,7 +136,9 @@ fn with_structure(
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
     monitor.within(0, 1);
     let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &monitor.kept().unwrap_or(point))?, true),
+        Err(Error::Interrupted) if monitor.keeps_best() => {
+            (problem.at(&space, &monitor.kept().unwrap_or(point))?, true)
+        }
         searched => (searched?, false),
     };
     let is_told = |_: &LinearEvidence| {

@@ -9,8 +9,8 @@ use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::Stage;
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, Error, FindingCode, Identification, Options, Order, Record, SearchStage, Setting, Stop, Thresholds,
-    WeightLaw, identify,
+    CreepModel, DynamicsModel, Error, FindingCode, Identification, Options, Order, Record, SearchStage, Setting, Stop,
+    Thresholds, WeightLaw, identify,
 };
 
 const DT: f64 = 1e-3;
@@ -99,7 +99,8 @@ fn a_lag_and_log_type_creep_come_back() {
     let behind = Behind { creep: Some(creep), dynamics, dead_time: 0.0 };
     // The span of two seconds at most is ten times the record.
     let terms = Some(7);
-    let options = Options { dynamics: DynamicsModel::Order(Order::First), creep: CreepModel::Logarithmic { terms }, ..options() };
+    let options =
+        Options { dynamics: DynamicsModel::Order(Order::First), creep: CreepModel::Logarithmic { terms }, ..options() };
     let (output, found) = fitted(&behind, &options);
     let Some(Dynamics::FirstOrder(lag)) = found.dynamics else { panic!("{:?}", found.dynamics) };
     assert!((lag.frequency() - 40.0).abs() < 1e-5, "{lag:?}");

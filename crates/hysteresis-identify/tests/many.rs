@@ -214,9 +214,10 @@ fn errors_name_what_is_wrong() {
     assert_eq!(still, RecordError::Constant { argument: "input", value: 1.0 });
     assert!(ManyRecords::shared(&[1.0, f64::NAN], &[1.0, 2.0], 0).is_err());
     let records = ManyRecords::shared(&input, &position, 0).unwrap();
-    for linear in
-        [Options { dynamics: DynamicsModel::Order(Order::Second), ..options() }, Options { creep: CreepModel::Decades(2), ..options() }]
-    {
+    for linear in [
+        Options { dynamics: DynamicsModel::Order(Order::Second), ..options() },
+        Options { creep: CreepModel::Decades(2), ..options() },
+    ] {
         let error = refused(&records, &linear);
         assert_eq!((error, error.parameter()), (Error::LinearPart, Some("dynamics")));
         assert!(error.to_string().starts_with("dynamics: expected"));

@@ -58,14 +58,17 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     let (bank, weights, offsets) = OperatorBank::of_model(model);
     let operators = OperatorsAt { bank, input_offset: offsets.input, shift: None };
     let linear = LinearPart::delay(dead_time);
-    let found = findings(records, &Chain {
-        operators,
-        weights,
-        linear,
-        underway: Vec::new(),
-        creep_underway: CreepBasis::default(),
-        dt: first.dt().unwrap_or(1.0),
-    });
+    let found = findings(
+        records,
+        &Chain {
+            operators,
+            weights,
+            linear,
+            underway: Vec::new(),
+            creep_underway: CreepBasis::default(),
+            dt: first.dt().unwrap_or(1.0),
+        },
+    );
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
     let explains_all = is_there(FindingCode::WrongSign) && is_there(FindingCode::PoorFit);
     Ok(if explains_all { causes_of_wrong_sign(found) } else { found })

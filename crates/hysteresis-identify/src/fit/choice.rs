@@ -101,11 +101,7 @@ impl Options {
 }
 
 /// How many samples there are, if there are enough for so many unknowns, and the latter.
-pub(crate) fn enough(
-    records: &[Record<'_>],
-    space: &Space,
-    basis: &WeightBasis,
-) -> Result<(usize, usize), Error> {
+pub(crate) fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis) -> Result<(usize, usize), Error> {
     let unknowns = basis.freedom() + space.own().len() + space.axes().len();
     let samples: usize = records.iter().map(Record::fitted_samples).sum();
     if samples < 2 * unknowns {

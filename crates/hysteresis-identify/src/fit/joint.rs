@@ -126,7 +126,12 @@ impl JointProblem<'_> {
     }
 
     /// The best fit in a space, from a point in it.
-    pub(crate) fn search_from(&self, space: Space, point: &Point, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+    pub(crate) fn search_from(
+        &self,
+        space: Space,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
         let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         // The work that is left once the dynamics are found.
         let span = Span { from: 0.0, to: 0.6 };
@@ -167,7 +172,7 @@ impl JointProblem<'_> {
     }
 
     /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.
-    pub(crate) fn from_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
+    pub(crate) fn at_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
         let space = Space::new(self.records, self.options)?;
         self.at(&space, &space.start_at_hysteresis(point))
     }

@@ -195,9 +195,8 @@ impl<'a> Projection<'a> {
                 *rows += 1;
             });
         }
-        let finished = |(factor, rows): (TriangularFactor, usize)| {
-            (self.basis.in_unknowns(factor.finish().as_ref(), own), rows)
-        };
+        let finished =
+            |(factor, rows): (TriangularFactor, usize)| (self.basis.in_unknowns(factor.finish().as_ref(), own), rows);
         factors.into_iter().map(finished).collect()
     }
 
@@ -337,7 +336,12 @@ mod tests {
             loop_shift: LoopShiftModel::Both(0.3),
             ..plain.clone()
         };
-        let lag = Options { dynamics: DynamicsModel::Order(Order::First), creep: CreepModel::None, loop_shift: LoopShiftModel::None, ..joint.clone() };
+        let lag = Options {
+            dynamics: DynamicsModel::Order(Order::First),
+            creep: CreepModel::None,
+            loop_shift: LoopShiftModel::None,
+            ..joint.clone()
+        };
         for options in [plain, joint, lag] {
             check_derivatives(&records, &options);
         }

@@ -328,7 +328,8 @@ impl Space {
 
     /// A point, and the same with each of the usual ratios, if they are searched.
     pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
-        let others = USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
+        let others =
+            USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
         std::iter::once(*point).chain(others).collect()
     }
 

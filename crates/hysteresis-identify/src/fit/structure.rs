@@ -86,14 +86,18 @@ impl StructureProblem<'_> {
         let with = |weights| Options { weights, ..asked.clone() };
         // Few samples are no reason to believe in the law of few unknowns.
         enough(self.records, space, &WeightBasis::new(&with(WeightLaw::Free), space.shift_len()))?;
-        let is_borne = |options: &Options| {
-            enough(self.records, space, &WeightBasis::new(options, space.shift_len())).is_ok()
-        };
+        let is_borne =
+            |options: &Options| enough(self.records, space, &WeightBasis::new(options, space.shift_len())).is_ok();
         Ok(LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).filter(is_borne).collect())
     }
 
     /// The terms that stay, and what cross-validation said of the best of every kind.
-    fn terms(&self, stretches: &StretchesUnderLaw<'_>, space: &Space, smoothness: f64) -> (Terms, Vec<CrossValidation>) {
+    fn terms(
+        &self,
+        stretches: &StretchesUnderLaw<'_>,
+        space: &Space,
+        smoothness: f64,
+    ) -> (Terms, Vec<CrossValidation>) {
         let all = space.creep_amplitudes();
         let creeps: Vec<usize> = if self.asked.creep == CreepModel::Auto { (0..=all).collect() } else { vec![all] };
         let kinds = shift_kinds(self.asked.loop_shift, space);
@@ -145,8 +149,8 @@ fn shift_kinds(asked: LoopShiftModel, space: &Space) -> Vec<Vec<LoopShiftModel>>
 
 /// Whether anything is left to [`StructureProblem::choose`].
 pub(crate) fn is_open(options: &Options) -> bool {
-    options.weights == WeightLaw::Auto && options.model == ModelKind::Modified
-        || options.weights == WeightLaw::Auto && options.operators() > 4
+    let laws = options.model == ModelKind::Modified || options.operators() > 4;
+    (options.weights == WeightLaw::Auto && laws)
         || options.smoothness == Setting::Fit
         || options.creep == CreepModel::Auto
         || options.loop_shift == LoopShiftModel::Auto

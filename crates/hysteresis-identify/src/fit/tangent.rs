@@ -37,7 +37,7 @@ impl Tangent {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
         if is_plain {
-            TangentRows::Plain(PlainRows::new(self, input, dt))
+            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt)))
         } else {
             TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
         }
@@ -47,7 +47,7 @@ impl Tangent {
 /// The rows of one record: \[columns | derivatives\].
 pub(crate) enum TangentRows<'a> {
     /// Hysteresis and a dead time: between rows only the turns of the input need to be seen.
-    Plain(PlainRows<'a>),
+    Plain(Box<PlainRows<'a>>),
     /// With dynamics or creep every sample counts.
     Filtered(Box<FilteredRows<'a>>),
 }

@@ -82,7 +82,13 @@ mod tests {
         assert_eq!(of(&[record(&fading, 50)]), Variety { amplitudes: true, ..alike });
         let back: Vec<f64> = fading.iter().rev().chain(&fading).copied().take(900).collect();
         let back: Vec<f64> = fading.iter().chain(&back).copied().step_by(2).collect();
-        assert_eq!(of(&[Record::new(&back, &back, 50).unwrap()]), Variety { amplitudes: true, apart_from_time: true, start: false });
-        assert_eq!(of(&[record(&sine, 100), record(&fading, 50)]), Variety { amplitudes: true, apart_from_time: true, start: false });
+        assert_eq!(
+            of(&[Record::new(&back, &back, 50).unwrap()]),
+            Variety { amplitudes: true, apart_from_time: true, start: false }
+        );
+        assert_eq!(
+            of(&[record(&sine, 100), record(&fading, 50)]),
+            Variety { amplitudes: true, apart_from_time: true, start: false }
+        );
     }
 }

@@ -123,7 +123,11 @@ impl<'a> Problem<'a> {
             row[last] = self.record.output()[k] - about.output_offset - output;
             gram.push(&row);
         }
-        Some(gram.finish(self.basis, &self.projection.penalty(self.basis, &about.point, self.smoothness), &about.unknowns))
+        Some(gram.finish(
+            self.basis,
+            &self.projection.penalty(self.basis, &about.point, self.smoothness),
+            &about.unknowns,
+        ))
     }
 
     /// Descends from a start in a box-shaped trust region, as the search of a single fit does.

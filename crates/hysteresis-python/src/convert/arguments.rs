@@ -48,7 +48,11 @@ impl<'py> FromPyObject<'_, 'py> for OrNone<'py> {
 
 impl<'py> OrNone<'py> {
     /// What `convert` makes of the argument, or the default.
-    pub(crate) fn or<T>(&self, default: T, convert: impl FnOnce(Option<&Bound<'py, PyAny>>) -> PyResult<T>) -> PyResult<T> {
+    pub(crate) fn or<T>(
+        &self,
+        default: T,
+        convert: impl FnOnce(Option<&Bound<'py, PyAny>>) -> PyResult<T>,
+    ) -> PyResult<T> {
         match self {
             Self::NotGiven => Ok(default),
             Self::Is(value) => convert(value.as_ref()),

@@ -58,7 +58,11 @@ impl Identification {
         }
         let signals = signals(u, Some(y))?;
         let intervals = match dt {
-            None => self.found.dt.first().map_or_else(|| Intervals::from_python(None, 1), |dt| Ok(Intervals::known(&[*dt])))?,
+            None => self
+                .found
+                .dt
+                .first()
+                .map_or_else(|| Intervals::from_python(None, 1), |dt| Ok(Intervals::known(&[*dt])))?,
             given => Intervals::from_python(given, 1)?,
         };
         let records = checked(&signals, skips(skip, 1, &intervals)?, &intervals, &[])?;
