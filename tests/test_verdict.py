@@ -160,7 +160,7 @@ def test_what_the_residual_follows(bench: Bench) -> None:
         assert found.verdict in ("amber", "red")
     faster = np.r_[u, u[::-8], u[::8]]
     late = np.interp(np.arange(faster.size) - 1.5, np.arange(faster.size), bench.measured(faster))
-    assert "rate_effects" in codes(fitted(faster, late, skip=skip, dead_time=0.0))
+    assert "rate_effects" in codes(fitted(faster, late, skip=skip, dead_time=0.0, **without))
     # following the hints: none of it is left
     clean = fitted(there_and_back, y, skip=skip)
     followed = {"input_effects", "amplitude_effects", "drift", "rate_effects"}

@@ -1,6 +1,6 @@
 //! What is left of the identification of many actuators.
 
-use hysteresis_core::{self as core, Model, Offsets, Ratios};
+use hysteresis_core::{Model, Offsets, Ratios};
 use hysteresis_identify::{self as identification, ActuatorFit, Error, ManyIdentifications as Found, Setting, Verdict};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde::{Deserialize, Serialize};
 
+use super::many_parts::Parts;
 use super::options::law_name;
 use crate::convert::errors::{self, raise, record};
 use crate::convert::pickling::result_methods;
@@ -44,33 +45,6 @@ pub(crate) struct ManyIdentifications {
     findings: Vec<Vec<(String, String, f64)>>,
     /// Which actuators could not be fitted, and why.
     errors: Vec<(usize, String)>,
-}
-
-/// The operators of a model, as arrays.
-struct Parts {
-    weights: Vec<f64>,
-    weights_negative: Vec<f64>,
-    thresholds: Vec<f64>,
-    offsets: Offsets,
-}
-
-impl Parts {
-    fn of(model: &Model) -> Self {
-        match model {
-            Model::Conventional(model) => Self {
-                weights: model.weights().to_vec(),
-                weights_negative: model.weights().to_vec(),
-                thresholds: model.operators().iter().map(|play| play.r()).collect(),
-                offsets: model.offsets(),
-            },
-            Model::Modified(model) => Self {
-                weights: model.weights().to_vec(),
-                weights_negative: model.weights_negative().to_vec(),
-                thresholds: model.operators().iter().map(|play| play.r()).collect(),
-                offsets: model.offsets(),
-            },
-        }
-    }
 }
 
 impl ManyIdentifications {

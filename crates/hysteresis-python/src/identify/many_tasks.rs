@@ -40,8 +40,8 @@ impl<'py> Tasks<'_, 'py> {
         let mut futures = Vec::new();
         let outcome = (|| {
             for first in (0..actuators).step_by(GROUP) {
-                let columns = self.columns(&y, first, actuators)?;
-                let drive = if own_drives { self.columns(&u, first, actuators)? } else { u.clone() };
+                let columns = Self::columns(&y, first, actuators)?;
+                let drive = if own_drives { Self::columns(&u, first, actuators)? } else { u.clone() };
                 futures.push(self.submit((&function, drive, columns), &keywords)?);
             }
             gather(&futures, watch)
@@ -55,7 +55,7 @@ impl<'py> Tasks<'_, 'py> {
         outcome
     }
 
-    fn columns(&self, values: &Bound<'py, PyAny>, first: usize, actuators: usize) -> PyResult<Bound<'py, PyAny>> {
+    fn columns(values: &Bound<'py, PyAny>, first: usize, actuators: usize) -> PyResult<Bound<'py, PyAny>> {
         let py = values.py();
         let bound = |index: usize| isize::try_from(index).map_err(|_| wrong_type("Y", "expected fewer actuators"));
         let columns = PySlice::new(py, bound(first)?, bound((first + GROUP).min(actuators))?, 1);
@@ -87,10 +87,10 @@ impl<'py> Tasks<'_, 'py> {
                 ModelKind::Conventional => "conventional",
             },
         )?;
-        if !matches!(self.options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
-            keywords.set_item("operators", self.options.operators())?;
-        } else {
+        if matches!(self.options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
             keywords.set_item("operators", PyString::new(py, "auto"))?;
+        } else {
+            keywords.set_item("operators", self.options.operators())?;
         }
         keywords.set_item("weights", law_name(self.options.weights))?;
         match self.options.smoothness {

@@ -49,9 +49,7 @@ def _dynamics(
     return int(value) if value in ("1", "2") else value
 
 
-def _creep(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> int | str | None:
+def _creep(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
     """Read a number of terms, or a word."""
     if value is None or value in ("auto", "none", "log"):
         return value

@@ -105,7 +105,9 @@ def evaluate(
 def _own_offset(record: Record, found: mh.results.Identification) -> float:
     """Return the offset that suits a record best, with creep under way as it is at the end."""
     explained = record.output[-1] - _residuals(record, None, found)[-1]
-    return float(found.output_offsets[0] + explained - found.predict(record.input, dt=record.dt)[-1])
+    return float(
+        found.output_offsets[0] + explained - found.predict(record.input, dt=record.dt)[-1]
+    )
 
 
 @dataclass(frozen=True)
