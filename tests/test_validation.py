@@ -269,7 +269,7 @@ def test_an_interrupt_among_the_operators_keeps_the_best_of_those_tried() -> Non
     y = measured(DRIVE, 10)
 
     def fewest_tried(fraction: float, _best: float) -> None:
-        # Eight numbers of operators, 4 the first, before the last search: 9 in four fifths of the work.
+        # Eight numbers of operators, 4 the first, and the last search: 9 in four fifths.
         if fraction > 0.8 * 3.1 / 9.0:
             raise KeyboardInterrupt
 

@@ -1,6 +1,6 @@
 //! What is left of the identification of many actuators.
 
-use hysteresis_core::{Model, Offsets, Ratios};
+use hysteresis_core::{self as core, Model, Offsets, Ratios};
 use hysteresis_identify::{self as identification, ActuatorFit, Error, ManyIdentifications as Found, Setting, Verdict};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};

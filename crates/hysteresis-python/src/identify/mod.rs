@@ -11,7 +11,7 @@ mod intervals;
 pub(crate) mod left_out;
 pub(crate) mod many;
 mod many_parts;
-mod many_result;
+pub(crate) mod many_result;
 mod many_tasks;
 mod options;
 pub(crate) mod quality;

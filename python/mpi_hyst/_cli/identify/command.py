@@ -194,8 +194,8 @@ def _loop_shift(
         "--creep",
         metavar="TERMS|log|auto|none",
         callback=_creep,
-        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if cross-validation "
-        "asks for it.  [default: auto]",
+        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
+        "cross-validation asks for it.  [default: auto]",
     ),
     click.option(
         "--loop-shift",
@@ -221,10 +221,11 @@ def _loop_shift(
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
-    The stage is written with -o: hysteresis, dead time, dynamics, creep and loop shift as far as the
-    records tell them, and the limits and slew rate of its drive if they are given. A record must start from rest, or
-    its start must be skipped with --skip. The first line is the verdict on the result: green,
-    amber or red. Ctrl-C writes no files unless --keep-partial is given; the exit status is 130.
+    The stage is written with -o: hysteresis, dead time, dynamics, creep and loop shift as far as
+    the records tell them, and the limits and slew rate of its drive if they are given. A record
+    must start from rest, or its start must be skipped with --skip. The first line is the verdict
+    on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial is given; the
+    exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
@@ -69,8 +70,10 @@ def fit(
 ) -> mh.results.Identification:
     """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    given = {name: None if value == "none" else value for name, value in request.fit.items()}
-    options = given | {"model": kind}
+    options: dict[str, Any] = {
+        name: None if value == "none" else value for name, value in request.fit.items()
+    }
+    options["model"] = kind
     if kind == "conventional":
         options.pop("ratios", None)
         # A split model is compared with a conventional one of free weights: that has no split.
