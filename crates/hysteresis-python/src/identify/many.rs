@@ -65,7 +65,7 @@ use crate::convert::errors::{self, raise, record, unexpected};
 /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
 /// >>> gains = [1.0, 1.25, 0.75]
 /// >>> Y = np.column_stack([gain * mh.paper.table_1().forward().run(u) for gain in gains])
-/// >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
+/// >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", smoothness=0.0)
 /// >>> found
 /// <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
 /// >>> bool(found.nrmse.max() < 1e-6)
