@@ -146,8 +146,10 @@ def test_an_interrupt_keeps_the_best_if_told_to(tmp_path: Path, operators: str) 
     assert names_in(tmp_path) == {"long.csv", "out.json", "out.html"}
     found = mh.load(tmp_path / "out.json")
     assert isinstance(found, mh.Stage)
-    # While numbers of operators are tried, the best is still that of the law: 20.
-    assert found.hysteresis.operators == (20 if operators == "auto" else 30)
+    # While numbers of operators are tried, the best is one of them.
+    assert found.hysteresis.operators in (
+        (4, 6, 8, 12, 16, 20, 24, 32) if operators == "auto" else (30,)
+    )
     page = (tmp_path / "out.html").read_text("utf-8")
     assert "<h1>Hysteresis of long.csv (partial)</h1>" in page
     assert "PARTIAL, the search was interrupted" in page

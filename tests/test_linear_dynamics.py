@@ -64,6 +64,8 @@ VALUES = [
     mh.plant.FirstOrder(280.0),
     mh.plant.Creep([0.01], [0.1]),
     mh.plant.Creep([0.01], [0.2]),
+    mh.plant.LoopShift(75.0, 60.0, (-3.0, 0.5), 0.2, 0.5),
+    mh.plant.LoopShift(75.0, 60.0, (0.5, -3.0), 0.2, 0.5),
 ]
 
 

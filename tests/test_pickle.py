@@ -27,6 +27,7 @@ STAGE = mh.Stage(
     dead_time=1e-4,
     dynamics=[RESONANCE, LAG],
     creep=mh.plant.Creep([0.01], [0.5]),
+    loop_shift=mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     noise=0.016,
 )
 U = mh.signals.decaying_triangle(500.0, 1.0, cycles=6, rate=200)
@@ -79,6 +80,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "Modes": lambda: mh.plant.Modes([0.75, 0.25], [RESONANCE, mh.plant.SecondOrder(900.0, 0.02)]),
     "StateSpace": lambda: mh.plant.StateSpace([[-5.0, 1.0], [0.0, -2.0]], [0, 2], [1, 0], 0.5),
     "Creep": lambda: mh.plant.Creep([0.01, 0.02], [0.1, 1.0]),
+    "LoopShift": lambda: mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     "Stage": lambda: STAGE,
     "Sine": lambda: mh.trajectories.Sine(3.0, 1.0, offset=0.5),
     "RoundedTriangle": lambda: mh.trajectories.RoundedTriangle(3.0, 1.0, corner=0.1),
@@ -95,6 +97,9 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Finding": lambda: mh.diagnose(U[:20], Y[:20], MODEL)[0],
     "Identification": identified,
     "DynamicsIdentification": dynamics,
+    "ManyIdentifications": lambda: mh.identify_many(
+        U, Y[:, None], operators=4, ratios=(0.95, 0.3, 0.35), weights="free", smoothness=0.0
+    ),
     "Metrics": lambda: run().metrics,
     "Run": run,
     "Tuning": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG),

@@ -28,6 +28,7 @@ KNOWN: dict[str, Any] = {
     "input_offset": 0.0,
     "dead_time": 0.0,
     "thresholds": THRESHOLDS,
+    "smoothness": 0.0,
 }
 
 
@@ -121,7 +122,7 @@ def test_weights_at_their_bound_count_as_known() -> None:
     drive = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=100.0)
     thresholds = 25.0 * np.arange(20)
     clean = ACTUATOR.forward().run(drive)
-    options: dict[str, Any] = {"weights": "free", "thresholds": thresholds}
+    options: dict[str, Any] = {"weights": "free", "thresholds": thresholds, "smoothness": 0.0}
     found = mh.identify(drive, measured(drive, 1), dead_time=0.0, **options)
     assert np.isnan(found.weights_std).sum() == np.sum(found.model.weights == 0.0) >= 2
     spread, told = spread_and_told(clean, drive, UNSEEN, 30, **options)
@@ -264,18 +265,17 @@ def test_an_interrupt_hands_over_the_best_so_far(
         mh.identify(DRIVE, y, operators=8, progress=progress)
 
 
-def test_an_interrupt_among_the_operators_keeps_what_the_weight_laws_found() -> None:
+def test_an_interrupt_among_the_operators_keeps_the_best_of_those_tried() -> None:
     y = measured(DRIVE, 10)
 
     def fewest_tried(fraction: float, _best: float) -> None:
-        # Three weight laws and eight numbers of operators, 4 the first, before the last search: 12.
-        if fraction > 4.1 / 12.0:
+        # Eight numbers of operators, 4 the first, and the last search: 9 in four fifths.
+        if fraction > 0.8 * 3.1 / 9.0:
             raise KeyboardInterrupt
 
     found = mh.identify(DRIVE, y, operators="auto", progress=fewest_tried, keep_partial=True)
-    assert found.partial and found.model.weights.size == 20
-    # 4 operators leave more than the noise of 0.015 um that 20 do.
-    assert found.fit.rmse < 1.1 * NOISE < mh.identify(DRIVE, y, operators=4).fit.rmse
+    assert found.partial and found.model.weights.size in (6, 8)
+    assert found.fit.rmse < mh.identify(DRIVE, y, operators=4).fit.rmse
 
 
 def test_progress_that_cannot_be_called_is_refused_by_name() -> None:

@@ -108,13 +108,16 @@ def main() -> None:
     now = datetime.now(timezone.utc).date()
     tell(f"{processor()}, {os.cpu_count()} processors, load {load:.1f}, {now}")
     random = np.random.default_rng(asked.seed)
-    options = {"dt": 1.0 / RATE, "operators": asked.operators, "weights": asked.weights}
+    options: dict[str, Any] = {
+        **{"dt": 1.0 / RATE, "operators": asked.operators},
+        **{"weights": asked.weights, "smoothness": 0.0},
+    }
     u, singly = drive(asked.samples), min(asked.singles, asked.actuators)
     Y = np.column_stack([position(u, asked.operators, random) for _ in range(asked.actuators)])
     shape = f"{asked.samples} samples, {asked.operators} operators, {asked.threads} threads"
 
     def single(pair: tuple[Array, Array]) -> mh.results.Identification:
-        return mh.identify(*pair, **options)
+        return mh.identify(*pair, dynamics=None, creep=None, loop_shift=None, **options)
 
     def in_parallel(pairs: list[tuple[Array, Array]]) -> list[mh.results.Identification]:
         with ThreadPoolExecutor(asked.threads) as pool:

@@ -41,6 +41,7 @@ __all__ = [
     "InverseArray",
     "IterativeLearning",
     "LeftOutLoop",
+    "LoopShift",
     "ManyIdentifications",
     "Margins",
     "Metrics",
@@ -832,10 +833,13 @@ class Identification:
         """
     @property
     def dynamics(self) -> _Lag | None:
-        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for."""
+        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any."""
+    @property
+    def loop_shift(self) -> LoopShift | None:
+        """The loop shift, if there is one."""
     @property
     def creep(self) -> Creep | None:
-        """The creep; None unless asked for."""
+        """The creep, if there is any."""
     @property
     def dead_time(self) -> float | None:
         """What the output lags the input besides, in seconds; None for records without dt."""
@@ -901,6 +905,9 @@ class Identification:
     def damping_std(self) -> float:
         """Standard error of the damping ratio; 0 for a lag and without dynamics."""
     @property
+    def loop_shift_std(self) -> _Vector:
+        """Standard errors of the amplitudes of the loop shift."""
+    @property
     def creep_std(self) -> _Vector:
         """Standard errors of the searched amplitudes of creep."""
     @property
@@ -923,6 +930,11 @@ class Identification:
     @property
     def smoothness(self) -> float:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
+    @property
+    def terms_validation(self) -> list[tuple[int, str, float]]:
+        """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
+        best of every kind, the simplest first; empty if there was nothing to choose.
+        """
     @property
     def smoothness_validation(self) -> list[tuple[float, float]]:
         """What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto"."""
@@ -995,6 +1007,43 @@ class Identification:
         >>> predicted, std = found.predict(u, return_std=True)
         >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
         (True, True)
+        """
+    def residuals(
+        self,
+        u: ArrayLike,
+        y: ArrayLike,
+        *,
+        record: int | None = None,
+        skip: _Samples = 0,
+        dt: float | None = None,
+    ) -> _Vector:
+        """Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
+
+        Parameters
+        ----------
+        u, y : arrays of n floats
+            Input and measured output.
+        record : int, optional
+            The number of the record among those that were fitted, or whose beginning was: then its output offset counts, and the
+            creep that was under way when it began. Without it the record has those that suit it best.
+        skip : int or str
+            Leading samples that do not count for what suits it best, or a time.
+        dt : float, optional
+            Sampling interval in seconds; by default that of the first record.
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> y = mh.paper.table_1_recovered().forward().run(u)
+        >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+        >>> bool(abs((found.residuals(u, y, record=0) ** 2).mean() ** 0.5 - found.fit.rmse) < 1e-12)
+        True
         """
     def leave_one_loop_out(
         self,
@@ -1737,10 +1786,11 @@ def identify(
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
-    dynamics: Literal["auto", 1, 2] | None = None,
-    creep: Literal["auto"] | int | ArrayLike | None = None,
+    dynamics: Literal["auto", 1, 2] | None = "auto",
+    creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
+    loop_shift: Literal["auto"] | float | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
-    smoothness: Literal["auto"] | float = 0.0,
+    smoothness: Literal["auto"] | float = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     validate: _HeldOut | Sequence[_HeldOut] | float | str | Sequence[_Samples] | None = None,
     progress: Callable[[float, float], object] | None = None,
@@ -1748,9 +1798,13 @@ def identify(
 ) -> Identification:
     """Fits a model to measured records.
 
-    y = output_offset + G[creep[sum_i w_i z_i]], z_i the operators at u - input_offset, G the linear dynamics and a dead time;
-    y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a search
-    over everything else. Every record starts from the virgin state, at rest at its first input, and has its own output offset.
+    y = output_offset + G[creep[sum_i w_i z_i + s]], z_i the operators at u - input_offset, s the loop shift, G the linear dynamics
+    and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every
+    step of a search over everything else. Every record starts from the virgin state, at rest at its first input, and has its
+    own output offset.
+
+    What is "auto" is left to cross-validation: stretches of the records are predicted from fits to the others, and the simplest
+    model that predicts as well as the best stays.
 
     Parameters
     ----------
@@ -1778,11 +1832,15 @@ def identify(
         In the unit of u. The conventional model fixes it at the middle of the input range.
     dead_time : "fit" or float
         What y lags u besides, in seconds; in samples where there is no dt.
-    dynamics : None, "auto", 2 or 1
-        Linear dynamics to fit behind the hysteresis: of second order ("auto" too), or a first-order lag. They need dt and
-        records that reach their frequency; a warning says if these do not tell them.
-    creep : None, "auto", int or array
-        Creep to fit: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds.
+    dynamics : "auto", None, 2 or 1
+        Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
+        their frequency; a warning says if these do not tell those that were asked for. "auto" is 2 or None.
+    creep : "auto", None, "log", int or array
+        Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
+        None.
+    loop_shift : "auto", None or float
+        How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
+        holds at the rates of the records only.
     thresholds : "uniform", "quantiles" or array, optional
         The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
     smoothness : float or "auto"
@@ -2313,14 +2371,87 @@ class Creep:
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
+@final
+class LoopShift:
+    """The shift of a loop: what motion of the drive u adds to the position.
+
+    Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
+    Behind the output map, in front of the creep, the position gains s = c_1 m + c_2 n:
+
+    x = (u - center) / half_range
+    e = x - f, within -limit .. limit, where f follows x with the time constant tau / 4
+    m' = (e^2 - m) / tau, n' = (x abs(e) - n) / tau
+
+    For a motion that is slow beside tau, e is about (tau / 4) x'. c_1 moves the centre of every loop, c_2 that of a loop
+    that lies off the centre of the range. At rest s is 0. It follows from past drives alone, so the inverse of the stage
+    stays exact, sample by sample. A shift says nothing of other rates than those of its records: `limit`, the largest e
+    there, keeps it from growing hundredfold at ten times the rate.
+
+    Parameters
+    ----------
+    center : float
+        The drive in the middle of the range.
+    half_range : float
+        Half of the range of drives.
+    amplitudes : (float, float)
+        c_1 and c_2, in the unit of the position.
+    time_constant : float
+        tau in seconds.
+    limit : float
+        The largest magnitude of e, without a unit.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> shift = mh.plant.LoopShift(0.0, 500.0, amplitudes=(-0.6, 0.0), time_constant=0.2, limit=0.5)
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0), loop_shift=shift)
+    >>> drive = mh.signals.sine(400.0, 1.0, seconds=4.0, rate=1e3)  # V
+    >>> moved = stage.forward(1e-3).run(drive) - stage.replace(loop_shift=None).forward(1e-3).run(drive)
+    >>> round(float(moved[-1000:].mean()), 4)  # um
+    -0.0172
+    """
+
+    def __new__(
+        cls,
+        center: float,
+        half_range: float,
+        amplitudes: Sequence[float],
+        time_constant: float,
+        limit: float,
+    ) -> LoopShift: ...
+    @property
+    def center(self) -> float:
+        """The drive in the middle of the range."""
+    @property
+    def half_range(self) -> float:
+        """Half of the range of drives."""
+    @property
+    def amplitudes(self) -> tuple[float, float]:
+        """c_1 and c_2, in the unit of the position."""
+    @property
+    def time_constant(self) -> float:
+        """tau in seconds."""
+    @property
+    def limit(self) -> float:
+        """The largest magnitude of e."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
 _Map: TypeAlias = tuple[ArrayLike, ArrayLike]
 _Points: TypeAlias = tuple[list[float], list[float]]
 
 @final
 class Stage:
-    """A whole stage: limits, dead time, amplifier, hysteresis, creep, modes and sensor noise in one object.
+    """A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
+    object.
 
-    limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
+    limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
 
     Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
     parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
@@ -2340,6 +2471,8 @@ class Stage:
     dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
         The modes and lags behind the hysteresis; their static gain may differ from 1.
     creep : Creep, optional
+    loop_shift : LoopShift, optional
+        What motion of the drive adds behind the output map, in front of the creep.
     input_map, output_map : (array, array), optional
         The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
     noise : float, optional
@@ -2375,6 +2508,7 @@ class Stage:
         amplifier_bandwidth: float | None = None,
         dynamics: _Dynamics | Any | None = None,
         creep: Creep | None = None,
+        loop_shift: LoopShift | None = None,
         input_map: _Map | None = None,
         output_map: _Map | None = None,
         noise: float | None = None,
@@ -2401,6 +2535,9 @@ class Stage:
     @property
     def creep(self) -> Creep | None:
         """The creep, or None."""
+    @property
+    def loop_shift(self) -> LoopShift | None:
+        """The loop shift, or None."""
     @property
     def input_map(self) -> _Points | None:
         """The points (x, y) of the map in front of the hysteresis, or None."""
@@ -2430,11 +2567,13 @@ class Stage:
     def forward(self, dt: float) -> StageForward:
         """The whole chain, sample by sample, at rest."""
     def inverse(self, dt: float, limits: Sequence[float] | None = None) -> StageInverse:
-        """The exact inverse of maps, hysteresis and creep, sample by sample, at rest; `limits` must lie within the stage's, by
-        default `drive_range`.
+        """The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
+        stage's, by default `drive_range`.
         """
     def bracket(self, limits: Sequence[float] | None = None) -> Bracket:
-        """How uncertain the position is when the history between the limits is unknown, without creep and dynamics."""
+        """How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
+        dynamics.
+        """
     def precompensate(
         self,
         reference: ArrayLike | _Trajectory,
@@ -2448,7 +2587,8 @@ class Stage:
         """The drives that move the stage along a reference: the position that is read at t_k is reference[k].
 
         The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-        inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`, or where `history` has left it.
+        inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
+        `history` has left it.
 
         Parameters
         ----------
@@ -2460,8 +2600,8 @@ class Stage:
         start : float, optional
             The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
         history : array of floats, optional
-            The drives since that rest, oldest first, one per sampling interval: what hysteresis and creep remember. After a
-            full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
+            The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift and creep
+            remember. After a full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
         lead_in : float, optional
             Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
             reference must begin where the stage is.
@@ -2593,8 +2733,8 @@ class Stage:
         """A copy with other arguments of the constructor; of what was identified it keeps what still holds.
 
         The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
-        dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified, other
-        linear parts its errors and warnings.
+        dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified,
+        another loop shift or other linear parts its errors and warnings.
         """
     def with_records(self, records: Sequence[tuple[str, str | None]]) -> Stage:
         """A copy that says from which records it was identified: a list of (name, SHA-256 or None)."""
@@ -2656,8 +2796,8 @@ class StageForward:
 class StageInverse:
     """The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 
-    It inverts input map, hysteresis, output map and creep. The drive never leaves the limits; a target out of reach puts it
-    at a limit and sets `saturated`.
+    It inverts input map, hysteresis, output map, loop shift and creep. The drive never leaves the limits; a target out of
+    reach puts it at a limit and sets `saturated`.
 
     Examples
     --------
@@ -2720,7 +2860,7 @@ class Bracket:
 
     Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
     shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a stage
-    are part of it, its creep and dynamics are not.
+    are part of it, its loop shift, creep and dynamics are not.
 
     Examples
     --------
@@ -2928,7 +3068,7 @@ def identify_many(
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
-    smoothness: Literal["auto"] | float = 0.0,
+    smoothness: Literal["auto"] | float = "auto",
     skip: _Samples = 0,
     threads: int = 1,
     executor: Executor | None = None,
@@ -2983,7 +3123,7 @@ def identify_many(
     >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
     >>> gains = [1.0, 1.25, 0.75]
     >>> Y = np.column_stack([gain * mh.paper.table_1_recovered().forward().run(u) for gain in gains])
-    >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
+    >>> found = mh.identify_many(u, Y, dt=0.01, weights="quadratic", smoothness=0.0, threads=2)
     >>> found
     <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
     >>> bool(found.nrmse.max() < 1e-6)
@@ -3002,7 +3142,7 @@ def identify_dynamics(
     dt: float,
     order: Literal["auto", 1, 2] = 2,
     dead_time: Literal["fit"] | float = "fit",
-    creep: Literal["auto"] | int | ArrayLike | None = None,
+    creep: Literal["auto", "log"] | int | ArrayLike | None = None,
     skip: int = 0,
 ) -> DynamicsIdentification:
     """Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.

@@ -1,4 +1,4 @@
-"""A whole stage in plain Python, from its equations: dead time, hysteresis, creep and one mode."""
+"""A whole stage in plain Python: dead time, hysteresis, loop shift, creep and one mode."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 
+from .loop_shift import LoopShift
 from .models import Model
 from .plants import second_order
 
@@ -22,9 +23,11 @@ class ReferenceStage:
         creep: Iterable[tuple[float, float]],
         delay: int,
         dt: float,
+        loop_shift: LoopShift | None = None,
     ) -> None:
         """Creep as pairs of amplitude and time constant in seconds; the delay in samples."""
         self.hysteresis = hysteresis
+        self.loop_shift = loop_shift
         self.mode = second_order(frequency, damping, dt)
         self.creep = [(amplitude, math.exp(-dt / tau)) for amplitude, tau in creep]
         self.lags = [0.0] * len(self.creep)
@@ -37,7 +40,10 @@ class ReferenceStage:
         )
         row = self.position + crept
         self.waiting.append(drive)
-        displacement = self.hysteresis.step(self.waiting.popleft())
+        late = self.waiting.popleft()
+        displacement = self.hysteresis.step(late)
+        if self.loop_shift is not None:
+            displacement += self.loop_shift.step(late)
         for j, (_, decay) in enumerate(self.creep):
             self.lags[j] = decay * self.lags[j] + (1.0 - decay) * displacement
         self.position = self.mode.step(displacement)

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use hysteresis_core::{
     AntiWindup, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
-    Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
+    Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, Ratios, StreamArray,
 };
 use no_panic::no_panic;
@@ -153,7 +153,9 @@ fn bracket_step(bracket: &mut Bracket, sample: f64) -> (f64, f64) {
 fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]);
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
+    let shift = LoopShiftTerms::new(0.0, 500.0, [-0.2, 0.1], 0.5, 0.9)?;
     let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
+    let stage = stage.with_loop_shift(shift);
     let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
     let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
     for sample in samples {

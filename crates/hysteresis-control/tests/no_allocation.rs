@@ -5,7 +5,7 @@ mod models;
 
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
-use hysteresis_control::stage::{Stage, StageParts};
+use hysteresis_control::stage::{LoopShift, Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions};
 use hysteresis_core::Process;
 
@@ -41,7 +41,14 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     let late = dynamics.clone().with_dead_time(0.5e-4).unwrap();
     let feedback = FeedbackLoop { kp: 60.0, ki: 6000.0, slope: 5e-3, dynamics: late, dt: 1e-4 };
     let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
-    let stage = Stage::new(StageParts { dynamics, dead_time: 1.5e-4, ..StageParts::new(models::actuator()) }).unwrap();
+    let parts = StageParts {
+        loop_shift: Some(LoopShift::new(0.0, 500.0, [-0.2, 0.1], 0.01, 0.5).unwrap()),
+        creep: Some(Creep::new(&[0.01], &[0.1]).unwrap()),
+        dynamics,
+        dead_time: 1.5e-4,
+        ..StageParts::new(models::actuator())
+    };
+    let stage = Stage::new(parts).unwrap();
     let mut observer = Observer::new(&stage, 1e-4, &ObserverOptions { noise: 0.016, drift: 0.5 }).unwrap();
     let count = allocations::count(|| {
         for k in 0..1000 {

@@ -4,8 +4,8 @@
 mod models;
 
 use hysteresis_core::{
-    Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse, Mode,
-    PiecewiseLinearMap, Preview, Process, QuasiStatic, StreamArray,
+    Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse,
+    LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process, QuasiStatic, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -17,6 +17,10 @@ fn signal() -> Vec<f64> {
     samples
 }
 
+fn loop_shift() -> LoopShiftTerms {
+    LoopShiftTerms::new(0.0, 500.0, [-0.2, 0.1], 0.5, 0.9).unwrap()
+}
+
 #[test]
 fn the_hot_path_never_allocates() {
     let compiled = CompiledModel::new(&actuator());
@@ -25,7 +29,10 @@ fn the_hot_path_never_allocates() {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]).unwrap();
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
     let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
-    let streams: [Box<dyn Process>; 6] = [
+    let shifting = stage.clone().with_loop_shift(loop_shift());
+    let streams: [Box<dyn Process>; 8] = [
+        Box::new(shifting.forward()),
+        Box::new(shifting.inverse(limits).unwrap()),
         Box::new(stage.forward()),
         Box::new(stage.inverse(limits).unwrap()),
         Box::new(Forward::new(&compiled)),
@@ -77,6 +84,7 @@ fn a_controller_never_allocates_while_it_runs() {
     let compiled = CompiledModel::new(&actuator());
     let limits = (-500.0, 500.0);
     let creeping = QuasiStatic::new(&compiled).with_creep(CreepTerms::new(&[0.1], &[0.9]).unwrap());
+    let creeping = creeping.with_loop_shift(loop_shift());
     let sources: [FeedForward; 3] = [
         Inverse::new(&compiled, Some(limits)).unwrap().into(),
         creeping.inverse(Some(limits)).unwrap().into(),

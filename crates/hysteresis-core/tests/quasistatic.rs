@@ -1,8 +1,8 @@
-//! Laws of the stage without fast dynamics: maps, hysteresis and creep, forward and inverse.
+//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift and creep, forward and inverse.
 
 use hysteresis_core::{
-    Bracket, CompiledModel, CreepTerms, Error, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process,
-    QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+    Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap,
+    Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
 };
 use proptest::prelude::*;
 
@@ -45,9 +45,19 @@ fn creep() -> impl Strategy<Value = CreepTerms> {
     })
 }
 
+/// Shifts of some percent of the range; the limit is reached by jumps, or hardly ever.
+fn loop_shift() -> impl Strategy<Value = Option<LoopShiftTerms>> {
+    let terms = ((-20.0..150.0), (-5.0..5.0, -5.0..5.0), 0.05..3.0, 0.0..=1.0)
+        .prop_map(|(center, (c, d), limit, a)| LoopShiftTerms::new(center, 85.0, [c, d], limit, a).unwrap());
+    proptest::option::weighted(0.8, terms)
+}
+
 fn stage() -> impl Strategy<Value = QuasiStatic> {
-    (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), creep()).prop_map(|(model, gamma, phi, creep)| {
-        QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep)
+    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), loop_shift(), creep());
+    parts.prop_map(|(model, gamma, phi, shift, creep)| {
+        let stage =
+            QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep);
+        shift.into_iter().fold(stage, QuasiStatic::with_loop_shift)
     })
 }
 

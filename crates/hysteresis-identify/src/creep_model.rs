@@ -18,6 +18,9 @@ const FASTEST_SAMPLES: f64 = 30.0;
 /// share one amplitude.
 const FASTEST_LOGARITHMIC_SAMPLES: f64 = 3.0;
 
+/// Where slow creep of log-type begins, in seconds.
+const SLOW: f64 = 0.1;
+
 /// Terms a decade apart: the longest time constant, as a share of the record. A term that is slower is a drift.
 const SLOWEST_SHARE: f64 = 1.0 / 3.0;
 
@@ -36,8 +39,18 @@ pub(crate) const MAX_AMPLITUDES: usize = 12;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CreepModel {
     /// No creep.
-    #[default]
     None,
+    /// No creep in the model; but a record whose start is not fitted may still creep from what was before it.
+    UnderWay,
+    /// [`SlowAndFast`](Self::SlowAndFast), [`Slow`](Self::Slow) or [`UnderWay`](Self::UnderWay), as cross-validation over
+    /// stretches of the records asks for; none without a sampling interval.
+    #[default]
+    Auto,
+    /// Log-type creep from 0.1 s on: [`Logarithmic`](Self::Logarithmic) without its terms below. Those are hard to tell from a
+    /// dead time.
+    Slow,
+    /// The same with terms from 10 ms to 0.1 s, which share an amplitude of their own.
+    SlowAndFast,
     /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
     /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
     /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
@@ -54,6 +67,7 @@ pub enum CreepModel {
 
 /// Time constants, and what the searched amplitudes mean for each.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct CreepBasis {
     pub(crate) time_constants: Vec<f64>,
     /// For each searched parameter what its unit makes of every c_j.
@@ -61,6 +75,41 @@ pub(crate) struct CreepBasis {
 }
 
 impl CreepBasis {
+    /// Log-type creep from `start` on, and not below three samples, to 100 s, but not beyond ten times the longest record.
+    fn logarithmic(start: f64, terms: Option<usize>, seconds: f64, dt: f64) -> Result<Self, Error> {
+        let domain = |expected, got| Error::domain("creep", None, expected, got);
+        let (start, end) = (start.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
+        if start.is_nan() || end < 2.0 * start {
+            return Err(domain("records longer than a fifth of the shortest time constant of log-type creep", seconds));
+        }
+        let terms = terms.unwrap_or_else(|| terms_of(start, end));
+        let count = u16::try_from(terms).ok().filter(|terms| (1..=200).contains(terms));
+        let count = count.ok_or_else(|| domain("1 to 200 terms", as_f64(terms)))?;
+        let unit = Creep::logarithmic(1.0, start, end, count)?;
+        Ok(Self { time_constants: unit.time_constants().to_vec(), directions: vec![unit.amplitudes().to_vec()] })
+    }
+
+    /// The same with faster terms, which have an amplitude of their own.
+    fn with_faster(self, fast: &Creep) -> Self {
+        let before = vec![0.0; fast.time_constants().len()];
+        let after = vec![0.0; self.time_constants.len()];
+        let time_constants = [fast.time_constants(), &self.time_constants].concat();
+        let slow = self.directions.into_iter().map(|one| [before.as_slice(), &one].concat());
+        let directions = slow.chain([[fast.amplitudes(), &after].concat()]).collect();
+        Self { time_constants, directions }
+    }
+
+    /// The first amplitudes alone, with the terms that they have.
+    pub(crate) fn first(&self, amplitudes: usize) -> Self {
+        let directions = &self.directions[..amplitudes];
+        let is_used = |j: &usize| directions.iter().any(|one| one[*j] != 0.0);
+        let used: Vec<usize> = (0..self.time_constants.len()).filter(is_used).collect();
+        Self {
+            time_constants: used.iter().map(|j| self.time_constants[*j]).collect(),
+            directions: directions.iter().map(|one| used.iter().map(|j| one[*j]).collect()).collect(),
+        }
+    }
+
     /// c_j for parameters.
     pub(crate) fn amplitudes(&self, parameters: impl Fn(usize) -> f64) -> Vec<f64> {
         let amplitude = |j: usize| self.directions.iter().enumerate().map(|(i, one)| parameters(i) * one[j]).sum();
@@ -69,6 +118,22 @@ impl CreepBasis {
 }
 
 impl CreepModel {
+    /// Whether there is creep in the model.
+    pub(crate) fn has_terms(&self) -> bool {
+        !matches!(self, Self::None | Self::UnderWay | Self::Auto)
+    }
+
+    /// The creep that may be under way when a record begins whose start is not fitted: log-type, where creep of that kind is
+    /// searched or left open and the records are long enough; else none.
+    pub(crate) fn underway(&self, seconds: f64, dt: f64) -> CreepBasis {
+        let of = |model: &Self| model.basis(seconds, dt).unwrap_or_default();
+        match self {
+            Self::Auto | Self::UnderWay | Self::Slow | Self::SlowAndFast => of(&Self::Slow),
+            Self::Logarithmic { .. } => of(self),
+            Self::None | Self::Decades(_) | Self::TimeConstants(_) => CreepBasis::default(),
+        }
+    }
+
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
         let domain = |expected, got| Error::domain("creep", None, expected, got);
@@ -78,23 +143,18 @@ impl CreepModel {
             CreepBasis { directions: (0..terms).map(unit).collect(), time_constants }
         };
         match self {
-            Self::None => Ok(CreepBasis::default()),
-            Self::Logarithmic { terms } => {
-                let (start, end) = (SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
-                if start.is_nan() || end < 2.0 * start {
-                    return Err(domain(
-                        "records longer than a fifth of the shortest time constant of log-type creep",
-                        seconds,
-                    ));
+            Self::None | Self::UnderWay | Self::Auto => Ok(CreepBasis::default()),
+            Self::Logarithmic { terms } => CreepBasis::logarithmic(SPAN.0, *terms, seconds, dt),
+            Self::Slow => CreepBasis::logarithmic(SLOW, None, seconds, dt),
+            Self::SlowAndFast => {
+                let slow = CreepBasis::logarithmic(SLOW, None, seconds, dt)?;
+                let start = SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt);
+                if slow.time_constants[0] < 2.0 * start {
+                    return Ok(slow);
                 }
-                let terms = terms.unwrap_or_else(|| terms_of(start, end));
-                let count = u16::try_from(terms).ok().filter(|terms| (1..=200).contains(terms));
-                let count = count.ok_or_else(|| domain("1 to 200 terms", as_f64(terms)))?;
-                let unit = Creep::logarithmic(1.0, start, end, count)?;
-                Ok(CreepBasis {
-                    time_constants: unit.time_constants().to_vec(),
-                    directions: vec![unit.amplitudes().to_vec()],
-                })
+                let terms = terms_of(start, SLOW);
+                let fast = Creep::logarithmic(1.0, start, SLOW, u16::try_from(terms).unwrap_or(1))?;
+                Ok(slow.with_faster(&fast))
             }
             Self::Decades(terms) => {
                 let slowest = SLOWEST_SHARE * seconds;

@@ -3,31 +3,31 @@
 use std::ops::ControlFlow;
 
 use hysteresis_control::linear::Creep;
+use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
 use crate::diagnostics::findings;
 use crate::error::Error;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
-use crate::fit::choice::{choose, levels};
 use crate::fit::joint::JointFit;
 use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::root::Root;
-use crate::fit::search::search;
+use crate::fit::shift::ShiftColumns;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::{joint_findings, untold_dead_time};
-use crate::joint_search::{Found, search_joint};
 use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options, Thresholds};
+use crate::options::{ModelKind, Options, Setting, Thresholds};
 use crate::record::Record;
 use crate::result::covariance::Covariance;
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::result::spread::Spread;
 use crate::result::standard_errors::StandardErrors;
+use crate::search::{Found, search_all, search_hysteresis};
 use crate::turned_sign::{judged, turned_positions, with_positions};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
@@ -73,16 +73,9 @@ pub fn identify(
     options.check()?;
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
+    let asked = options.resolved(records)?;
     let mut monitor = SearchMonitor::new(progress);
-    let found = if options.is_joint() {
-        monitor.begin(Span { from: 0.0, to: 0.4 });
-        let plain = search_hysteresis(records, &options.hysteresis_alone(), &mut monitor)?;
-        let found = search_joint(records, options, plain, &mut monitor)?;
-        monitor.finish();
-        found
-    } else {
-        search_hysteresis(records, options, &mut monitor)?
-    };
+    let found = search_all(records, &asked, &mut monitor)?;
     let found = identification(records, found, monitor.evaluations())?;
     judge_sign(records, options, found, &mut monitor)
 }
@@ -100,59 +93,34 @@ fn judge_sign(
     let positions = turned_positions(records);
     let turned = with_positions(records, &positions)?;
     monitor.begin(Span { from: 1.0, to: 1.0 });
-    let hysteresis = search_hysteresis(&turned, &options.hysteresis_alone(), monitor)?.fit;
+    let plain = Options { smoothness: Setting::Fixed(0.0), ..options.hysteresis_alone() };
+    let hysteresis = search_hysteresis(&turned, &plain, monitor)?.fit;
     let left = (hysteresis.fit.squares / as_f64(found.fit.samples)).sqrt() / found.fit.range;
     let warnings = judged(found.warnings, found.fit.nrmse, left);
     Ok(Identification { warnings, ..found })
 }
 
-/// Hysteresis and a dead time.
-pub(crate) fn search_hysteresis(
-    records: &[Record<'_>],
-    options: &Options,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    let choice = choose(records, options, monitor)?;
-    let (space, basis) = (Space::new(records, &choice.options)?, WeightBasis::new(&choice.options));
-    let levels = levels(records, &space, &basis, choice.smoothness, false)?;
-    let all = &levels[levels.len() - 1];
-    let ((fit, linearised), partial) = match &choice.stopped {
-        Some(point) => (all.at(point), true),
-        None => match (search(&levels, &basis, choice.start.as_ref(), monitor), monitor.kept()) {
-            (Err(Error::Interrupted), Some(best)) => (all.at(&best), true),
-            (found, _) => (found?, false),
-        },
-    };
-    drop(levels);
-    let fit = JointFit { space, fit, linearised };
-    Ok(Found { fit, choice, basis, linear: None, partial })
-}
-
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
-    let Found { fit: found, choice, basis, linear, partial } = found;
+    let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, partial } = found;
     let rows = found.rows(records);
+    let first_dt = records.iter().find_map(Record::dt);
+    let chain = found.chain(options.dt.or(first_dt).unwrap_or(1.0));
     let JointFit { space, fit, linearised } = found;
     let root = Root::of(&fit, &linearised, &space, rows);
     let intervals = space.intervals();
-    let first_dt = records.iter().find_map(Record::dt);
-    let chain = Chain {
-        operators: space.operators(&fit.point),
-        weights: fit.weights.clone(),
-        linear: space.linear_part(&fit.point),
-        dt: choice.options.dt.or(first_dt).unwrap_or(1.0),
-    };
-    let model = model(&choice.options, &space, &basis, &fit, &chain)?;
+    let model = model(&options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
     let mut warnings = findings(records, &chain);
     // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
-    let are_given = matches!(choice.options.thresholds, Thresholds::Given(_));
+    let are_given = matches!(options.thresholds, Thresholds::Given(_));
     warnings.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
     match &linear {
         Some(linear) => warnings.extend(joint_findings(&space, &fit, &standard_errors, linear)),
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
     let quality = |(place, record): (usize, &Record<'_>)| {
-        quality(record, &chain, fit.output_offsets[place], intervals.of_record(place))
+        let predicted = chain.response_in(place, record.input(), intervals.of_record(place));
+        quality(record, &predicted, fit.output_offsets[place])
     };
     let record_fits: Vec<_> = records.iter().enumerate().map(quality).collect();
     let dead_time = chain.linear.dead_time;
@@ -177,16 +145,18 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         covariance: Covariance::new(&fit, &root, &linearised, &basis, &space),
         spread: Spread::new(&fit, &root, &linearised, &basis, &space),
         standard_errors,
-        weights: choice.options.weights,
-        smoothness: choice.smoothness,
-        weights_validation: choice.weights_tried,
-        cross_validation: choice.operators_tried,
-        smoothness_validation: choice.smoothness_tried,
+        loop_shift: loop_shift(&space, &basis, &fit)?,
+        weights: options.weights,
+        smoothness,
+        weights_validation: structure.weights_tried,
+        cross_validation: operators_tried,
+        smoothness_validation: structure.smoothness_tried,
+        terms_validation: structure.terms_tried,
         evaluations,
         partial,
         output_offsets: fit.output_offsets,
         chain,
-        options: choice.options,
+        options,
         penalty: linearised.into_penalty(),
     })
 }
@@ -208,7 +178,7 @@ pub(crate) fn model(
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
     let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output };
     Ok(match (options.model, basis.families(&fit.weights)) {
-        (ModelKind::Conventional, _) => Model::from(PrandtlIshlinskii::new(&fit.weights, &thresholds, offsets)?),
+        (ModelKind::Conventional, (weights, _)) => Model::from(PrandtlIshlinskii::new(weights, &thresholds, offsets)?),
         (ModelKind::Modified, (above, below)) => {
             let model = ModifiedPrandtlIshlinskii::from_ratios(above, &thresholds, ratios, offsets)?;
             Model::from(if let Some(below) = below { model.with_negative_weights(below)? } else { model })
@@ -226,8 +196,17 @@ fn creep(space: &Space, point: &Point, chain: &Chain) -> Result<(Option<Creep>, 
     Ok((Some(Creep::new(&linear.amplitudes, &linear.time_constants)?), parameters))
 }
 
-fn quality(record: &Record<'_>, chain: &Chain, output_offset: f64, dt: f64) -> Quality {
-    let predicted: Vec<f64> = chain.response(record.input(), dt).iter().map(|y| output_offset + y).collect();
+/// The loop shift, if there is one.
+fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<LoopShift>, Error> {
+    let Some(ShiftColumns { center, half_range, filters }) = space.shift() else { return Ok(None) };
+    let amplitudes = basis.amplitudes(&fit.weights);
+    let second = amplitudes.get(1).copied().unwrap_or(0.0);
+    let [filter] = &filters[..] else { return Ok(None) };
+    Ok(Some(LoopShift::new(*center, *half_range, [amplitudes[0], second], filter.time_constant, filter.limit)?))
+}
+
+fn quality(record: &Record<'_>, response: &[f64], output_offset: f64) -> Quality {
+    let predicted: Vec<f64> = response.iter().map(|y| output_offset + y).collect();
     let fitted = record.skip()..;
     let (measured, predicted) = (&record.output()[fitted.clone()], &predicted[fitted.clone()]);
     Quality::of(measured, predicted, record.output_range()).with_loops(&record.input()[fitted], measured, predicted)

@@ -2,15 +2,12 @@
 
 use crate::colour::Colour;
 use crate::error::Error;
-use crate::fit::choice::Choice;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
-use crate::fit::point::Point;
+use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
-use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
-use crate::options::{Options, Order, Setting};
-use crate::record::Record;
+use crate::options::{Order, Setting};
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
@@ -19,17 +16,6 @@ const MIN_EVIDENCE: f64 = 4.0;
 /// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
 /// for: two standard deviations.
 const SAME_EVIDENCE: f64 = 4.0;
-
-/// The fit, and how it was found.
-pub(crate) struct Found {
-    pub(crate) fit: JointFit,
-    /// What was chosen, and what cross-validation said.
-    pub(crate) choice: Choice,
-    pub(crate) basis: WeightBasis,
-    /// Where a linear part was searched.
-    pub(crate) linear: Option<LinearEvidence>,
-    pub(crate) partial: bool,
-}
 
 /// What the records tell of the linear part.
 #[derive(Default)]
@@ -42,33 +28,28 @@ pub(crate) struct LinearEvidence {
     pub(crate) colour: Colour,
 }
 
-/// Everything together, from the hysteresis alone.
+/// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and this is
+/// the best so far.
+pub(crate) struct FoundJoint {
+    pub(crate) fit: JointFit,
+    pub(crate) linear: LinearEvidence,
+    pub(crate) partial: bool,
+}
+
+/// Everything together, from the hysteresis alone; `is_open` is whether dynamics may be left out.
 pub(crate) fn search_joint(
-    records: &[Record<'_>],
-    options: &Options,
-    plain: Found,
+    problem: JointProblem<'_>,
+    plain: JointFit,
+    is_open: bool,
     monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    let Found { fit: plain, mut choice, basis, partial, .. } = plain;
-    let Options { dynamics, creep, dead_time, .. } = options.clone();
-    choice.options = Options { dynamics, creep, dead_time, ..choice.options };
-    let (mut linear, mut gave_up) = (LinearEvidence::default(), partial);
-    let fit = {
-        let problem = JointProblem { records, options: &choice.options, basis: &basis, smoothness: choice.smoothness };
-        let mut joint = JointSearch { problem, plain, best: None };
-        let searched = if partial { Err(Error::Interrupted) } else { joint.search(&mut linear, monitor) };
-        let fit = match searched {
-            Err(Error::Interrupted) if partial || monitor.keeps_best() => {
-                gave_up = true;
-                joint.best_so_far(monitor.kept().filter(|_| !partial))?
-            }
-            searched => searched?,
-        };
-        linear.colour = joint.problem.colour(&fit);
-        fit
+) -> Result<FoundJoint, Error> {
+    let mut linear = LinearEvidence::default();
+    let mut joint = JointSearch { problem, plain, is_open, best: None };
+    let (fit, partial) = match joint.search(&mut linear, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => (joint.best_so_far(monitor.kept())?, true),
+        searched => (searched?, false),
     };
-    choice.options.dynamics = fit.space.order();
-    Ok(Found { fit, choice, basis, linear: Some(linear), partial: gave_up })
+    Ok(FoundJoint { fit, linear, partial })
 }
 
 /// A fit with one parameter for its lag, and by how many variances of the noise dynamics lower the sum of squares below it.
@@ -82,20 +63,25 @@ struct JointSearch<'a> {
     problem: JointProblem<'a>,
     /// The fit of hysteresis and dead time.
     plain: JointFit,
+    /// Whether dynamics may be left out.
+    is_open: bool,
     /// The best joint point, once there is one.
     best: Option<Point>,
 }
 
 impl JointSearch<'_> {
     fn search(&mut self, linear: &mut LinearEvidence, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        monitor.begin(Span { from: 0.4, to: 0.85 });
+        monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        monitor.begin(Span { from: 0.85, to: 0.9 });
+        monitor.begin(Span { from: 0.6, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
+        if self.is_open {
+            return self.without_needless_dynamics(fit, linear, monitor);
+        }
         let Some(simple) = self.simple(&fit, monitor)? else { return Ok(fit) };
-        let needed = MIN_EVIDENCE * as_f64(fit.rows(self.problem.records)).ln();
+        let needed = self.needed_evidence(&fit);
         if simple.evidence >= needed {
             return Ok(fit);
         }
@@ -106,6 +92,39 @@ impl JointSearch<'_> {
         Ok(simple.fit)
     }
 
+    /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or no better
+    /// prediction of stretches that were not fitted.
+    fn without_needless_dynamics(
+        &self,
+        fit: JointFit,
+        linear: &mut LinearEvidence,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        if fit.space.order().is_none() {
+            return Ok(fit);
+        }
+        monitor.begin(Span { from: 0.7, to: 0.8 });
+        let without = self.problem.without_dynamics(&fit, monitor)?;
+        let is_told = (without.fit.squares - fit.fit.squares) / self.noise(&fit) >= self.needed_evidence(&fit);
+        let errors = [self.problem.cross_validate(&without)?.rmse, self.problem.cross_validate(&fit)?.rmse];
+        let is_told = is_told && is_inside(&fit);
+        if is_told && errors[1] < errors[0] {
+            return Ok(fit);
+        }
+        linear.dead_time_error = None;
+        Ok(without)
+    }
+
+    /// By how many variances of the noise dynamics must lower the sum of squares.
+    fn needed_evidence(&self, fit: &JointFit) -> f64 {
+        MIN_EVIDENCE * as_f64(fit.rows(self.problem.records)).ln()
+    }
+
+    /// The variance of the noise, as if its samples were independent.
+    fn noise(&self, fit: &JointFit) -> f64 {
+        fit.fit.squares / as_f64(fit.rows(self.problem.records)) * self.problem.colour(fit).correlation_time
+    }
+
     /// What has one parameter for its lag, against dynamics that may be noise alone: a dead time alone, or second-order
     /// dynamics critically damped without one; and the evidence against the first, or the second if the dead time is known.
     /// Nothing for a lag of first order behind a known dead time, whose lag is all it has to say.
@@ -113,21 +132,20 @@ impl JointSearch<'_> {
     /// Dynamics that are infinitely fast answer within a sample: with a dead time of -1 they are no dynamics at all.
     fn simple(&self, fit: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Simple>, Error> {
         let Some(order) = fit.space.order() else { return Ok(None) };
-        let records = self.problem.records;
-        let noise = fit.fit.squares / as_f64(fit.rows(records)) * self.problem.colour(fit).correlation_time;
+        let noise = self.noise(fit);
         let evidence = |simple: &JointFit| (simple.fit.squares - fit.fit.squares) / noise;
         let searches_dead_time = self.problem.options.dead_time == Setting::Fit;
         let damped = |monitor: &mut SearchMonitor<'_>| match order {
             Order::First => Ok(None),
             Order::Second => {
-                monitor.begin(Span { from: 0.95, to: 1.0 });
+                monitor.begin(Span { from: 0.75, to: 0.8 });
                 self.problem.critically_damped(fit, monitor).map(Some)
             }
         };
         if !searches_dead_time {
             return Ok(damped(monitor)?.map(|fit| Simple { evidence: evidence(&fit), fit }));
         }
-        monitor.begin(Span { from: 0.9, to: 0.95 });
+        monitor.begin(Span { from: 0.7, to: 0.75 });
         let without = self.problem.without_dynamics(fit, monitor)?;
         let beside = |damped: &JointFit| evidence(damped) - evidence(&without);
         let best = match damped(monitor)? {
@@ -141,8 +159,17 @@ impl JointSearch<'_> {
 
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.
     fn best_so_far(&self, joint: Option<Point>) -> Result<JointFit, Error> {
-        let space = Space::new(self.problem.records, self.problem.options)?;
-        let point = self.best.or(joint).unwrap_or_else(|| space.start_at_hysteresis(&self.plain.fit.point));
-        self.problem.at(&space, &point)
+        match self.best.or(joint) {
+            Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, &point),
+            None => self.problem.at_hysteresis(&self.plain.fit.point),
+        }
     }
+}
+
+/// Whether frequency, damping and dead time lie within the bounds of their search.
+fn is_inside(fit: &JointFit) -> bool {
+    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
+        let value = fit.fit.point.get(parameter);
+        fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+    })
 }

@@ -21,6 +21,7 @@ mod fit;
 mod identify;
 mod joint_findings;
 mod joint_search;
+mod loop_shift_model;
 mod many;
 mod numeric;
 mod options;
@@ -29,6 +30,7 @@ mod recursive;
 mod result;
 #[cfg(feature = "serde")]
 mod saved;
+mod search;
 mod signal;
 mod turned_sign;
 
@@ -40,8 +42,9 @@ pub use finding::{Finding, Severity, Verdict};
 pub use finding_code::FindingCode;
 pub use fit::{CrossValidation, Progress, SearchStage, Stop};
 pub use identify::identify;
+pub use loop_shift_model::LoopShiftModel;
 pub use many::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords, identify_many, settled_options};
-pub use options::{ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
+pub use options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
 pub use result::{Covariance, Identification, LeftOutLoop, Quality, StandardErrors, loop_width};

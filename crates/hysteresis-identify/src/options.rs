@@ -4,6 +4,10 @@ use hysteresis_core::{Ratios, is_admissible};
 
 use crate::creep_model::CreepModel;
 use crate::error::Error;
+use crate::fit::intervals::Intervals;
+use crate::fit::variety::Variety;
+use crate::loop_shift_model::LoopShiftModel;
+use crate::record::Record;
 
 /// The most operators: no record tells more thresholds apart.
 const MAX_OPERATORS: usize = 4096;
@@ -62,6 +66,19 @@ pub enum Order {
     Second,
 }
 
+/// Which linear dynamics to fit behind the hysteresis, of unit static gain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum DynamicsModel {
+    /// None.
+    None,
+    /// Of second order, if the records tell them; none without a sampling interval.
+    #[default]
+    Auto,
+    /// These.
+    Order(Order),
+}
+
 /// The thresholds r_i of the operators, in the unit of the input.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -117,18 +134,20 @@ pub struct Options {
     /// The sampling interval of the records in seconds, for those that do not have their own
     /// ([`Record::sampled_every`](crate::Record::sampled_every)). Without any, only the hysteresis can be fitted.
     pub dt: Option<f64>,
-    /// Which linear dynamics to fit behind the hysteresis; none by default.
-    pub dynamics: Option<Order>,
-    /// Which creep to fit behind the hysteresis; none by default.
+    /// Which linear dynamics to fit behind the hysteresis.
+    pub dynamics: DynamicsModel,
+    /// Which creep to fit behind the hysteresis.
     pub creep: CreepModel,
+    /// Which loop shift to fit beside the hysteresis.
+    pub loop_shift: LoopShiftModel,
     /// What the output lags the input besides, in seconds; in samples for records without a sampling interval.
     ///
     /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead time
     /// that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
     /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime).
     pub dead_time: Setting<f64>,
-    /// How smooth the weights should be, 0 or more; 0, the default, asks for nothing. [`Setting::Fit`] leaves it to
-    /// cross-validation over stretches of the records.
+    /// How smooth the weights should be, 0 or more; 0 asks for nothing. [`Setting::Fit`], the default, leaves it to
+    /// cross-validation over stretches of the records, with all other terms in the model.
     ///
     /// The sum of squared errors grows by `smoothness` U D: U is the sum of squares of the input about its mean in every
     /// record, D that of the second differences w_(i-1) - 2 w_i + w_(i+1) of the weights i = 1..n-1, of both families if
@@ -147,10 +166,11 @@ impl Default for Options {
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
             dt: None,
-            dynamics: None,
-            creep: CreepModel::None,
+            dynamics: DynamicsModel::default(),
+            creep: CreepModel::default(),
+            loop_shift: LoopShiftModel::default(),
             dead_time: Setting::Fit,
-            smoothness: Setting::Fixed(0.0),
+            smoothness: Setting::Fit,
         }
     }
 }
@@ -176,14 +196,71 @@ impl Options {
         }
     }
 
-    /// Whether something linear behind the hysteresis is fitted, besides a dead time.
-    pub(crate) fn is_joint(&self) -> bool {
-        self.dynamics.is_some() || self.creep != CreepModel::None
+    /// Whether something was asked for that counts in seconds.
+    pub(crate) fn needs_seconds(&self) -> bool {
+        let shifts = !matches!(self.loop_shift, LoopShiftModel::None | LoopShiftModel::Auto);
+        self.order().is_some() || self.creep.has_terms() || shifts
     }
 
-    /// The same without dynamics and creep, and a dead time that is searched: it takes the place of their lag.
+    /// The order of the dynamics, if there are any; none while they are left open.
+    pub(crate) fn order(&self) -> Option<Order> {
+        match self.dynamics {
+            DynamicsModel::Order(order) => Some(order),
+            DynamicsModel::None | DynamicsModel::Auto => None,
+        }
+    }
+
+    /// Whether something is fitted besides the hysteresis and a dead time.
+    pub(crate) fn is_joint(&self) -> bool {
+        self.order().is_some() || self.creep.has_terms() || self.loop_shift != LoopShiftModel::None
+    }
+
+    /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
+    /// that are all alike, there are no terms but those that were asked for.
+    pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
+        /// A term is left to cross-validation from so many samples on for each operator.
+        const MIN_SAMPLES_PER_OPERATOR: usize = 20;
+        let intervals = Intervals::of(records, self)?;
+        let samples: usize = records.iter().map(Record::fitted_samples).sum();
+        let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
+        let variety = Variety::of(records);
+        let creeps = tells && (variety.apart_from_time || variety.start);
+        let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
+        let mut resolved = self.clone();
+        if !tells && self.dynamics == DynamicsModel::Auto {
+            resolved.dynamics = DynamicsModel::None;
+        }
+        if !creeps && self.creep == CreepModel::Auto {
+            resolved.creep = if tells { CreepModel::UnderWay } else { CreepModel::None };
+        }
+        if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
+            resolved.loop_shift = LoopShiftModel::None;
+        }
+        Ok(resolved)
+    }
+
+    /// The same with dynamics and creep that are left open in the model; a loop shift that is left open has the columns of all
+    /// candidates.
+    pub(crate) fn with_open_terms(&self) -> Self {
+        let mut all = self.clone();
+        if self.dynamics == DynamicsModel::Auto {
+            all.dynamics = DynamicsModel::Order(Order::Second);
+        }
+        if self.creep == CreepModel::Auto {
+            all.creep = CreepModel::SlowAndFast;
+        }
+        all
+    }
+
+    /// The same without dynamics, creep and loop shift.
+    pub(crate) fn hysteresis_and_dead_time(&self) -> Self {
+        let (dynamics, creep, loop_shift) = (DynamicsModel::None, CreepModel::None, LoopShiftModel::None);
+        Self { dynamics, creep, loop_shift, ..self.clone() }
+    }
+
+    /// The same with a dead time that is searched: it takes the place of their lag.
     pub(crate) fn hysteresis_alone(&self) -> Self {
-        Self { dynamics: None, creep: CreepModel::None, dead_time: Setting::Fit, ..self.clone() }
+        Self { dead_time: Setting::Fit, ..self.hysteresis_and_dead_time() }
     }
 
     /// Checks everything that was given but what depends on the records.

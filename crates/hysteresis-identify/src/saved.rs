@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -78,6 +79,29 @@ pub(crate) mod creep {
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Creep>, D::Error> {
         let parts: Option<(Vec<f64>, Vec<f64>)> = Deserialize::deserialize(deserializer)?;
         parts.map(|(amplitudes, times)| Creep::new(&amplitudes, &times)).transpose().map_err(D::Error::custom)
+    }
+}
+
+/// A loop shift as its numbers.
+pub(crate) mod loop_shift {
+    use super::{Deserialize, Deserializer, Error, LoopShift, Serialize, Serializer};
+
+    type Parts = (f64, f64, [f64; 2], f64, f64);
+
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
+    pub(crate) fn serialize<S: Serializer>(shift: &Option<LoopShift>, serializer: S) -> Result<S::Ok, S::Error> {
+        let parts = |shift: &LoopShift| -> Parts {
+            (shift.center(), shift.half_range(), shift.amplitudes(), shift.time_constant(), shift.limit())
+        };
+        shift.as_ref().map(parts).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<LoopShift>, D::Error> {
+        let parts: Option<Parts> = Deserialize::deserialize(deserializer)?;
+        let shift = |(center, half_range, amplitudes, time_constant, limit)| {
+            LoopShift::new(center, half_range, amplitudes, time_constant, limit)
+        };
+        parts.map(shift).transpose().map_err(D::Error::custom)
     }
 }
 

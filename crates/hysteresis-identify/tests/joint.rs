@@ -9,8 +9,8 @@ use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::Stage;
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 use hysteresis_identify::{
-    CreepModel, Error, FindingCode, Identification, Options, Order, Record, SearchStage, Setting, Stop, Thresholds,
-    WeightLaw, identify,
+    CreepModel, DynamicsModel, Error, FindingCode, Identification, Options, Order, Record, SearchStage, Setting, Stop,
+    Thresholds, WeightLaw, identify,
 };
 
 const DT: f64 = 1e-3;
@@ -40,7 +40,7 @@ fn options() -> Options {
         weights: WeightLaw::Free,
         input_offset: Setting::Fixed(0.0),
         dt: Some(DT),
-        dynamics: Some(Order::Second),
+        dynamics: DynamicsModel::Order(Order::Second),
         ..Options::default()
     }
 }
@@ -99,7 +99,8 @@ fn a_lag_and_log_type_creep_come_back() {
     let behind = Behind { creep: Some(creep), dynamics, dead_time: 0.0 };
     // The span of two seconds at most is ten times the record.
     let terms = Some(7);
-    let options = Options { dynamics: Some(Order::First), creep: CreepModel::Logarithmic { terms }, ..options() };
+    let options =
+        Options { dynamics: DynamicsModel::Order(Order::First), creep: CreepModel::Logarithmic { terms }, ..options() };
     let (output, found) = fitted(&behind, &options);
     let Some(Dynamics::FirstOrder(lag)) = found.dynamics else { panic!("{:?}", found.dynamics) };
     assert!((lag.frequency() - 40.0).abs() < 1e-5, "{lag:?}");
@@ -153,7 +154,7 @@ fn a_slow_record_tells_the_lag_of_an_overdamped_stage() {
     let input = decaying_triangle(12_000, 500.0, 12.0, 0.0);
     let mut output = stage_output(&plant, &behind, dt, &input);
     output.iter_mut().zip(noise(12_000, 0.016, 3)).for_each(|(y, e)| *y += e);
-    let dynamics = Some(Order::Second);
+    let dynamics = DynamicsModel::Order(Order::Second);
     let options = Options { weights: WeightLaw::Quadratic, dt: Some(dt), dynamics, ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     let truth = 2.0 * 0.95 / (std::f64::consts::TAU * 400.0);
@@ -190,7 +191,7 @@ fn a_resonance_and_creep_from_a_triangle_and_a_step() {
     let options = Options {
         weights: WeightLaw::Quadratic,
         dt: Some(dt),
-        dynamics: Some(Order::Second),
+        dynamics: DynamicsModel::Order(Order::Second),
         creep: CreepModel::Logarithmic { terms: None },
         ..Options::default()
     };
@@ -268,9 +269,9 @@ fn seconds_are_asked_for_where_they_are_needed() {
     let output = stage_output(&actuator(), &behind, DT, &drive());
     let drive = drive();
     let record = Record::new(&drive, &output, 0).unwrap();
-    let without = Options { dt: None, dynamics: None, ..options() };
+    let without = Options { dt: None, dynamics: DynamicsModel::None, ..options() };
     for needs in [
-        Options { dynamics: Some(Order::First), ..without.clone() },
+        Options { dynamics: DynamicsModel::Order(Order::First), ..without.clone() },
         Options { creep: CreepModel::Logarithmic { terms: None }, ..without.clone() },
     ] {
         let error = run(&[record], &needs).unwrap_err();

@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, noise, output, run};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    CreepModel, Error, FindingCode, ManyIdentifications, ManyRecords, Options, Order, Record, RecordError, Setting,
-    Thresholds, Verdict, WeightLaw, identify_many, settled_options,
+    CreepModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords, Options, Order,
+    Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many, settled_options,
 };
 use proptest::prelude::*;
 
@@ -19,7 +19,16 @@ fn drive(centre: f64) -> Vec<f64> {
 }
 
 fn options() -> Options {
-    Options { thresholds: Thresholds::Uniform(5), weights: WeightLaw::Free, dt: Some(1e-3), ..Options::default() }
+    Options {
+        thresholds: Thresholds::Uniform(5),
+        weights: WeightLaw::Free,
+        dt: Some(1e-3),
+        dynamics: DynamicsModel::None,
+        creep: CreepModel::None,
+        loop_shift: LoopShiftModel::None,
+        smoothness: Setting::Fixed(0.0),
+        ..Options::default()
+    }
 }
 
 /// The position of an actuator: ratios, weights, offsets, gain, dead time and noise are its own.
@@ -205,9 +214,10 @@ fn errors_name_what_is_wrong() {
     assert_eq!(still, RecordError::Constant { argument: "input", value: 1.0 });
     assert!(ManyRecords::shared(&[1.0, f64::NAN], &[1.0, 2.0], 0).is_err());
     let records = ManyRecords::shared(&input, &position, 0).unwrap();
-    for linear in
-        [Options { dynamics: Some(Order::Second), ..options() }, Options { creep: CreepModel::Decades(2), ..options() }]
-    {
+    for linear in [
+        Options { dynamics: DynamicsModel::Order(Order::Second), ..options() },
+        Options { creep: CreepModel::Decades(2), ..options() },
+    ] {
         let error = refused(&records, &linear);
         assert_eq!((error, error.parameter()), (Error::LinearPart, Some("dynamics")));
         assert!(error.to_string().starts_with("dynamics: expected"));

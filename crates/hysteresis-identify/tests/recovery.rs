@@ -87,6 +87,7 @@ fn fixed_parameters_stay_bit_for_bit() {
         ratios: Setting::Fixed(ratios),
         input_offset: Setting::Fixed(3.0),
         dead_time: Setting::Fixed(0.7),
+        smoothness: Setting::Fixed(0.0),
         ..Options::default()
     };
     let found = run(&record, &options).unwrap();

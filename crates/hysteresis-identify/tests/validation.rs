@@ -31,6 +31,7 @@ fn known(weights: WeightLaw) -> Options {
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(1.3),
+        smoothness: Setting::Fixed(0.0),
         ..Options::default()
     }
 }

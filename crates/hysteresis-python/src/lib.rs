@@ -97,6 +97,8 @@ mod _core {
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
+    use crate::stage::loop_shift::LoopShift;
+    #[pymodule_export]
     use crate::stage::object::Stage;
     #[pymodule_export]
     use crate::stage::streams::{StageForward, StageInverse};

@@ -1,7 +1,7 @@
 //! A plant never allocates while it runs.
 
 use hysteresis_control::linear::{Creep, FirstOrder, SecondOrder};
-use hysteresis_control::stage::{Stage, StageParts};
+use hysteresis_control::stage::{LoopShift, Stage, StageParts};
 use hysteresis_simulate::paper;
 use hysteresis_simulate::plant::{Plant, PlantOptions};
 
@@ -10,6 +10,7 @@ fn plants_never_allocate() {
     let stage = Stage::new(StageParts {
         amplifier: Some(FirstOrder::new(279.0).unwrap()),
         dynamics: SecondOrder::new(2000.0, 0.03).unwrap().into(),
+        loop_shift: Some(LoopShift::new(0.0, 500.0, [-0.2, 0.1], 0.01, 0.5).unwrap()),
         creep: Some(Creep::new(&[0.01, 0.02], &[0.1, 1.0]).unwrap()),
         dead_time: 2.4e-4,
         noise: Some(0.016),

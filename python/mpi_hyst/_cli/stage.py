@@ -86,8 +86,8 @@ def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:
 
 def is_static(stage: mh.Stage) -> bool:
     """Return whether the position depends on the drives alone, not on their times."""
-    parts = (stage.dynamics, stage.amplifier_bandwidth, stage.creep)
-    return parts == (None, None, None) and stage.dead_time == 0.0
+    parts = (stage.dynamics, stage.amplifier_bandwidth, stage.creep, stage.loop_shift)
+    return all(part is None for part in parts) and stage.dead_time == 0.0
 
 
 def name_options(error: Exception, others: Mapping[str, str] = MappingProxyType({})) -> str:

@@ -12,11 +12,19 @@ def linear_parts(stage: mh.Stage) -> list[str]:
     if stage.amplifier_bandwidth is not None:
         parts.append(f"amplifier bandwidth {stage.amplifier_bandwidth:g} Hz")
     parts += map(_section, _sections(stage))
+    if stage.loop_shift is not None:
+        parts.append(_loop_shift(stage.loop_shift, stage.units[1]))
     if stage.creep is not None:
         parts.append(f"creep of {len(stage.creep.amplitudes)} terms")
     if stage.dead_time:
         parts.append(f"dead time {digits(1e3 * stage.dead_time)} ms")
     return parts
+
+
+def _loop_shift(shift: mh.plant.LoopShift, unit: str) -> str:
+    square, product = map(digits, shift.amplitudes)
+    tau = digits(shift.time_constant)
+    return f"loop shift {square} and {product} {unit}, time constant {tau} s"
 
 
 def _sections(stage: mh.Stage) -> list[object]:

@@ -15,8 +15,8 @@ impl Stage {
     /// The same stage with other parts; of what identification knows, what still holds.
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the dead
-    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it, other
-    /// linear parts the errors and warnings.
+    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it,
+    /// another loop shift or other linear parts the errors and warnings.
     ///
     /// ```
     /// use hysteresis_control::stage::{Stage, StageParts};
@@ -41,7 +41,7 @@ fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identi
     let same_hysteresis = (&known.hysteresis, &known.input_map, &known.output_map)
         == (&changed.hysteresis, &changed.input_map, &changed.output_map);
     let Some(identified) = known.identified.clone().filter(|_| same_hysteresis) else { return Ok(None) };
-    if same_linear_parts(known, changed) {
+    if same_other_parts(known, changed) {
         return Ok(Some(identified));
     }
     check_lag(known, changed, &identified)?;
@@ -55,9 +55,11 @@ fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identi
     }))
 }
 
-fn same_linear_parts(one: &StageParts, other: &StageParts) -> bool {
+/// Whether all is the same behind the hysteresis and its maps.
+fn same_other_parts(one: &StageParts, other: &StageParts) -> bool {
     one.amplifier == other.amplifier
         && one.dynamics == other.dynamics
+        && one.loop_shift == other.loop_shift
         && one.creep == other.creep
         && one.dead_time.to_bits() == other.dead_time.to_bits()
 }

@@ -4,7 +4,7 @@ use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Error, Identified, Stage, StageParts, Units};
+use super::{Error, Identified, LoopShift, Stage, StageParts, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 
 /// The schema of a stage file.
@@ -28,6 +28,9 @@ struct File {
     input_map: Option<MapFile>,
     hysteresis: serde_json::Value,
     output_map: Option<MapFile>,
+    /// Not there in files of stages without one, which older readers take then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    loop_shift: Option<LoopShiftFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<SectionFile>,
     noise: Option<f64>,
@@ -39,6 +42,16 @@ struct File {
 struct MapFile {
     x: Vec<f64>,
     y: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoopShiftFile {
+    center: f64,
+    half_range: f64,
+    amplitudes: [f64; 2],
+    time_constant: f64,
+    limit: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -85,6 +98,7 @@ impl Stage {
             // What the core writes is JSON.
             hysteresis: serde_json::from_str(&Model::from(parts.hysteresis.clone()).to_json()).unwrap_or_default(),
             output_map: parts.output_map.as_ref().map(map),
+            loop_shift: parts.loop_shift.map(LoopShiftFile::from),
             creep: parts.creep.as_ref().map(|creep| CreepFile {
                 amplitudes: creep.amplitudes().to_vec(),
                 time_constants: creep.time_constants().to_vec(),
@@ -136,6 +150,7 @@ impl File {
             input_map: map(self.input_map)?,
             output_map: map(self.output_map)?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
+            loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
             creep,
             dynamics,
             dead_time: self.dead_time,
@@ -145,6 +160,24 @@ impl File {
             identified: self.identified,
             units: self.units,
         })
+    }
+}
+
+impl From<LoopShift> for LoopShiftFile {
+    fn from(shift: LoopShift) -> Self {
+        Self {
+            center: shift.center(),
+            half_range: shift.half_range(),
+            amplitudes: shift.amplitudes(),
+            time_constant: shift.time_constant(),
+            limit: shift.limit(),
+        }
+    }
+}
+
+impl LoopShiftFile {
+    fn shift(self) -> Result<LoopShift, Error> {
+        Ok(LoopShift::new(self.center, self.half_range, self.amplitudes, self.time_constant, self.limit)?)
     }
 }
 

@@ -12,7 +12,7 @@ use super::{Error, Stage, StageParts};
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 use crate::saved::{check_model, check_same};
 
-/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, creep and modes.
+/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, creep and modes.
 ///
 /// [`step`](Process::step) returns the row y(k) of a record: the position at the moment at which u(k) is put out.
 /// [`advance`](Self::advance) returns the position one interval later, just before the next drive: what a controller
@@ -49,13 +49,13 @@ pub struct StageState {
     pub model: u64,
     /// The sampling interval in seconds.
     pub dt: f64,
-    /// Maps, hysteresis and creep.
+    /// Maps, hysteresis, loop shift and creep.
     pub quasi_static: QuasiStaticState,
     /// Modes and dead time.
     pub linear: LinearState,
     /// The amplifier, if there is one.
     pub amplifier: Option<LinearState>,
-    /// The last output of maps, hysteresis and creep.
+    /// The last output of maps, hysteresis, loop shift and creep.
     pub displacement: f64,
     /// The last position.
     pub position: f64,
@@ -78,7 +78,7 @@ fn sub_steps(parts: &StageParts, dt: f64) -> u32 {
     (16.0 * radians).ceil().clamp(8.0, 64.0) as u32
 }
 
-/// Of amplifier, modes and dead time. Maps, hysteresis and creep have their own in their state.
+/// Of amplifier, modes and dead time. Maps, hysteresis, loop shift and creep have their own in their state.
 fn fingerprint(parts: &StageParts) -> u64 {
     let modes = parts.dynamics.state_space();
     let mut fingerprint = Fingerprint::new();
@@ -118,8 +118,8 @@ impl StageForward {
         Ok(forward)
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, creep and modes at their ends. Returns
-    /// the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, creep and modes
+    /// at their ends. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if !is_admissible(drive) {
             return self.reject();

@@ -1,7 +1,7 @@
 //! A whole stage in one object: what the user has on the bench.
 //!
 //! ```text
-//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
+//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
@@ -31,6 +31,7 @@ mod error;
 mod file;
 mod forward;
 mod identified;
+mod loop_shift;
 mod precompensate;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
@@ -38,6 +39,7 @@ pub use error::Error;
 pub use file::SCHEMA;
 pub use forward::{StageForward, StageState};
 pub use identified::{Identified, RecordSource, StageWarning, Units};
+pub use loop_shift::LoopShift;
 pub use precompensate::{PrecompensateOptions, Precompensated};
 
 use hysteresis_core::{
@@ -74,7 +76,9 @@ pub struct StageParts {
     pub output_map: Option<PiecewiseLinearMap>,
     /// The lag of the amplifier, in front of the hysteresis.
     pub amplifier: Option<FirstOrder>,
-    /// Creep behind the output map.
+    /// What motion of the drive adds behind the output map.
+    pub loop_shift: Option<LoopShift>,
+    /// Creep behind output map and loop shift.
     pub creep: Option<Creep>,
     /// Modes and lags behind the hysteresis; their dead time must be 0.
     pub dynamics: LinearDynamics,
@@ -102,6 +106,7 @@ impl StageParts {
             input_map: None,
             output_map: None,
             amplifier: None,
+            loop_shift: None,
             creep: None,
             dynamics: LinearDynamics::none(),
             dead_time: 0.0,
@@ -140,7 +145,7 @@ impl StageParts {
 pub struct Stage {
     parts: StageParts,
     model: CompiledModel,
-    /// gamma, H and phi, without creep.
+    /// gamma, H and phi, without loop shift and creep.
     rigid: QuasiStatic,
 }
 
@@ -269,15 +274,21 @@ impl Stage {
         if got < 0.0 { Err(Error::NegativeDeadTime { got }) } else { Ok(got) }
     }
 
-    /// gamma, H, phi and creep, sampled: the stage without its fast dynamics.
+    /// gamma, H, phi, loop shift and creep, sampled: the stage without its fast dynamics.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn quasi_static(&self, dt: f64) -> Result<QuasiStatic, Error> {
         crate::linear::check_positive("dt", None, dt)?;
-        let Some(creep) = &self.parts.creep else { return Ok(self.rigid.clone()) };
-        let decays: Vec<f64> = creep.time_constants().iter().map(|tau| (-dt / tau).exp()).collect();
-        Ok(self.rigid.clone().with_creep(CreepTerms::new(creep.amplitudes(), &decays)?))
+        let mut sampled = self.rigid.clone();
+        if let Some(shift) = &self.parts.loop_shift {
+            sampled = sampled.with_loop_shift(shift.terms(dt)?);
+        }
+        if let Some(creep) = &self.parts.creep {
+            let decays: Vec<f64> = creep.time_constants().iter().map(|tau| (-dt / tau).exp()).collect();
+            sampled = sampled.with_creep(CreepTerms::new(creep.amplitudes(), &decays)?);
+        }
+        Ok(sampled)
     }
 
     /// The whole chain without the converters, sample by sample, at rest at [`rest_drive`](Self::rest_drive).
@@ -288,7 +299,8 @@ impl Stage {
         StageForward::new(self, dt)
     }
 
-    /// The exact inverse of maps, hysteresis and creep, sample by sample, at rest at [`rest_drive`](Self::rest_drive).
+    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest at
+    /// [`rest_drive`](Self::rest_drive).
     ///
     /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
     ///
@@ -302,7 +314,7 @@ impl Stage {
     }
 
     /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and hysteresis.
-    /// Creep and modes are left out.
+    /// Loop shift, creep and modes are left out.
     ///
     /// # Errors
     /// [`Error`] for a model with a negative weight, or without limits.
@@ -311,7 +323,8 @@ impl Stage {
         Ok(Bracket::of_stage(&self.rigid, limits)?)
     }
 
-    /// The lowest and the highest slope dy/du, creep at its end included.
+    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest
+    /// drive does not enter it, and at its end it is 0.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
@@ -324,7 +337,8 @@ impl Stage {
         (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
     }
 
-    /// The lowest and the highest position between limits, as far as the stage knows them.
+    /// The lowest and the highest position between limits, as far as the stage knows them. Of a stage that was not
+    /// identified, without loop shift and creep.
     #[must_use]
     pub fn position_range(&self) -> Option<(f64, f64)> {
         let identified = self.parts.identified.as_ref().map(|identified| identified.position_range);

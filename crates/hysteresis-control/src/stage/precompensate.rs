@@ -30,8 +30,8 @@ pub struct PrecompensateOptions<'a> {
     /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits. The hysteresis is
     /// then virgin but for the way there.
     pub start: Option<f64>,
-    /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis and creep
-    /// remember. After a full stroke these are its two ends and the drive of now.
+    /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis, loop shift
+    /// and creep remember. After a full stroke these are its two ends and the drive of now.
     pub history: &'a [f64],
     /// How long a smooth way from there to the beginning of the reference takes, in seconds: it is put in front of the
     /// reference. Without one the reference must begin where the stage is.
@@ -58,9 +58,9 @@ impl Stage {
     /// reference\[k\].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, output map, hysteresis and input map. The first drive is the last one before it or near it: the stage
-    /// begins at rest, or where its history has left it. Every drive is within the limits and keeps the slew rate of the stage. A reference that
-    /// is in motion at its end is taken to go on.
+    /// inverse of creep, loop shift, output map, hysteresis and input map. The first drive is the last one before it or
+    /// near it: the stage begins at rest, or where its history has left it. Every drive is within the limits and keeps the
+    /// slew rate of the stage. A reference that is in motion at its end is taken to go on.
     ///
     /// # Errors
     /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`] that

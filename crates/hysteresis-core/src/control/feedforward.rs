@@ -34,8 +34,8 @@ pub enum FeedForward {
     /// The exact inverse of the actuator's model. It must have the limits of the controller: else targets out of reach
     /// would take its memory where the drive never goes.
     Inverse(Inverse),
-    /// The exact inverse of hysteresis with maps and creep, with the limits of the controller. Its creep goes on at every
-    /// sample, also while the drive is held.
+    /// The exact inverse of hysteresis with maps, loop shift and creep, with the limits of the controller. Loop shift and
+    /// creep go on at every sample, also while the drive is held.
     QuasiStatic(Box<QuasiStaticInverse>),
     /// A model that is itself an inverse, displacement in and volts out: Table II, or a closed form.
     Forward(Forward),
@@ -59,7 +59,7 @@ pub enum FeedForward {
 pub enum FeedForwardState {
     /// An inverse, or a model that is itself one.
     Stream(StreamState),
-    /// The inverse of hysteresis with maps and creep.
+    /// The inverse of hysteresis with maps, loop shift and creep.
     QuasiStatic(QuasiStaticState),
 }
 
@@ -104,7 +104,7 @@ impl FeedForward {
         }
     }
 
-    /// A sample passes in which the drive is held: what creeps goes on.
+    /// A sample passes in which the drive is held: loop shift and creep go on.
     #[inline]
     pub(super) fn wait(&mut self) {
         if let Self::QuasiStatic(stream) = self {

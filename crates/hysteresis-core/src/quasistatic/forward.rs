@@ -1,4 +1,5 @@
 use super::creep::CreepMemory;
+use super::loop_shift::LoopShiftMemory;
 use super::map::MapPiece;
 use super::{QuasiStatic, QuasiStaticState, first_piece, mapped};
 use crate::engine::CompiledModel;
@@ -6,9 +7,9 @@ use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
 use crate::stream::{Forward, check_model};
 
-/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\])).
+/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\]) + s).
 ///
-/// The position belongs to the moment at which the drive is put out; creep moves on from sample to sample.
+/// The position belongs to the moment at which the drive is put out; loop shift s and creep move on from sample to sample.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -22,6 +23,7 @@ use crate::stream::{Forward, check_model};
 pub struct QuasiStaticForward {
     model: QuasiStatic,
     hysteresis: Forward,
+    loop_shift: LoopShiftMemory,
     creep: CreepMemory,
     /// The lines of gamma and phi on which the last sample lay.
     on_gamma: MapPiece,
@@ -36,6 +38,7 @@ impl QuasiStaticForward {
         let mut stream = Self {
             model: model.clone(),
             hysteresis: Forward::new(&model.hysteresis),
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: first_piece(model.input_map.as_ref()),
             on_phi: first_piece(model.output_map.as_ref()),
@@ -65,8 +68,8 @@ impl QuasiStaticForward {
         self.rejected
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the creep at its end. Returns the
-    /// position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the creep
+    /// at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
@@ -74,7 +77,7 @@ impl QuasiStaticForward {
         }
         self.hysteresis.reset();
         let z = self.hysteresis.step(x);
-        self.rest_at(z)
+        self.rest_at(z, drive)
     }
 
     #[cold]
@@ -83,8 +86,9 @@ impl QuasiStaticForward {
         self.position
     }
 
-    /// z has been held since forever.
-    fn rest_at(&mut self, z: f64) -> f64 {
+    /// The drive, and so z, has been held since forever.
+    fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
+        self.loop_shift.settle(drive);
         let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
         self.creep.settle(h);
         self.position = h + self.creep.crept();
@@ -121,6 +125,7 @@ impl QuasiStaticForward {
             model: self.fingerprint,
             hysteresis: self.hysteresis.state(),
             creep: self.creep.states(),
+            loop_shift: self.loop_shift.states(),
             last_output: self.position,
             rejected: self.rejected,
         }
@@ -135,8 +140,10 @@ impl QuasiStaticForward {
         check_model(self.fingerprint, state.model)?;
         check_finite("state.last_output", None, state.last_output)?;
         self.creep.check(&state.creep)?;
+        self.loop_shift.check(&state.loop_shift)?;
         self.hysteresis.set_state(&state.hysteresis)?;
         self.creep.restore(&state.creep);
+        self.loop_shift.restore(&state.loop_shift);
         (self.position, self.rejected) = (state.last_output, state.rejected);
         Ok(())
     }
@@ -150,9 +157,10 @@ impl Process for QuasiStaticForward {
             return self.reject();
         }
         let z = self.hysteresis.step(x);
-        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi) + self.loop_shift.shift();
         self.position = h + self.creep.crept();
         self.creep.hold(h);
+        self.loop_shift.hold(drive);
         self.position
     }
 
@@ -164,12 +172,14 @@ impl Process for QuasiStaticForward {
             return self.position;
         }
         let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
-        h + self.creep.crept()
+        h + self.loop_shift.shift() + self.creep.crept()
     }
 
     fn reset(&mut self) {
         self.hysteresis.reset();
         self.rejected = 0;
-        self.rest_at(self.hysteresis.output());
+        let x = self.model.hysteresis.offsets.input;
+        let drive = self.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
+        self.rest_at(self.hysteresis.output(), drive);
     }
 }

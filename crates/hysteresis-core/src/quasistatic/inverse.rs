@@ -1,4 +1,5 @@
 use super::creep::CreepMemory;
+use super::loop_shift::LoopShiftMemory;
 use super::map::MapPiece;
 use super::{QuasiStatic, QuasiStaticState, first_inverse_piece, unmapped};
 use crate::engine::CompiledModel;
@@ -7,11 +8,12 @@ use crate::process::Process;
 use crate::stream::{Inverse, check_limits, check_model};
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: the drive that brings its position to the
-/// target, u = gamma^-1(H^-1\[phi^-1(y - sum_j c_j q_j)\]).
+/// target, u = gamma^-1(H^-1\[phi^-1(y - s - sum_j c_j q_j)\]).
 ///
-/// What the position will have crept at a sample is known before its drive is: so the target without it is what
-/// [`Inverse`] is asked for. The drive never leaves the limits. A target out of reach puts it at a limit and sets
-/// [`saturated`](Self::saturated); creep goes on from the position that was really reached.
+/// What the position will have crept at a sample, and by how much its loop will have shifted, is known before its drive
+/// is: so the target without both is what [`Inverse`] is asked for. The drive never leaves the limits. A target out of
+/// reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
+/// reached, the loop shift from the drive that was really put out.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -27,6 +29,7 @@ use crate::stream::{Inverse, check_limits, check_model};
 pub struct QuasiStaticInverse {
     model: QuasiStatic,
     hysteresis: Inverse,
+    loop_shift: LoopShiftMemory,
     creep: CreepMemory,
     /// The lines of gamma^-1 and phi^-1 on which the last sample lay.
     on_gamma: MapPiece,
@@ -51,6 +54,7 @@ impl QuasiStaticInverse {
         let mut stream = Self {
             model: model.clone(),
             hysteresis,
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: first_inverse_piece(model.input_map.as_ref()),
             on_phi: first_inverse_piece(model.output_map.as_ref()),
@@ -77,10 +81,17 @@ impl QuasiStaticInverse {
         }
     }
 
-    /// The position without creep that the hysteresis puts out now.
+    /// The position without creep, from what the hysteresis puts out now.
     fn reached(&self) -> f64 {
         let z = self.hysteresis.reached();
-        self.model.output_map.as_ref().map_or(z, |map| map.at(z))
+        self.model.output_map.as_ref().map_or(z, |map| map.at(z)) + self.loop_shift.shift()
+    }
+
+    /// Creep and loop shift go on from the position without creep and the drive that are held now.
+    #[inline]
+    fn hold(&mut self, h: f64) {
+        self.creep.hold(h);
+        self.loop_shift.hold(self.drive);
     }
 
     /// The last drive.
@@ -113,8 +124,9 @@ impl QuasiStaticInverse {
         self.rejected
     }
 
-    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the
-    /// creep at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
+    /// not shifted, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing
+    /// else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
             self.hysteresis.reset();
@@ -134,11 +146,12 @@ impl QuasiStaticInverse {
 
     /// What the drive has been since forever is what it is now.
     fn rest(&mut self) {
+        self.loop_shift.settle(self.drive);
         let h = self.reached();
         self.creep.settle(h);
     }
 
-    /// The position of now: what the hysteresis has reached and what has crept.
+    /// The position of now: what the hysteresis has reached, by how much its loop has shifted, and what has crept.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.reached() + self.creep.crept()
@@ -156,8 +169,7 @@ impl QuasiStaticInverse {
     pub fn follow_drive(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
             self.move_to(drive);
-            let h = self.reached();
-            self.creep.hold(h);
+            self.hold(self.reached());
             self.drive
         } else {
             self.reject()
@@ -194,6 +206,7 @@ impl QuasiStaticInverse {
             model: self.fingerprint,
             hysteresis: self.hysteresis.state(),
             creep: self.creep.states(),
+            loop_shift: self.loop_shift.states(),
             last_output: self.drive,
             rejected: self.rejected,
         }
@@ -208,8 +221,10 @@ impl QuasiStaticInverse {
         check_model(self.fingerprint, state.model)?;
         check_within_limits("state.last_output", &[state.last_output], self.limits)?;
         self.creep.check(&state.creep)?;
+        self.loop_shift.check(&state.loop_shift)?;
         self.hysteresis.set_state(&state.hysteresis)?;
         self.creep.restore(&state.creep);
+        self.loop_shift.restore(&state.loop_shift);
         (self.drive, self.rejected) = (state.last_output, state.rejected);
         Ok(())
     }
@@ -231,7 +246,7 @@ impl Process for QuasiStaticInverse {
     #[inline]
     fn step(&mut self, target: f64) -> f64 {
         let h = target - self.creep.crept();
-        let z = unmapped(self.model.output_map.as_ref(), h, &mut self.on_phi);
+        let z = unmapped(self.model.output_map.as_ref(), h - self.loop_shift.shift(), &mut self.on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
             return self.reject();
         }
@@ -241,14 +256,15 @@ impl Process for QuasiStaticInverse {
         self.on_gamma = on_gamma;
         // Creep goes on without waiting for the drive, unless a limit keeps the position from the target.
         let h = if self.hysteresis.saturated() { self.reached() } else { h };
-        self.creep.hold(h);
+        self.hold(h);
         self.drive
     }
 
     #[inline]
     fn peek(&self, target: f64) -> f64 {
         let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
-        let z = unmapped(self.model.output_map.as_ref(), target - self.creep.crept(), &mut on_phi);
+        let h = target - self.creep.crept() - self.loop_shift.shift();
+        let z = unmapped(self.model.output_map.as_ref(), h, &mut on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
             return self.drive;
         }

@@ -1,18 +1,20 @@
-//! A stage without its fast dynamics: y = creep(phi(H\[gamma(u)\])), sample by sample, and its exact inverse.
+//! A stage without its fast dynamics: y = creep(phi(H\[gamma(u)\]) + s), sample by sample, and its exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, and creep adds slow first-order lags.
-//! Each part may be missing.
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives
+//! have caused, and creep adds slow first-order lags. Each part may be missing.
 
 mod bracket;
 mod creep;
 mod forward;
 mod inverse;
+mod loop_shift;
 mod map;
 
 pub use bracket::{Bracket, BracketState};
 pub use creep::CreepTerms;
 pub use forward::QuasiStaticForward;
 pub use inverse::QuasiStaticInverse;
+pub use loop_shift::LoopShiftTerms;
 use map::MapPiece;
 pub use map::PiecewiseLinearMap;
 
@@ -24,7 +26,7 @@ use crate::error::Error;
 use crate::fingerprint::Fingerprint;
 use crate::stream::StreamState;
 
-/// The parameters of a stage without its fast dynamics, ready to run: y = creep(phi(H\[gamma(u)\])).
+/// The parameters of a stage without its fast dynamics, ready to run: y = creep(phi(H\[gamma(u)\]) + s).
 ///
 /// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
 ///
@@ -48,6 +50,7 @@ pub struct QuasiStatic {
     hysteresis: CompiledModel,
     input_map: Option<Arc<PiecewiseLinearMap>>,
     output_map: Option<Arc<PiecewiseLinearMap>>,
+    loop_shift: Option<LoopShiftTerms>,
     creep: Option<Arc<CreepTerms>>,
 }
 
@@ -55,7 +58,7 @@ impl QuasiStatic {
     /// Hysteresis alone.
     #[must_use]
     pub fn new(hysteresis: &CompiledModel) -> Self {
-        Self { hysteresis: hysteresis.clone(), input_map: None, output_map: None, creep: None }
+        Self { hysteresis: hysteresis.clone(), input_map: None, output_map: None, loop_shift: None, creep: None }
     }
 
     /// The same with the map gamma in front of the hysteresis.
@@ -72,7 +75,29 @@ impl QuasiStatic {
         self
     }
 
-    /// The same with creep behind the output map.
+    /// The same with a loop shift behind the output map, in front of the creep.
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, LoopShiftTerms, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+    /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+    /// let shift = LoopShiftTerms::new(0.0, 10.0, [-3.0, 0.0], 0.5, 0.9)?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_loop_shift(shift);
+    /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 20.0)))?);
+    /// assert_eq!(forward.step(5.0), 10.0);
+    /// assert!(forward.step(5.0) < 10.0); // the move to 5 V has shifted the loop
+    /// forward.reset();
+    /// for target in [10.0, 4.0, 12.0] {
+    ///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_loop_shift(mut self, shift: LoopShiftTerms) -> Self {
+        self.loop_shift = Some(shift);
+        self
+    }
+
+    /// The same with creep behind output map and loop shift.
     #[must_use]
     pub fn with_creep(mut self, creep: CreepTerms) -> Self {
         self.creep = Some(Arc::new(creep));
@@ -83,6 +108,12 @@ impl QuasiStatic {
     #[must_use]
     pub fn without_creep(&self) -> Self {
         Self { creep: None, ..self.clone() }
+    }
+
+    /// The same without loop shift.
+    #[must_use]
+    pub fn without_loop_shift(&self) -> Self {
+        Self { loop_shift: None, ..self.clone() }
     }
 
     /// A stream from drives to positions, at rest at the input offset of the hysteresis.
@@ -117,6 +148,9 @@ impl QuasiStatic {
             hash.numbers(creep.amplitudes());
             hash.numbers(creep.decays());
         }
+        if let Some(shift) = &self.loop_shift {
+            hash.numbers(&shift.numbers());
+        }
         hash.finish()
     }
 }
@@ -125,12 +159,15 @@ impl QuasiStatic {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct QuasiStaticState {
-    /// The fingerprint of maps, hysteresis and creep: [`QuasiStatic::fingerprint`].
+    /// The fingerprint of maps, hysteresis, loop shift and creep: [`QuasiStatic::fingerprint`].
     pub model: u64,
     /// What the hysteresis remembers.
     pub hysteresis: StreamState,
     /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
+    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`]; empty without one, and in older states.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub loop_shift: Vec<f64>,
     /// The last output: position (forward) or drive (inverse).
     pub last_output: f64,
     /// How many inputs were rejected.

@@ -2,7 +2,8 @@
 
 use hysteresis_core::{
     AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, CreepTerms, FeedForward, Forward,
-    HybridController, Inverse, Law, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, QuasiStatic, Ratios,
+    HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, QuasiStatic,
+    Ratios,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -39,7 +40,8 @@ impl Source {
             Self::Parametric(which) => Forward::new(&compiled(which, true)).into(),
             Self::Creeping => {
                 let creep = CreepTerms::new(&[0.02, 0.05], &[0.9, 0.99]).unwrap();
-                let stage = QuasiStatic::new(&compiled(0, false)).with_creep(creep);
+                let shift = LoopShiftTerms::new(0.0, 500.0, [-0.2, 0.1], 0.5, 0.9).unwrap();
+                let stage = QuasiStatic::new(&compiled(0, false)).with_creep(creep).with_loop_shift(shift);
                 stage.inverse(Some(limits)).unwrap().into()
             }
         }

@@ -9,14 +9,15 @@ mod times;
 
 use hysteresis_core::Model;
 
+use crate::creep_model::CreepBasis;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::intervals::Intervals;
 use crate::fit::linear_part::LinearPart;
-use crate::fit::regressor::OperatorBank;
-use crate::fit::tangent::OperatorsAt;
+use crate::fit::regressor::{OperatorBank, OperatorsAt};
+
 use crate::numeric::as_f64;
 use crate::options::{Options, Setting};
 use crate::record::Record;
@@ -55,9 +56,19 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     };
     Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let operators = OperatorsAt { bank, input_offset: offsets.input };
+    let operators = OperatorsAt { bank, input_offset: offsets.input, shift: None };
     let linear = LinearPart::delay(dead_time);
-    let found = findings(records, &Chain { operators, weights, linear, dt: first.dt().unwrap_or(1.0) });
+    let found = findings(
+        records,
+        &Chain {
+            operators,
+            weights,
+            linear,
+            underway: Vec::new(),
+            creep_underway: CreepBasis::default(),
+            dt: first.dt().unwrap_or(1.0),
+        },
+    );
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
     let explains_all = is_there(FindingCode::WrongSign) && is_there(FindingCode::PoorFit);
     Ok(if explains_all { causes_of_wrong_sign(found) } else { found })

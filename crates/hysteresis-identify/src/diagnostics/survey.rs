@@ -6,6 +6,7 @@ use crate::finding::Finding;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::factor::TriangularFactor;
+use crate::fit::regressor::OperatorsAt;
 use crate::fit::tangent::Tangent;
 use crate::numeric::as_f64;
 use crate::record::Record;
@@ -28,9 +29,9 @@ pub(super) struct Survey {
 impl Survey {
     pub(super) fn of(records: &[Record<'_>], chain: &Chain) -> Self {
         let thresholds = chain.operators.bank.thresholds().to_vec();
-        // The operators, whether their weights are split or not.
+        // The operators alone, whether their weights are split or not.
         let tangent = Tangent {
-            operators: chain.operators.clone(),
+            operators: OperatorsAt { shift: None, ..chain.operators.clone() },
             linear: chain.linear.clone(),
             columns: thresholds.len(),
             weights: Vec::new(),
@@ -43,7 +44,7 @@ impl Survey {
         let (mut residuals, mut squares) = (Vec::new(), 0.0);
         for (place, record) in records.iter().enumerate() {
             let dt = record.dt().unwrap_or(chain.dt);
-            let predicted = chain.response(record.input(), dt);
+            let predicted = chain.response_in(place, record.input(), dt);
             let mut rows = tangent.rows(record.input(), dt);
             row[..means].fill(0.0);
             row[place] = 1.0;

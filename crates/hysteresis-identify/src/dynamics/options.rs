@@ -1,7 +1,8 @@
 //! What to identify behind a known hysteresis, and what is known already.
 
 use crate::creep_model::CreepModel;
-use crate::options::{ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
+use crate::loop_shift_model::LoopShiftModel;
+use crate::options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 
 /// The options of [`identify_dynamics`](crate::identify_dynamics).
 ///
@@ -38,9 +39,11 @@ impl DynamicsOptions {
             thresholds: Thresholds::Given(vec![0.0]),
             input_offset: Setting::Fixed(0.0),
             dt: Some(self.dt),
-            dynamics: Some(self.order),
+            dynamics: DynamicsModel::Order(self.order),
             dead_time: self.dead_time,
             creep: self.creep.clone(),
+            loop_shift: LoopShiftModel::None,
+            smoothness: Setting::Fixed(0.0),
             ..Options::default()
         }
     }

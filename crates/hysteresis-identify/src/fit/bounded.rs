@@ -24,7 +24,7 @@ pub(crate) struct Solution {
 /// Solves min |A x - b| over lower_j <= x_j <= upper_j by the active-set method of Lawson and Hanson (Solving Least
 /// Squares Problems, 1974, chapter 23), with two bounds as in Stark and Parker (1995).
 ///
-/// Lower bounds are finite, upper ones may be infinite. `free` names the unknowns that are expected between their
+/// Bounds may be infinite; an unknown without a lower bound starts at 0. `free` names the unknowns that are expected between their
 /// bounds: a good guess (the answer of a neighbouring problem) saves most of the work, a bad one changes nothing but
 /// the time. The answer satisfies the conditions of Karush, Kuhn and Tucker up to rounding; where columns depend on
 /// each other it is one of several.
@@ -57,7 +57,8 @@ impl<'a> ActiveSet<'a> {
     fn new(a: MatRef<'a, f64>, b: &'a [f64], bounds: &'a [(f64, f64)]) -> Self {
         let norms = (0..a.ncols()).map(|j| a.col(j).norm_l2()).collect();
         let b_norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        Self { a, b, bounds, norms, b_norm, x: bounds.iter().map(|(lower, _)| *lower).collect(), free: Vec::new() }
+        let x = bounds.iter().map(|(lower, _)| if lower.is_finite() { *lower } else { 0.0 }).collect();
+        Self { a, b, bounds, norms, b_norm, x, free: Vec::new() }
     }
 
     /// Frees the guessed unknowns, and binds again those that depend on others or would leave their bounds.
@@ -247,7 +248,7 @@ mod tests {
         }
         prop_assert!(solution.kkt_residual <= 1e-9, "{}", solution.kkt_residual);
         // What is called a residual is one: an answer that is not the best has it.
-        let wrong = ActiveSet { x: bounds.iter().map(|(lower, _)| *lower).collect(), ..problem };
+        let wrong = ActiveSet { x: bounds.iter().map(|(lower, _)| lower.max(-1e3)).collect(), ..problem };
         let residual = wrong.residual();
         let best = solution.squares >= residual.iter().map(|e| e * e).sum::<f64>() * (1.0 - 1e-9);
         prop_assert!(best || wrong.kkt_residual(&residual) > 1e-9);
@@ -280,6 +281,24 @@ mod tests {
             let solution = solve(a.as_ref(), &b, &bounds, &guess);
             check_conditions(&a, &b, &bounds, &solution)?;
             prop_assert!(solution.squares <= brute_force(&a, &b, &bounds) * (1.0 + 1e-9) + 1e-20);
+        }
+
+        /// Unknowns of any sign beside others.
+        #[test]
+        fn free_equals_brute_force(
+            values in prop::collection::vec(-1.0..1.0_f64, 6 * 4),
+            b in prop::collection::vec(-1.0..1.0_f64, 6),
+            guess in prop::sample::subsequence(vec![0, 1, 2, 3], 0..=4),
+        ) {
+            let a = matrix(6, &values);
+            let free = (f64::NEG_INFINITY, f64::INFINITY);
+            let bounds = [NON_NEGATIVE, free, NON_NEGATIVE, free];
+            let solution = solve(a.as_ref(), &b, &bounds, &guess);
+            check_conditions(&a, &b, &bounds, &solution)?;
+            // Of two signs the same column has, one is that of the free unknown.
+            let both = Mat::from_fn(6, 6, |i, j| if j < 4 { a[(i, j)] } else { -a[(i, 2 * j - 7)] });
+            let best = brute_force(&both, &b, &[NON_NEGATIVE; 6]);
+            prop_assert!(solution.squares <= best * (1.0 + 1e-9) + 1e-20);
         }
 
         /// Columns that repeat or vanish, as those of plays that never move do.

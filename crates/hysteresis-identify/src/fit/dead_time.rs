@@ -4,7 +4,6 @@ use super::gradients::{Gradients, Quantity};
 use super::joint::{JointFit, JointProblem};
 use super::monitor::SearchMonitor;
 use super::point::Parameter;
-use super::response::response;
 use super::root::Root;
 use crate::colour::Colour;
 use crate::error::Error;
@@ -48,11 +47,9 @@ impl JointProblem<'_> {
 
     /// How the residuals of all records follow from each other.
     pub(crate) fn colour(&self, found: &JointFit) -> Colour {
-        let operators = found.space.operators(&found.fit.point);
-        let linear = found.space.linear_part(&found.fit.point);
+        let chain = found.chain(1.0);
         let of_record = |(place, record): (usize, &Record<'_>)| {
-            let dt = found.space.intervals().of_record(place);
-            let predicted = response(&operators, &found.fit.weights, &linear, record.input(), dt);
+            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
             let measured = record.output().iter().zip(&predicted).skip(record.skip());
             let residual: Vec<f64> = measured.map(|(y, p)| y - p - found.fit.output_offsets[place]).collect();
             (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))

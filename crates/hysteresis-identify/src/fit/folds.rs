@@ -4,12 +4,21 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::factor::triangle_of;
-use crate::fit::projection::{ProjectedFit, Projection, below_offsets, output_offsets, penalised};
+use crate::fit::point::Parameter;
+use crate::fit::projection::{ProjectedFit, Projection, below_own, own_values, penalised};
+use crate::fit::weight_basis::{WeightBasis, combined};
+use crate::loop_shift_model::LoopShiftModel;
 use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 
 /// Into how many stretches every record is cut.
 const FOLDS: usize = 8;
+
+/// Below this share of the mean square of the output about its mean an error is rounding.
+const ROUNDING: f64 = 1e-18;
+
+/// Mean square errors whose logarithms differ by less are alike.
+const ALIKE: f64 = 1e-3;
 
 /// What is tried where the smoothness is left to cross-validation: none, and decades.
 pub(crate) const SMOOTHNESS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2];
@@ -25,29 +34,41 @@ pub struct CrossValidation {
     pub operators: usize,
     /// How smooth its weights are asked to be; see [`Options::smoothness`](crate::Options::smoothness).
     pub smoothness: f64,
+    /// How many amplitudes of creep it has.
+    pub creep: usize,
+    /// Its loop shift.
+    pub loop_shift: LoopShiftModel,
     /// The root mean square error, the mean taken over the stretches, each predicted from the others, in the unit of the output.
     pub rmse: f64,
     /// The mean square error on every stretch, in the unit of the output squared.
     pub stretches: Vec<f64>,
+    /// A mean square error that is rounding: below it no candidate is better than another.
+    pub(crate) rounding: f64,
 }
 
 impl CrossValidation {
-    /// The one of the least mean square error.
+    /// The one of the least geometric mean of its square errors, so that no stretch outweighs the others; of those that are alike
+    /// the first.
     pub(crate) fn best(all: &[Self]) -> Option<&Self> {
-        all.iter().min_by(|p, q| p.rmse.total_cmp(&q.rmse))
+        let log = |square: &f64, rounding: f64| (square + rounding + f64::MIN_POSITIVE).ln();
+        let logs = |one: &Self| mean(&one.stretches.iter().map(|square| log(square, one.rounding)).collect::<Vec<_>>());
+        let least = all.iter().map(logs).fold(f64::INFINITY, f64::min);
+        all.iter().find(|one| logs(one) <= least + ALIKE)
     }
 
     /// The places of those that are as good as the best: whose mean square error is larger by a factor that is 1 within
     /// its standard error, stretch by stretch. What is better by less than that is better by chance.
     ///
     /// Factors and not differences, as stretches differ: in a decaying sweep the first one has most of the error, and
-    /// differences would be those of one stretch.
-    pub(crate) fn good(all: &[Self]) -> impl Iterator<Item = usize> {
+    /// differences would be those of one stretch. Where stretches are alike, in records without variety, predicting one from
+    /// the others says little, and a factor below `margin` is none.
+    pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
-        let factor = |(p, q): (&f64, &f64)| ((p + f64::MIN_POSITIVE) / (q + f64::MIN_POSITIVE)).ln();
+        let rounding = best.map_or(0.0, |best| best.rounding) + f64::MIN_POSITIVE;
+        let factor = move |(p, q): (&f64, &f64)| ((p + rounding) / (q + rounding)).ln();
         let is_good = move |one: &Self| {
             let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
-            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess))
+            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess).max(margin.ln()))
         };
         (0..all.len()).filter(move |i| is_good(&all[*i]))
     }
@@ -66,6 +87,15 @@ pub(crate) struct Stretches<'a> {
     others: Vec<Mat<f64>>,
 }
 
+/// What a candidate has of the terms that may be left out, and how smooth its weights are.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms {
+    /// How many amplitudes of creep.
+    pub(crate) creep: usize,
+    pub(crate) loop_shift: LoopShiftModel,
+    pub(crate) smoothness: f64,
+}
+
 impl<'a> Stretches<'a> {
     pub(crate) fn new(projection: &'a Projection<'a>, fit: &'a ProjectedFit) -> Self {
         let parts = projection.parts(fit, FOLDS);
@@ -73,14 +103,47 @@ impl<'a> Stretches<'a> {
         Self { projection, fit, parts, others }
     }
 
+    /// The same under a weight law that is not wider than that of the fit.
+    pub(crate) fn under(&self, options: &Options, law: &'a WeightBasis) -> StretchesUnderLaw<'_> {
+        let own = self.projection.own();
+        let map = law.within(self.projection.basis());
+        let mapped = |columns: &Mat<f64>| {
+            map.as_ref().map_or_else(|| columns.clone(), |map| combined(columns.as_ref(), map, own))
+        };
+        StretchesUnderLaw {
+            weights: options.weights,
+            operators: options.operators(),
+            law,
+            parts: self.parts.iter().map(|(part, rows)| (mapped(part), *rows)).collect(),
+            others: self.others.iter().map(mapped).collect(),
+            all: self,
+        }
+    }
+}
+
+/// [`Stretches`] under one weight law.
+pub(crate) struct StretchesUnderLaw<'a> {
+    weights: WeightLaw,
+    operators: usize,
+    law: &'a WeightBasis,
+    parts: Vec<(Mat<f64>, usize)>,
+    others: Vec<Mat<f64>>,
+    all: &'a Stretches<'a>,
+}
+
+impl StretchesUnderLaw<'_> {
     /// Predicts every stretch from the others.
-    pub(crate) fn cross_validate(&self, options: &Options, smoothness: f64) -> CrossValidation {
-        let penalty = self.projection.penalty(&self.fit.point, smoothness);
+    pub(crate) fn cross_validate(&self, terms: &Terms) -> CrossValidation {
+        let Self { weights, operators, .. } = *self;
+        let Terms { creep, loop_shift, smoothness } = *terms;
+        let penalty = self.all.projection.penalty(self.law, &self.all.fit.point, smoothness);
+        let bounds = self.bounds(terms);
+        let mut guess: Vec<usize> = (0..bounds.len()).collect();
         let stretches: Vec<f64> = (self.parts.iter().zip(&self.others))
             // A record of fewer samples than stretches leaves some without any.
             .filter(|((_, rows), _)| *rows > 0)
             .map(|((part, rows), others)| {
-                let solution = self.solution(others, &penalty);
+                let solution = self.solution(others, &penalty, &bounds, &mut guess);
                 let squares: f64 = (0..part.nrows())
                     .map(|i| {
                         let modelled: f64 = solution.iter().enumerate().map(|(j, x)| part[(i, j)] * x).sum();
@@ -91,21 +154,43 @@ impl<'a> Stretches<'a> {
             })
             .collect();
         let rmse = mean(&stretches).sqrt();
-        CrossValidation { weights: options.weights, operators: options.operators(), smoothness, rmse, stretches }
+        let rounding = ROUNDING * self.all.fit.base_squares / as_f64(self.all.projection.rows());
+        CrossValidation { weights, operators, smoothness, creep, loop_shift, rmse, stretches, rounding }
     }
 
-    /// Output offsets, unknowns and steps of the searched parameters.
-    fn solution(&self, factor: &Mat<f64>, penalty: &Mat<f64>) -> Vec<f64> {
-        let offsets = self.projection.records();
-        let (a, b) = below_offsets(factor, offsets);
+    /// Between what unknowns and steps of the searched parameters lie; what a candidate does not have is held at zero.
+    fn bounds(&self, terms: &Terms) -> Vec<(f64, f64)> {
+        let (space, point) = (self.all.projection.space(), &self.all.fit.point);
+        let mut bounds = self.law.bounds();
+        let used = space.shift().map_or_else(Vec::new, |shift| shift.used_by(terms.loop_shift));
+        let first = bounds.len() - used.len();
+        for (bound, used) in bounds[first..].iter_mut().zip(used) {
+            *bound = if used { *bound } else { (0.0, 0.0) };
+        }
+        for (axis, bound) in space.axes().iter().zip(space.step_bounds(point, STEP)) {
+            let back = -point.get(axis.parameter);
+            let left_out = matches!(axis.parameter, Parameter::Creep(number) if number >= terms.creep);
+            bounds.push(if left_out { (back, back) } else { bound });
+        }
+        bounds
+    }
+
+    /// The records' own, unknowns and steps of the searched parameters; `guess` is which of the latter two lie between their
+    /// bounds, of the stretch before and then of this one.
+    fn solution(
+        &self,
+        factor: &Mat<f64>,
+        penalty: &Mat<f64>,
+        bounds: &[(f64, f64)],
+        guess: &mut Vec<usize>,
+    ) -> Vec<f64> {
+        let own = self.all.projection.own();
+        let (a, b) = below_own(factor, own);
         let (a, b) = penalised(&a, &b, penalty);
-        let steps = self.projection.space().step_bounds(&self.fit.point, STEP);
-        let mut bounds = vec![(0.0, f64::INFINITY); self.fit.unknowns.len()];
-        bounds.extend(steps);
-        let likely = |j: &usize| self.fit.unknowns.get(*j).is_none_or(|c| *c > 0.0);
-        let guess: Vec<usize> = (0..bounds.len()).filter(likely).collect();
-        let found = bounded::solve(a.as_ref(), &b, &bounds, &guess).x;
-        let mut all = output_offsets(factor, offsets, &found);
+        let found = bounded::solve(a.as_ref(), &b, bounds, guess).x;
+        let is_inside = |j: &usize| bounds[*j].0 < found[*j] && found[*j] < bounds[*j].1;
+        *guess = (0..found.len()).filter(is_inside).collect();
+        let mut all = own_values(factor, own, &found);
         all.extend(found);
         all
     }

@@ -29,7 +29,7 @@ impl Intervals {
     pub(crate) fn of(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let all: Vec<Option<f64>> = records.iter().map(|record| record.dt().or(options.dt)).collect();
         let are_seconds = all.iter().any(Option::is_some);
-        let is_needed = are_seconds || options.is_joint();
+        let is_needed = are_seconds || options.needs_seconds();
         if let Some(record) = all.iter().position(Option::is_none).filter(|_| is_needed) {
             return Err(Error::NoInterval { record });
         }

@@ -1,6 +1,8 @@
 //! The joint fit: hysteresis, dynamics, dead time and creep together.
 
+use super::chain::Chain;
 use super::choice::levels;
+use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
@@ -9,7 +11,7 @@ use super::space::Space;
 use super::starts::starts;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
-use crate::options::{Options, Setting};
+use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
 /// How many passes over the records a start may take before the best of them goes on.
@@ -27,6 +29,18 @@ impl JointFit {
     pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
         let unread = self.space.unread_samples();
         records.iter().map(|record| record.fitted_samples().saturating_sub(unread).max(1)).sum()
+    }
+
+    /// What it predicts; `dt` for records that have no sampling interval.
+    pub(crate) fn chain(&self, dt: f64) -> Chain {
+        Chain {
+            operators: self.space.operators(&self.fit.point),
+            weights: self.fit.weights.clone(),
+            linear: self.space.linear_part(&self.fit.point),
+            underway: self.fit.underway.clone(),
+            creep_underway: self.space.underway().clone(),
+            dt,
+        }
     }
 
     /// The dead time in samples of the fastest record.
@@ -87,10 +101,11 @@ impl JointProblem<'_> {
 
     /// The best fit with a dead time in place of the dynamics, from a point near by.
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, &Options { dynamics: None, ..self.options.clone() })?;
+        let space = Space::new(self.records, &Options { dynamics: DynamicsModel::None, ..self.options.clone() })?;
         let lag = near.space.linear_part(&near.fit.point).lag();
-        let (lower, upper) = space.axis(Parameter::DeadTime).map_or((lag, lag), |axis| (axis.lower, axis.upper));
-        let point = near.fit.point.with(Parameter::DeadTime, lag.clamp(lower, upper));
+        let known = space.origin().get(Parameter::DeadTime);
+        let dead_time = space.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
+        let point = near.fit.point.with(Parameter::DeadTime, dead_time);
         self.search_from(space, &point, monitor)
     }
 
@@ -110,7 +125,13 @@ impl JointProblem<'_> {
         self.search_from(space, &point, monitor)
     }
 
-    fn search_from(&self, space: Space, point: &Point, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+    /// The best fit in a space, from a point in it.
+    pub(crate) fn search_from(
+        &self,
+        space: Space,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
         let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         // The work that is left once the dynamics are found.
         let span = Span { from: 0.0, to: 0.6 };
@@ -118,6 +139,42 @@ impl JointProblem<'_> {
         let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
+    }
+
+    /// The best fit in a space, from a point in it and from others with the usual ratios in place of its own.
+    pub(crate) fn search_around(
+        &self,
+        space: Space,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        let starts = space.with_other_ratios(point);
+        let whole = Span { from: 0.0, to: 0.6 };
+        let mut fits = Vec::new();
+        for (number, start) in starts.iter().enumerate() {
+            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
+            fits.push(attempt(&levels[0], self.basis, start, PASSES, span, monitor)?);
+        }
+        fits.sort_by(by_objective);
+        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
+        drop(levels);
+        Ok(JointFit { space, fit, linearised })
+    }
+
+    /// How a fit predicts stretches of the records that it was not fitted to.
+    pub(crate) fn cross_validate(&self, found: &JointFit) -> Result<CrossValidation, Error> {
+        let levels = levels(self.records, &found.space, self.basis, self.smoothness, true)?;
+        let stretches = Stretches::new(&levels[levels.len() - 1], &found.fit);
+        let (creep, smoothness) = (found.space.creep_amplitudes(), self.smoothness);
+        let terms = Terms { creep, loop_shift: self.options.loop_shift, smoothness };
+        Ok(stretches.under(self.options, self.basis).cross_validate(&terms))
+    }
+
+    /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.
+    pub(crate) fn at_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
+        let space = Space::new(self.records, self.options)?;
+        self.at(&space, &space.start_at_hysteresis(point))
     }
 
     /// The fit at a point, without a search.

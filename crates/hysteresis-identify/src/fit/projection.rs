@@ -20,12 +20,14 @@ const MIN_VARYING_SHARE: f64 = 1e-11;
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectedFit {
     pub(crate) point: Point,
-    /// The unknowns c >= 0 of the weight law.
+    /// The unknowns c >= 0 of the weight law, and the amplitudes of the loop shift.
     pub(crate) unknowns: Vec<f64>,
-    /// The weights that belong to them.
+    /// The weights that belong to them, and those amplitudes.
     pub(crate) weights: Vec<f64>,
     /// One per record.
     pub(crate) output_offsets: Vec<f64>,
+    /// The creep that was under way, one per record: 0 where there was none.
+    pub(crate) underway: Vec<f64>,
     /// The sum of squared errors over the rows used.
     pub(crate) squares: f64,
     /// What is minimised: that sum, and the penalty of weights that are not smooth.
@@ -36,11 +38,12 @@ pub(crate) struct ProjectedFit {
     pub(crate) kkt_residual: f64,
 }
 
-/// A fit linearised along the axes: [output offsets | unknowns | steps | y], of which the first columns are a triangle.
+/// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a triangle.
 pub(crate) struct Linearised {
     factor: Mat<f64>,
     penalty: Mat<f64>,
-    records: usize,
+    /// How many columns the records have of their own.
+    own: usize,
     free: Vec<usize>,
 }
 
@@ -82,11 +85,15 @@ impl<'a> Projection<'a> {
     }
 
     /// The rows that penalise weights that are not smooth, one column for each unknown; none for smoothness zero.
-    pub(crate) fn penalty(&self, point: &Point, smoothness: f64) -> Mat<f64> {
+    pub(crate) fn penalty(&self, law: &WeightBasis, point: &Point, smoothness: f64) -> Mat<f64> {
         if smoothness == 0.0 {
             return Mat::new();
         }
-        penalty(self.basis, &self.space.thresholds(point), smoothness * self.input_squares)
+        penalty(law, &self.space.thresholds(point), smoothness * self.input_squares)
+    }
+
+    pub(crate) fn basis(&self) -> &WeightBasis {
+        self.basis
     }
 
     pub(crate) fn space(&self) -> &Space {
@@ -97,8 +104,9 @@ impl<'a> Projection<'a> {
         self.rows
     }
 
-    pub(crate) fn records(&self) -> usize {
-        self.records.len()
+    /// How many columns the records have of their own.
+    pub(crate) fn own(&self) -> usize {
+        self.space.own().len()
     }
 
     /// The root mean square that belongs to a sum of squares over the rows used.
@@ -125,9 +133,9 @@ impl<'a> Projection<'a> {
     ) -> (ProjectedFit, Linearised) {
         let factor = self.factor(point, Some(weights));
         let fit = self.solve(point, &factor, self.space.axes().len(), like);
-        let free = positive(&fit.unknowns);
-        let penalty = self.penalty(point, self.smoothness);
-        (fit, Linearised { factor, penalty, records: self.records.len(), free })
+        let free = free(&fit.unknowns);
+        let penalty = self.penalty(self.basis, point, self.smoothness);
+        (fit, Linearised { factor, penalty, own: self.own(), free })
     }
 
     /// The fit at a point and its derivatives there.
@@ -137,22 +145,23 @@ impl<'a> Projection<'a> {
     }
 
     fn solve(&self, point: &Point, factor: &Mat<f64>, derivatives: usize, like: Option<&ProjectedFit>) -> ProjectedFit {
-        let offsets = self.records.len();
-        let unknowns = factor.ncols() - offsets - derivatives - 1;
-        let guess = like.map_or_else(Vec::new, |fit| positive(&fit.unknowns));
-        let bounds = vec![(0.0, f64::INFINITY); unknowns];
-        let (all, b) = below_offsets(factor, offsets);
+        let own = self.own();
+        let unknowns = factor.ncols() - own - derivatives - 1;
+        let guess = like.map_or_else(Vec::new, |fit| free(&fit.unknowns));
+        let bounds = self.basis.bounds();
+        let (all, b) = below_own(factor, own);
         let data = all.get(.., ..unknowns).to_owned();
-        let penalty = self.penalty(point, self.smoothness);
+        let penalty = self.penalty(self.basis, point, self.smoothness);
         let (a, target) = penalised(&data, &b, &penalty);
         let solution = bounded::solve(a.as_ref(), &target, &bounds, &guess);
         let squares = if penalty.nrows() == 0 { solution.squares } else { squares(&data, &b, &solution.x) };
-        let output_offsets = output_offsets(factor, offsets, &solution.x);
+        let (output_offsets, underway) = self.space.own().split(&own_values(factor, own, &solution.x));
         ProjectedFit {
             point: *point,
             weights: self.basis.weights(&solution.x),
             unknowns: solution.x,
             output_offsets,
+            underway,
             squares,
             objective: solution.squares,
             base_squares: b.iter().map(|b| b * b).sum(),
@@ -160,25 +169,25 @@ impl<'a> Projection<'a> {
         }
     }
 
-    /// R of [output offsets | unknowns | derivatives | y], a derivative being the change of the output on the way to a
+    /// R of [the records' own | unknowns | derivatives | y], a derivative being the change of the output on the way to a
     /// neighbour at fixed weights, over the distance.
     fn factor(&self, point: &Point, weights: Option<&[f64]>) -> Mat<f64> {
-        let (offsets, tangent) = (self.records.len(), self.space.tangent(point, self.basis.columns(), weights));
-        let mut factor = TriangularFactor::new(offsets + tangent.columns + tangent.slopes.len() + 1);
-        for place in 0..offsets {
+        let (own, tangent) = (self.own(), self.space.tangent(point, self.basis.columns(), weights));
+        let mut factor = TriangularFactor::new(own + tangent.columns + tangent.slopes.len() + 1);
+        for place in 0..self.records.len() {
             self.rows_of(place, &tangent, |_, row| factor.push(row));
         }
-        self.basis.in_unknowns(factor.finish().as_ref(), offsets)
+        self.basis.in_unknowns(factor.finish().as_ref(), own)
     }
 
-    /// R of [output offsets | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
+    /// R of [the records' own | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
     /// stretches, and part i has the i-th of each; with the number of its rows.
     pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize) -> Vec<(Mat<f64>, usize)> {
-        let offsets = self.records.len();
+        let own = self.own();
         let tangent = self.space.tangent(&fit.point, self.basis.columns(), Some(&fit.weights));
-        let columns = offsets + tangent.columns + tangent.slopes.len() + 1;
+        let columns = own + tangent.columns + tangent.slopes.len() + 1;
         let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(columns), 0)).collect();
-        for place in 0..offsets {
+        for place in 0..self.records.len() {
             let rows = self.courses[place].len();
             self.rows_of(place, &tangent, |row, values| {
                 let (factor, rows) = &mut factors[row * count / rows];
@@ -186,22 +195,21 @@ impl<'a> Projection<'a> {
                 *rows += 1;
             });
         }
-        let finished = |(factor, rows): (TriangularFactor, usize)| {
-            (self.basis.in_unknowns(factor.finish().as_ref(), offsets), rows)
-        };
+        let finished =
+            |(factor, rows): (TriangularFactor, usize)| (self.basis.in_unknowns(factor.finish().as_ref(), own), rows);
         factors.into_iter().map(finished).collect()
     }
 
     /// Hands over the rows of one record, numbered.
     fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
-        let (offsets, record, course) = (self.records.len(), &self.records[place], &self.courses[place]);
+        let (own, record, course) = (self.own(), &self.records[place], &self.courses[place]);
         let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place));
-        let last = offsets + tangent.columns + tangent.slopes.len();
+        let last = own + tangent.columns + tangent.slopes.len();
         let mut row = vec![0.0; last + 1];
-        row[place] = 1.0;
         for number in 0..course.len() {
             let k = course.sample(number);
-            rows.write(k, course.turns(), &mut row[offsets..last]);
+            self.space.own().write(place, k, &mut row[..own]);
+            rows.write(k, course.turns(), &mut row[own..last]);
             row[last] = record.output()[k];
             take(number, &row);
         }
@@ -211,9 +219,9 @@ impl<'a> Projection<'a> {
 impl Linearised {
     /// The best step within bounds together with the weights that go with it.
     pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
-        let (a, b) = self.below_offsets();
-        let unknowns = a.ncols() - bounds.len();
-        let mut all = vec![(0.0, f64::INFINITY); unknowns];
+        let (a, b) = self.below_own();
+        let unknowns = law.unknowns();
+        let mut all = law.bounds();
         all.extend(bounds);
         let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
         let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
@@ -221,10 +229,10 @@ impl Linearised {
         Step { along: along.to_vec(), weights: law.weights(c), objective: solution.squares }
     }
 
-    /// The columns of unknowns and steps with the output offsets eliminated, and the right-hand side: of what is
+    /// The columns of unknowns and steps with the records' own eliminated, and the right-hand side: of what is
     /// minimised, the penalty of weights that are not smooth included.
-    pub(crate) fn below_offsets(&self) -> (Mat<f64>, Vec<f64>) {
-        let (a, b) = below_offsets(&self.factor, self.records);
+    pub(crate) fn below_own(&self) -> (Mat<f64>, Vec<f64>) {
+        let (a, b) = below_own(&self.factor, self.own);
         penalised(&a, &b, &self.penalty)
     }
 
@@ -236,7 +244,7 @@ impl Linearised {
     /// The means of the columns of unknowns and steps over the rows of the first record, and how many rows that are.
     pub(crate) fn means(&self) -> (Vec<f64>, f64) {
         let root = self.factor[(0, 0)];
-        let columns = self.records..self.factor.ncols() - 1;
+        let columns = self.own..self.factor.ncols() - 1;
         (columns.map(|j| self.factor[(0, j)] / root).collect(), root * root)
     }
 }
@@ -259,34 +267,35 @@ fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
     inputs().map(|u| (u - mean).powi(2)).sum()
 }
 
-/// The output offsets that go with these unknowns.
-pub(crate) fn output_offsets(factor: &Mat<f64>, offsets: usize, unknowns: &[f64]) -> Vec<f64> {
+/// What goes with these unknowns of the records' own.
+pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec<f64> {
     let left = |i: usize| {
-        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, offsets + j)]).sum();
+        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, own + j)]).sum();
         factor[(i, factor.ncols() - 1)] - modelled
     };
-    let mut values: Vec<f64> = (0..offsets).map(left).collect();
-    back_substitute(factor.get(..offsets, ..offsets), &mut values);
+    let mut values: Vec<f64> = (0..own).map(left).collect();
+    back_substitute(factor.get(..own, ..own), &mut values);
     values
 }
 
-/// Eliminates the output offsets: the problem left for all other columns, the last one being the right-hand side.
+/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
 ///
 /// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
 /// enormous weight would fit noise with it. Such columns become exactly zero.
-pub(crate) fn below_offsets(factor: &Mat<f64>, offsets: usize) -> (Mat<f64>, Vec<f64>) {
+pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
     let last = factor.ncols() - 1;
-    let mut a = factor.get(offsets.., offsets..last).to_owned();
+    let mut a = factor.get(own.., own..last).to_owned();
     for j in 0..a.ncols() {
-        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(offsets + j).norm_l2() {
+        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(own + j).norm_l2() {
             a.col_mut(j).fill(0.0);
         }
     }
-    (a, (offsets..factor.nrows()).map(|i| factor[(i, last)]).collect())
+    (a, (own..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
-fn positive(unknowns: &[f64]) -> Vec<usize> {
-    (0..unknowns.len()).filter(|j| unknowns[*j] > 0.0).collect()
+/// Those that are not at their bound, zero.
+fn free(unknowns: &[f64]) -> Vec<usize> {
+    (0..unknowns.len()).filter(|j| unknowns[*j] != 0.0).collect()
 }
 
 #[cfg(test)]
@@ -294,9 +303,10 @@ mod tests {
     use super::*;
     use crate::creep_model::CreepModel;
     use crate::fit::point::Parameter;
-    use crate::fit::regressor::{OperatorBank, Regressor};
+    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
     use crate::fit::response::response;
-    use crate::options::{Options, Order, Thresholds};
+    use crate::loop_shift_model::LoopShiftModel;
+    use crate::options::{DynamicsModel, Options, Order, Thresholds};
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
     /// what a small step does.
@@ -307,7 +317,8 @@ mod tests {
         let signals = [3.0, 4.5].map(|rate| {
             let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
             let input: Vec<f64> = input.collect();
-            let mut regressor = Regressor::new(&bank, &input, 0.2, 0.0);
+            let operators = OperatorsAt { bank: bank.clone(), input_offset: 0.2, shift: None };
+            let mut regressor = Regressor::new(&operators, &input, 0.0, 1.0);
             let output = input.iter().enumerate().map(|(k, u)| {
                 regressor.go_to(k, None);
                 regressor.output(&[1.0, 0.7, 0.5]) + 0.05 * u * u
@@ -320,11 +331,17 @@ mod tests {
         let plain = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
         let joint = Options {
             dt: Some(0.01),
-            dynamics: Some(Order::Second),
+            dynamics: DynamicsModel::Order(Order::Second),
             creep: CreepModel::TimeConstants(vec![0.3, 1.0]),
+            loop_shift: LoopShiftModel::Both(0.3),
             ..plain.clone()
         };
-        let lag = Options { dynamics: Some(Order::First), creep: CreepModel::None, ..joint.clone() };
+        let lag = Options {
+            dynamics: DynamicsModel::Order(Order::First),
+            creep: CreepModel::None,
+            loop_shift: LoopShiftModel::None,
+            ..joint.clone()
+        };
         for options in [plain, joint, lag] {
             check_derivatives(&records, &options);
         }
@@ -332,7 +349,7 @@ mod tests {
 
     fn check_derivatives(records: &[Record<'_>], options: &Options) {
         let space = Space::new(records, options).unwrap();
-        let basis = WeightBasis::new(options);
+        let basis = WeightBasis::new(options, space.shift_len());
         let projection = Projection::new(records, &space, &basis, 0.0, 1);
         let dt = space.intervals().of_record(0);
         let point = space.starts()[1]

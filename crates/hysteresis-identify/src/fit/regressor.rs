@@ -2,6 +2,8 @@
 
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
+use super::shift::{ShiftColumns, ShiftLane};
+
 /// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -76,7 +78,17 @@ fn min(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`.
+/// The operators at a point, and the loop shift beside them.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct OperatorsAt {
+    pub(crate) bank: OperatorBank,
+    pub(crate) input_offset: f64,
+    pub(crate) shift: Option<ShiftColumns>,
+}
+
+/// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the columns
+/// of the loop shift.
 ///
 /// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
 /// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.
@@ -96,26 +108,44 @@ pub(crate) struct Regressor<'a> {
     before: Vec<f64>,
     /// Where the terms of a weighed sum are put.
     terms: Vec<f64>,
+    shift: Option<Shift<'a>>,
+}
+
+/// The loop shift beside the operators: its columns now and one sample earlier.
+struct Shift<'a> {
+    lane: ShiftLane<'a>,
+    now: Vec<f64>,
+    before: Vec<f64>,
 }
 
 impl<'a> Regressor<'a> {
-    /// The regressor before the record's first sample; `delay` in samples, not negative.
-    pub(crate) fn new(bank: &'a OperatorBank, input: &'a [f64], input_offset: f64, delay: f64) -> Self {
+    /// The regressor before the record's first sample; `delay` in samples, not negative, `dt` in seconds.
+    pub(crate) fn new(operators: &'a OperatorsAt, input: &'a [f64], delay: f64, dt: f64) -> Self {
+        let OperatorsAt { bank, input_offset, shift } = operators;
+        let shift = shift.as_ref().map(|columns| {
+            let rest = vec![0.0; columns.len()];
+            Shift { lane: ShiftLane::new(columns, dt), now: rest.clone(), before: rest }
+        });
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
         let fraction = delay - delay.floor();
         let (now, before, terms) = (rest.clone(), rest.clone(), rest);
-        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now, before, terms }
+        let input_offset = *input_offset;
+        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now, before, terms, shift }
     }
 
     /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
-    /// round, the operators see only those on the way, and the two that the row is made of.
+    /// round, the operators see only those on the way, and the two that the row is made of; a loop shift needs all.
     pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
         let last = sample.saturating_sub(self.whole);
+        let turns = turns.filter(|_| self.shift.is_none());
         if self.seen.is_none() {
             self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
             self.before.copy_from_slice(&self.now);
+            if let Some(shift) = &mut self.shift {
+                shift.lane.next(self.input[0]);
+            }
         }
         let mut seen = self.seen.unwrap_or(0);
         while seen < last {
@@ -131,14 +161,23 @@ impl<'a> Regressor<'a> {
             };
             std::mem::swap(&mut self.before, &mut self.now);
             self.bank.next(&self.before, self.input[seen] - self.input_offset, &mut self.now);
+            if let Some(shift) = &mut self.shift {
+                shift.next(self.input[seen]);
+            }
         }
         self.seen = Some(seen);
     }
 
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
-    /// output above zero and one for that below.
+    /// output above zero and one for that below; then those of the loop shift.
     pub(crate) fn row(&self, row: &mut [f64]) {
         let n = self.now.len();
+        let (row, shifts) = row.split_at_mut(row.len() - self.shift.as_ref().map_or(0, |shift| shift.now.len()));
+        if let Some(shift) = &self.shift {
+            for ((place, now), before) in shifts.iter_mut().zip(&shift.now).zip(&shift.before) {
+                *place = self.between(*now, *before);
+            }
+        }
         if row.len() == n {
             for ((z, now), before) in row.iter_mut().zip(&self.now).zip(&self.before) {
                 *z = self.between(*now, *before);
@@ -152,7 +191,8 @@ impl<'a> Regressor<'a> {
         }
     }
 
-    /// The row of the current sample times the weights, of which there may be one or two for each operator.
+    /// The row of the current sample times the weights, of which there may be one or two for each operator, and those of the
+    /// loop shift.
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
         self.weigh(weights, |now, before| interpolated(now, before, fraction))
@@ -168,7 +208,12 @@ impl<'a> Regressor<'a> {
     #[inline]
     fn weigh(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let n = self.now.len();
-        let (above, below) = weights.split_at(n);
+        let (above, rest) = weights.split_at(n);
+        let (below, shifts) = rest.split_at(rest.len() - self.shift.as_ref().map_or(0, |shift| shift.now.len()));
+        let shifted = self.shift.as_ref().map_or(0.0, |shift| {
+            let both = shift.now.iter().zip(&shift.before);
+            shifts.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
+        });
         let (terms, now, before) = (&mut self.terms[..n], &self.now[..n], &self.before[..n]);
         if below.is_empty() {
             for i in 0..n {
@@ -181,11 +226,19 @@ impl<'a> Regressor<'a> {
                     + below[i] * value(min(now[i], 0.0), min(before[i], 0.0));
             }
         }
-        sum(terms)
+        shifted + sum(terms)
     }
 
     fn between(&self, now: f64, before: f64) -> f64 {
         interpolated(now, before, self.fraction)
+    }
+}
+
+impl Shift<'_> {
+    fn next(&mut self, u: f64) {
+        std::mem::swap(&mut self.before, &mut self.now);
+        self.lane.next(u);
+        self.lane.write(&mut self.now);
     }
 }
 
@@ -214,6 +267,10 @@ mod tests {
 
     use super::*;
 
+    fn at(bank: OperatorBank, input_offset: f64) -> OperatorsAt {
+        OperatorsAt { bank, input_offset, shift: None }
+    }
+
     proptest! {
         /// Bit for bit the operators of the core, with the input offset and a whole delay.
         #[test]
@@ -225,9 +282,9 @@ mod tests {
             delay in 0_usize..5,
         ) {
             let ratios = Ratios { ra, rb: rb * ra, rc };
-            let bank = OperatorBank::from_ratios(&r, ratios);
+            let operators_at = at(OperatorBank::from_ratios(&r, ratios), input_offset);
             #[expect(clippy::cast_precision_loss, reason = "small")]
-            let mut regressor = Regressor::new(&bank, &input, input_offset, delay as f64);
+            let mut regressor = Regressor::new(&operators_at, &input, delay as f64, 1.0);
             let operators: Vec<_> = r.iter().map(|r| CoupledPlay::new(*r, ra * r, ratios.rb * r, rc * r).unwrap()).collect();
             let mut z = vec![0.0; r.len()];
             let mut row = z.clone();
@@ -254,9 +311,9 @@ mod tests {
             delay in 0.0..5.0_f64,
             rows in prop::sample::subsequence((0..80).collect::<Vec<_>>(), 1..20),
         ) {
-            let bank = OperatorBank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER);
+            let bank = at(OperatorBank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER), 0.5);
             let turns = crate::fit::course::turns(&input, 0.0);
-            let (mut every, mut some) = (Regressor::new(&bank, &input, 0.5, delay), Regressor::new(&bank, &input, 0.5, delay));
+            let (mut every, mut some) = (Regressor::new(&bank, &input, delay, 1.0), Regressor::new(&bank, &input, delay, 1.0));
             let (mut one, mut other) = ([0.0; 6], [0.0; 6]);
             for k in rows.into_iter().filter(|k| *k < input.len()) {
                 every.go_to(k, None);
@@ -272,10 +329,10 @@ mod tests {
 
     #[test]
     fn a_fractional_delay_lies_between_its_neighbours() {
-        let bank = OperatorBank::from_ratios(&[0.0, 1.0], Ratios::PAPER);
+        let bank = at(OperatorBank::from_ratios(&[0.0, 1.0], Ratios::PAPER), 0.0);
         let input = [0.0, 4.0, -4.0, 3.0];
         let outputs = |delay| {
-            let mut regressor = Regressor::new(&bank, &input, 0.0, delay);
+            let mut regressor = Regressor::new(&bank, &input, delay, 1.0);
             let mut row = [0.0; 2];
             [0, 1, 2, 3].map(|k| {
                 regressor.go_to(k, None);

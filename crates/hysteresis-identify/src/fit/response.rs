@@ -2,8 +2,7 @@
 
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, SampledPart};
-use super::regressor::Regressor;
-use super::tangent::OperatorsAt;
+use super::regressor::{OperatorsAt, Regressor};
 
 /// The weighted sum of the operators' outputs from the virgin state, through what follows them, at rest at the first.
 pub(crate) fn response(
@@ -14,14 +13,14 @@ pub(crate) fn response(
     dt: f64,
 ) -> Vec<f64> {
     if linear.is_dead_time_alone() && linear.dead_time >= 0.0 {
-        return hysteresis(operators, weights, input, linear.dead_time / dt);
+        return hysteresis(operators, weights, input, linear.dead_time / dt, dt);
     }
-    through(linear, &hysteresis(operators, weights, input, 0.0), dt)
+    through(linear, &hysteresis(operators, weights, input, 0.0, dt), dt)
 }
 
-/// The weighted sum of the operators' outputs from the virgin state, `delay` samples later.
-pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64) -> Vec<f64> {
-    let mut regressor = Regressor::new(&operators.bank, input, operators.input_offset, delay);
+/// The weighted sum of the operators' outputs from the virgin state, and the loop shift, `delay` samples later.
+pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64, dt: f64) -> Vec<f64> {
+    let mut regressor = Regressor::new(operators, input, delay, dt);
     let next = |k| {
         regressor.go_to(k, None);
         regressor.output(weights)

@@ -28,7 +28,7 @@ impl Root {
     pub(crate) fn of(fit: &ProjectedFit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
         let unknowns = fit.unknowns.len();
         let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
-        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] > 0.0).collect();
+        let mut free: Vec<usize> = (0..unknowns).filter(|j| fit.unknowns[*j] != 0.0).collect();
         for (k, axis) in space.axes().iter().enumerate() {
             if inside(fit.point.get(axis.parameter), axis.lower, axis.upper) {
                 free.push(unknowns + k);
@@ -67,7 +67,7 @@ impl Root {
 
 /// s R^-1 of the free columns, those left out that depend on others.
 fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows: usize) -> Root {
-    let (a, _) = linearised.below_offsets();
+    let (a, _) = linearised.below_own();
     let r = loop {
         let r = triangle_of(Mat::from_fn(a.nrows().max(free.len()), free.len(), |i, j| {
             if i < a.nrows() { a[(i, free[j])] } else { 0.0 }
@@ -79,7 +79,7 @@ fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows:
             None => break r,
         };
     };
-    let estimated = free.len() + fit.output_offsets.len();
+    let estimated = free.len() + fit.output_offsets.len() + fit.underway.iter().filter(|d| **d != 0.0).count();
     let s = (fit.squares / as_f64(rows.saturating_sub(estimated).max(1))).sqrt();
     let mut x = Mat::zeros(free.len(), free.len());
     for k in 0..free.len() {

@@ -14,7 +14,7 @@ use crate::numeric::as_f64;
 /// (r_i - r_j) / h, h the mean interval. For even thresholds that is w_(i-1) - 2 w_i + w_(i+1).
 pub(crate) fn penalty(law: &WeightBasis, thresholds: &[f64], strength: f64) -> Mat<f64> {
     let n = thresholds.len();
-    let families = law.columns() / n.max(1);
+    let families = law.families_of_weights();
     // No second difference without three weights besides the identity.
     let each = n.saturating_sub(3);
     let mut rows = Mat::zeros(families * each, law.columns());
@@ -70,7 +70,7 @@ mod tests {
 
     fn of(weights: WeightLaw, thresholds: &[f64], unknowns: &[f64]) -> f64 {
         let options = Options { weights, thresholds: Thresholds::Given(thresholds.to_vec()), ..Options::default() };
-        let rows = penalty(&WeightBasis::new(&options), thresholds, 4.0);
+        let rows = penalty(&WeightBasis::new(&options, 0), thresholds, 4.0);
         let value = |i: usize| unknowns.iter().enumerate().map(|(j, c)| rows[(i, j)] * c).sum::<f64>();
         (0..rows.nrows()).map(|i| value(i).powi(2)).sum()
     }

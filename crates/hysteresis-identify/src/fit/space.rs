@@ -1,21 +1,35 @@
 //! Where the search may go: the parameters that enter the model nonlinearly, their bounds and scales.
 
+use std::sync::Arc;
+
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
+use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
-use super::regressor::OperatorBank;
-use super::tangent::{OperatorsAt, Slope, Tangent};
+use super::regressor::{OperatorBank, OperatorsAt};
+use super::shift::ShiftColumns;
+use super::tangent::{Slope, Tangent};
 use crate::creep_model::CreepBasis;
 use crate::error::Error;
+use crate::loop_shift_model::LoopShiftModel;
 use crate::options::{ModelKind, Options, Order, Setting};
 use crate::record::Record;
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
+
+/// Where ratios are searched first.
+const USUAL_RATIOS: [Ratios; 5] = [
+    Ratios::PAPER,
+    Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
+    Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
+    Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
+    Ratios::PLAY,
+];
 
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
@@ -45,6 +59,9 @@ pub(crate) struct Space {
     intervals: Intervals,
     dynamics: Option<Order>,
     creep: CreepBasis,
+    shift: Option<ShiftColumns>,
+    own: Arc<OwnColumns>,
+    underway: CreepBasis,
     axes: Vec<Axis>,
     origin: Point,
     /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
@@ -57,9 +74,15 @@ impl Space {
     pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
         let intervals = Intervals::of(records, options)?;
         let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;
+        let underway = if intervals.are_seconds() {
+            options.creep.underway(intervals.longest_record(), intervals.smallest())
+        } else {
+            CreepBasis::default()
+        };
         let placement = Placement::new(records, options);
         let (low, high) = placement.bounds();
         let range = high - low;
+        let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
             (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
@@ -86,22 +109,25 @@ impl Space {
         match options.dead_time {
             Setting::Fixed(dead_time) => origin = origin.with(Parameter::DeadTime, dead_time),
             Setting::Fit => {
-                let (lower, upper) = intervals.dead_times(options.dynamics.is_some());
+                let (lower, upper) = intervals.dead_times(options.order().is_some());
                 let scale = 4.0 * intervals.smallest();
                 axes.push(Axis { parameter: Parameter::DeadTime, lower, upper, scale });
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(linear_axes(&intervals, options.dynamics, &creep));
+        axes.extend(linear_axes(&intervals, options.order(), &creep));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
         Ok(Self {
             placement,
             fixed_ratios,
-            intervals,
-            dynamics: options.dynamics,
+            dynamics: options.order(),
+            own: Arc::new(OwnColumns::new(records, |place| intervals.of_record(place), &underway)),
+            underway,
             creep,
+            intervals,
+            shift,
             axes,
             origin,
             unread: if searches_negative { 2 } else { 0 },
@@ -112,6 +138,39 @@ impl Space {
     pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
         let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The same with the loop shift of other options.
+    pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
+        Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with the first amplitudes of creep alone.
+    pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
+        let is_kept = |axis: &&Axis| !matches!(axis.parameter, Parameter::Creep(number) if number >= amplitudes);
+        let axes = self.axes.iter().filter(is_kept).copied().collect();
+        Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
+    }
+
+    /// What every record has of its own.
+    pub(crate) fn own(&self) -> &OwnColumns {
+        &self.own
+    }
+
+    /// The creep that may be under way when a record begins.
+    pub(crate) fn underway(&self) -> &CreepBasis {
+        &self.underway
+    }
+
+    /// The columns of the loop shift, if there are any.
+    pub(crate) fn shift(&self) -> Option<&ShiftColumns> {
+        self.shift.as_ref()
+    }
+
+    /// How many columns the loop shift has.
+    pub(crate) fn shift_len(&self) -> usize {
+        self.shift.as_ref().map_or(0, ShiftColumns::len)
     }
 
     /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
@@ -188,7 +247,7 @@ impl Space {
     /// The operators at a point.
     pub(crate) fn operators(&self, point: &Point) -> OperatorsAt {
         let bank = OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point));
-        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset) }
+        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset), shift: self.shift.clone() }
     }
 
     /// What follows the operators at a point.
@@ -254,16 +313,9 @@ impl Space {
 
     /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
     pub(crate) fn starts(&self) -> Vec<Point> {
-        let ratios = [
-            Ratios::PAPER,
-            Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
-            Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
-            Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
-            Ratios::PLAY,
-        ];
         let mut starts = vec![self.origin];
         if self.searches(Parameter::Ra) {
-            starts = ratios.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
+            starts = USUAL_RATIOS.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
         }
         if self.searches(Parameter::InputOffset) {
             let (low, high) = self.placement.bounds();
@@ -272,6 +324,13 @@ impl Space {
             starts = starts.iter().flat_map(at).collect();
         }
         starts
+    }
+
+    /// A point, and the same with each of the usual ratios, if they are searched.
+    pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
+        let others =
+            USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
+        std::iter::once(*point).chain(others).collect()
     }
 
     /// Dead times worth a look: doubling from one sample, if it is searched.
@@ -292,6 +351,21 @@ impl Space {
 }
 
 /// Frequency, damping and amplitudes of creep.
+/// The columns of a loop shift, limited to what the records have; none without seconds.
+fn shift_columns(
+    records: &[Record<'_>],
+    model: LoopShiftModel,
+    intervals: &Intervals,
+    bounds: (f64, f64),
+) -> Result<Option<ShiftColumns>, Error> {
+    if !intervals.are_seconds() {
+        return Ok(None);
+    }
+    let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
+    let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
+    Ok(columns.map(|columns| columns.limited_by(inputs)))
+}
+
 fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
     let mut axes = Vec::new();
     if dynamics.is_some() {

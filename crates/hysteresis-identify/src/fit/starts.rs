@@ -131,7 +131,7 @@ impl<'a> Scan<'a> {
         let creep = LinearPart { dynamics: None, dead_time: 0.0, ..space.linear_part(&unit) };
         let signals = |(place, record): (usize, &'a Record<'a>)| {
             let dt = space.intervals().of_record(place);
-            let output = hysteresis(&operators, &plain.weights, record.input(), 0.0);
+            let output = hysteresis(&operators, &plain.weights, record.input(), 0.0, dt);
             let mut lane = CreepLanes::new(&SampledPart::new(&creep, dt), 1);
             let inputs = output.iter().map(|h| [*h, lane.put_out(&[*h])[0] - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());

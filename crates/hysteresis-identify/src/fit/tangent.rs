@@ -2,15 +2,7 @@
 
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, SampledPart};
-use super::regressor::{OperatorBank, Regressor};
-
-/// The operators at a point.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct OperatorsAt {
-    pub(crate) bank: OperatorBank,
-    pub(crate) input_offset: f64,
-}
+use super::regressor::{OperatorsAt, Regressor};
 
 /// How the derivative by a searched parameter is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +37,7 @@ impl Tangent {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
         if is_plain {
-            TangentRows::Plain(PlainRows::new(self, input, dt))
+            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt)))
         } else {
             TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
         }
@@ -55,7 +47,7 @@ impl Tangent {
 /// The rows of one record: \[columns | derivatives\].
 pub(crate) enum TangentRows<'a> {
     /// Hysteresis and a dead time: between rows only the turns of the input need to be seen.
-    Plain(PlainRows<'a>),
+    Plain(Box<PlainRows<'a>>),
     /// With dynamics or creep every sample counts.
     Filtered(Box<FilteredRows<'a>>),
 }
@@ -81,7 +73,7 @@ pub(crate) struct PlainRows<'a> {
 impl<'a> PlainRows<'a> {
     fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
         let delay = tangent.linear.dead_time / dt;
-        let start = |at: &'a OperatorsAt| Regressor::new(&at.bank, input, at.input_offset, delay);
+        let start = |at: &'a OperatorsAt| Regressor::new(at, input, delay, dt);
         let there = |slope: &'a Slope| match slope {
             Slope::Operators(at, distance) => Some((start(at), *distance)),
             _ => None,
@@ -135,7 +127,7 @@ pub(crate) struct FilteredRows<'a> {
 
 impl<'a> FilteredRows<'a> {
     fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
-        let start = |at: &'a OperatorsAt| Regressor::new(&at.bank, input, at.input_offset, 0.0);
+        let start = |at: &'a OperatorsAt| Regressor::new(at, input, 0.0, dt);
         let part = SampledPart::new(&tangent.linear, dt);
         let (mut there, mut neighbours, mut amplitudes) = (Vec::new(), Vec::new(), 0);
         for slope in &tangent.slopes {

@@ -1,4 +1,5 @@
-//! What the weights may be: a cone, given by columns whose non-negative combinations it holds.
+//! What enters linearly: weights in a cone, given by columns whose non-negative combinations it holds, and amplitudes of the
+//! loop shift of any sign.
 
 use faer::{Mat, MatRef};
 
@@ -11,16 +12,20 @@ use crate::options::{Options, Thresholds, WeightLaw};
 /// For free weights B is the identity. For quadratic ones its columns are the extreme rays of the cone of quadratics
 /// that are nowhere negative at i = 1..n-1. For split ones the weights are those above zero, then those below, and an
 /// operator of threshold zero, the identity, has one unknown for both.
+///
+/// The amplitudes of the loop shift stand behind the weights, and behind their unknowns.
 #[derive(Clone, Debug)]
 pub(crate) struct WeightBasis {
     operators: usize,
     split: bool,
+    shifts: usize,
     freedom: usize,
     basis: Option<Mat<f64>>,
 }
 
 impl WeightBasis {
-    pub(crate) fn new(options: &Options) -> Self {
+    /// `shifts` is how many columns the loop shift has.
+    pub(crate) fn new(options: &Options, shifts: usize) -> Self {
         let n = options.operators();
         let has_identity = match &options.thresholds {
             Thresholds::Given(r) => r.first() == Some(&0.0),
@@ -37,12 +42,33 @@ impl WeightBasis {
             WeightLaw::Quadratic => n.min(4),
             WeightLaw::Split => 2 * n - usize::from(has_identity),
         };
-        Self { operators: n, split, freedom, basis }
+        Self { operators: n, split, shifts, freedom: freedom + shifts, basis }
     }
 
-    /// How many weights there are: one column of the regressor each.
+    /// How many weights and amplitudes there are: one column of the regressor each.
     pub(crate) fn columns(&self) -> usize {
-        if self.split { 2 * self.operators } else { self.operators }
+        self.weight_columns() + self.shifts
+    }
+
+    fn weight_columns(&self) -> usize {
+        self.operators * self.families_of_weights()
+    }
+
+    /// 2 where weights are split, 1 otherwise.
+    pub(crate) fn families_of_weights(&self) -> usize {
+        if self.split { 2 } else { 1 }
+    }
+
+    /// How many unknowns there are.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.shifts + self.basis.as_ref().map_or(self.operators, Mat::ncols)
+    }
+
+    /// Between what each unknown is searched.
+    pub(crate) fn bounds(&self) -> Vec<(f64, f64)> {
+        let weights = self.unknowns() - self.shifts;
+        let bound = |j: usize| (if j < weights { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY);
+        (0..self.unknowns()).map(bound).collect()
     }
 
     /// How many unknowns are independent at most.
@@ -50,37 +76,65 @@ impl WeightBasis {
         self.freedom
     }
 
-    /// The weights that belong to the unknowns.
+    /// The weights that belong to the unknowns, and the amplitudes.
     pub(crate) fn weights(&self, unknowns: &[f64]) -> Vec<f64> {
         let Some(basis) = &self.basis else { return unknowns.to_vec() };
-        (0..basis.nrows()).map(|i| unknowns.iter().enumerate().map(|(j, c)| basis[(i, j)] * c).sum()).collect()
+        let (unknowns, amplitudes) = unknowns.split_at(basis.ncols());
+        let weight = |i| unknowns.iter().enumerate().map(|(j, c)| basis[(i, j)] * c).sum();
+        (0..basis.nrows()).map(weight).chain(amplitudes.iter().copied()).collect()
     }
 
-    /// The derivative of weight i by unknown j.
+    /// The derivative of weight or amplitude i by unknown j.
     pub(crate) fn derivative(&self, i: usize, j: usize) -> f64 {
         match &self.basis {
+            Some(basis) if i < basis.nrows() && j < basis.ncols() => basis[(i, j)],
+            Some(basis) => {
+                let amplitude = i.checked_sub(basis.nrows());
+                f64::from(u8::from(amplitude.is_some() && amplitude == j.checked_sub(basis.ncols())))
+            }
             None => f64::from(u8::from(i == j)),
-            Some(basis) => basis[(i, j)],
         }
     }
 
     /// The weights above zero, and those below if they are split.
     pub(crate) fn families<'a>(&self, weights: &'a [f64]) -> (&'a [f64], Option<&'a [f64]>) {
-        let (above, below) = weights.split_at(self.operators);
+        let (above, below) = weights[..self.weight_columns()].split_at(self.operators);
         (above, self.split.then_some(below))
+    }
+
+    /// The amplitudes of the loop shift.
+    pub(crate) fn amplitudes<'a>(&self, weights: &'a [f64]) -> &'a [f64] {
+        &weights[self.weight_columns()..]
+    }
+
+    /// The columns of these unknowns from those of a wider law: each of them as a sum of the wider law's; none if it is the same
+    /// law.
+    pub(crate) fn within(&self, wider: &Self) -> Option<Mat<f64>> {
+        let row_of = |unknown: usize| (0..wider.weight_columns()).find(|i| wider.derivative(*i, unknown) != 0.0);
+        let columns = self.unknowns() - self.shifts;
+        if self.split == wider.split && self.basis.is_none() == wider.basis.is_none() {
+            return None;
+        }
+        Some(Mat::from_fn(wider.unknowns() - wider.shifts, columns, |unknown, j| {
+            row_of(unknown).map_or(0.0, |i| self.derivative(if self.split { i } else { i % self.operators }, j))
+        }))
     }
 
     /// The columns of the unknowns in place of those of the weights, which begin at `from`.
     pub(crate) fn in_unknowns(&self, columns: MatRef<'_, f64>, from: usize) -> Mat<f64> {
-        let Some(basis) = &self.basis else { return columns.to_owned() };
-        let (weights, unknowns) = (basis.nrows(), basis.ncols());
-        let mapped = columns.get(.., from..from + weights) * basis;
-        Mat::from_fn(columns.nrows(), columns.ncols() - weights + unknowns, |i, j| match j {
-            _ if j < from => columns[(i, j)],
-            _ if j < from + unknowns => mapped[(i, j - from)],
-            _ => columns[(i, j - unknowns + weights)],
-        })
+        self.basis.as_ref().map_or_else(|| columns.to_owned(), |basis| combined(columns, basis, from))
     }
+}
+
+/// Combinations of some columns, which begin at `from`, in their place.
+pub(crate) fn combined(columns: MatRef<'_, f64>, combinations: &Mat<f64>, from: usize) -> Mat<f64> {
+    let (before, after) = (combinations.nrows(), combinations.ncols());
+    let mapped = columns.get(.., from..from + before) * combinations;
+    Mat::from_fn(columns.nrows(), columns.ncols() - before + after, |i, j| match j {
+        _ if j < from => columns[(i, j)],
+        _ if j < from + after => mapped[(i, j - from)],
+        _ => columns[(i, j - after + before)],
+    })
 }
 
 /// w_0 alone, and the extreme rays of the quadratics in i that are not negative at i = 1..m: those that vanish at two
@@ -115,7 +169,7 @@ mod tests {
     use super::*;
 
     fn law(weights: WeightLaw, n: usize) -> WeightBasis {
-        WeightBasis::new(&Options { weights, thresholds: Thresholds::Uniform(n), ..Options::default() })
+        WeightBasis::new(&Options { weights, thresholds: Thresholds::Uniform(n), ..Options::default() }, 0)
     }
 
     proptest! {
@@ -144,6 +198,20 @@ mod tests {
         let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
         assert_eq!(law.derivative(3, 0), 1.0);
+    }
+
+    #[test]
+    fn amplitudes_stand_behind_the_weights() {
+        let thresholds = Thresholds::Uniform(3);
+        let law = WeightBasis::new(&Options { weights: WeightLaw::Split, thresholds, ..Options::default() }, 2);
+        assert_eq!((law.columns(), law.unknowns(), law.freedom()), (8, 7, 7));
+        let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0, -5.0, 6.0]);
+        assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
+        assert_eq!(law.amplitudes(&weights), [-5.0, 6.0]);
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(law.bounds()[4..], [(0.0, f64::INFINITY), free, free]);
+        let derivatives = [(6, 5), (7, 6), (6, 6), (6, 0), (0, 5)].map(|(i, j)| law.derivative(i, j));
+        assert_eq!(derivatives, [1.0, 1.0, 0.0, 0.0, 0.0]);
     }
 
     #[test]

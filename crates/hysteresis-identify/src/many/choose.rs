@@ -6,9 +6,9 @@ use std::slice;
 use super::records::ManyRecords;
 use super::share::Shared;
 use crate::error::Error;
-use crate::fit::choice::{Choice, choose};
 use crate::fit::monitor::{SearchMonitor, Stop};
 use crate::options::{Options, Setting, Thresholds, WeightLaw};
+use crate::search::search_all;
 
 /// How many actuators are asked.
 const ASKED: usize = 3;
@@ -31,13 +31,21 @@ pub(super) fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut
     let choices = shared.all(count, false, |number, underway| {
         let mut report =
             |_: &_| if underway.is_stopped() { ControlFlow::Break(Stop::Discard) } else { ControlFlow::Continue(()) };
-        choose(slice::from_ref(&fitted[place(number)]), options, &mut SearchMonitor::new(&mut report))
+        let record = slice::from_ref(&fitted[place(number)]);
+        let found = search_all(record, options, &mut SearchMonitor::new(&mut report))?;
+        Ok::<_, Error>(Chosen { options: found.options, smoothness: found.smoothness })
     });
-    let choices: Vec<Choice> = choices.ok_or(Error::Interrupted)?.into_iter().collect::<Result<_, _>>()?;
+    let choices: Vec<Chosen> = choices.ok_or(Error::Interrupted)?.into_iter().collect::<Result<_, _>>()?;
     Ok(together(options, &choices))
 }
 
-fn together(options: &Options, choices: &[Choice]) -> Options {
+/// What one actuator asks for.
+struct Chosen {
+    options: Options,
+    smoothness: f64,
+}
+
+fn together(options: &Options, choices: &[Chosen]) -> Options {
     let freedom = |law: WeightLaw| match law {
         WeightLaw::Auto | WeightLaw::Quadratic => 0,
         WeightLaw::Free => 1,

@@ -172,7 +172,7 @@ mod tests {
 
     use super::*;
     use crate::fit::course::Course;
-    use crate::fit::regressor::{OperatorBank, Regressor};
+    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
     use crate::record::Record;
 
     proptest! {
@@ -191,7 +191,8 @@ mod tests {
             let visits = Visits::new(&input, &course, delay);
             let outputs = Bank::new(&r, ratios, 0.5).outputs(visits.inputs());
             let bank = OperatorBank::from_ratios(&r, ratios);
-            let mut regressor = Regressor::new(&bank, &input, 0.5, delay);
+            let operators = OperatorsAt { bank, input_offset: 0.5, shift: None };
+            let mut regressor = Regressor::new(&operators, &input, delay, 1.0);
             let mut rows = [vec![0.0; families * r.len()], vec![0.0; families * r.len()]];
             for number in 0..course.len() {
                 regressor.go_to(course.sample(number), course.turns());

@@ -116,7 +116,11 @@ impl<'a> Problem<'a> {
         let rows = Rows { visits: &visits, z: &z, here: &here, there: &there, measured: &measured };
         let columns = 1 + self.basis.columns() + there.len() + 1;
         let gram = Gram::of(self.course.len(), columns, |first, block| rows.write(first, columns, block));
-        Some(gram.finish(self.basis, &self.projection.penalty(&about.point, self.smoothness), &about.unknowns))
+        Some(gram.finish(
+            self.basis,
+            &self.projection.penalty(self.basis, &about.point, self.smoothness),
+            &about.unknowns,
+        ))
     }
 
     /// Descends from a start in a box-shaped trust region, as the search of a single fit does.
@@ -173,6 +177,7 @@ impl<'a> Problem<'a> {
             weights: self.basis.weights(unknowns),
             unknowns: unknowns.clone(),
             output_offsets: vec![*output_offset],
+            underway: vec![0.0],
             squares: state.objective,
             objective: state.objective,
             base_squares: self.base_squares(),

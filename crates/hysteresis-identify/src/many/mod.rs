@@ -81,7 +81,7 @@ pub fn identify_many(
     let mut shared = Shared::new(threads, progress);
     let options = settled(records, options, &mut shared)?;
     check_length(records, &options)?;
-    let is_shared = records.is_shared() && WeightBasis::new(&options).columns() <= shared::MOST_WEIGHTS;
+    let is_shared = records.is_shared() && WeightBasis::new(&options, 0).columns() <= shared::MOST_WEIGHTS;
     let actuators = if is_shared {
         shared::fit_all(records, &options, &mut shared)?
     } else {
@@ -93,7 +93,7 @@ pub fn identify_many(
 /// What is wrong with the length of all records is said once.
 fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Error> {
     let Some(record) = (0..records.actuators()).find_map(|m| records.record(m).ok()) else { return Ok(()) };
-    let (record, basis) = (std::slice::from_ref(&record), WeightBasis::new(options));
+    let (record, basis) = (std::slice::from_ref(&record), WeightBasis::new(options, 0));
     levels(record, &Space::new(record, options)?, &basis, 0.0, false).map(drop)
 }
 
@@ -115,8 +115,9 @@ pub fn settled_options(
 
 fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>) -> Result<Options, Error> {
     options.check()?;
-    if options.is_joint() {
+    // What is left open is left out here.
+    if options.needs_seconds() {
         return Err(Error::LinearPart);
     }
-    choose::settled(records, options, shared)
+    choose::settled(records, &options.hysteresis_and_dead_time(), shared)
 }

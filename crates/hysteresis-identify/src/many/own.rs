@@ -12,10 +12,9 @@ use crate::error::Error;
 use crate::fit::course::Course;
 use crate::fit::monitor::{SearchMonitor, Stop};
 use crate::fit::projection::{ProjectedFit, Projection};
-use crate::identify::search_hysteresis;
-use crate::joint_search::Found;
 use crate::options::Options;
 use crate::record::Record;
+use crate::search::{Found, search_hysteresis};
 use crate::turned_sign::turned_positions;
 
 /// Fits all actuators, each like a single one.
@@ -35,18 +34,17 @@ fn search(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Re
 }
 
 fn fit(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Result<ActuatorFit, Error> {
-    let Found { fit: found, choice, basis, .. } = search(record, options, underway)?;
+    let Found { fit: found, options, smoothness, basis, .. } = search(record, options, underway)?;
     let (space, fit) = (&found.space, &found.fit);
-    let projection = Projection::new(slice::from_ref(record), space, &basis, choice.smoothness, 1);
+    let projection = Projection::new(slice::from_ref(record), space, &basis, smoothness, 1);
     let course = &Course::new(record, 1, 0);
-    let smoothness = choice.smoothness;
     let problem = Problem { record, space, basis: &basis, course, smoothness, projection: &projection };
     let normal = problem.pass(start(fit)).normal;
-    let settled = Settled { record, options: &choice.options, space, basis: &basis, fit, normal: &normal };
+    let settled = Settled { record, options: &options, space, basis: &basis, fit, normal: &normal };
     settled.report(|| {
         let positions = turned_positions(slice::from_ref(record));
         let turned = Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
-        Ok(search(&turned, options, underway)?.fit.fit.squares)
+        Ok(search(&turned, &options, underway)?.fit.fit.squares)
     })
 }
 

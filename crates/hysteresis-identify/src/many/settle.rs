@@ -2,6 +2,7 @@
 
 use super::normal::Normal;
 use super::result::{ActuatorFit, BriefFinding};
+use crate::creep_model::CreepBasis;
 use crate::diagnostics::findings;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -39,6 +40,8 @@ impl Settled<'_> {
             operators: space.operators(&fit.point),
             weights: fit.weights.clone(),
             linear: space.linear_part(&fit.point),
+            underway: Vec::new(),
+            creep_underway: CreepBasis::default(),
             dt: space.intervals().of_record(0),
         };
         let (estimated, deviation) = self.deviation();

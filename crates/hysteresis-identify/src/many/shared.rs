@@ -60,7 +60,7 @@ impl<'a> SharedDrive<'a> {
     /// What the drive of a record tells.
     pub(super) fn new(record: &Record<'a>, options: &'a Options, smoothness: f64) -> Result<Self, Error> {
         let records = slice::from_ref(record);
-        let (space, basis) = (Space::new(records, options)?, WeightBasis::new(options));
+        let (space, basis) = (Space::new(records, options)?, WeightBasis::new(options, 0));
         let samples = record.fitted_samples();
         let unknowns = basis.freedom() + 1 + space.axes().len();
         let course = |rows: usize| Course::new(record, (samples / rows).max(1), 0);

@@ -35,7 +35,7 @@ impl Covariance {
         for (name, quantity) in quantities(fit, basis, space) {
             let gradient = gradients.of(quantity);
             // A weight of zero is at its bound.
-            let is_zero = matches!(quantity, Quantity::Weight(i) if fit.weights[i] <= 0.0);
+            let is_zero = matches!(quantity, Quantity::Weight(i) if fit.weights[i] == 0.0);
             if !gradient.is_empty() && !is_zero && (matches!(quantity, Quantity::Weight(_)) || root.tells(&gradient)) {
                 names.push(name);
                 roots.push(root.along(&gradient));
@@ -56,9 +56,11 @@ impl Covariance {
 
 fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(String, Quantity)> {
     let (above, _) = basis.families(&fit.weights);
-    let weight = |i: usize| match i.checked_sub(above.len()) {
-        None => (format!("weights[{i}]"), Quantity::Weight(i)),
-        Some(below) => (format!("weights_negative[{below}]"), Quantity::Weight(i)),
+    let weights = fit.weights.len() - space.shift_len();
+    let weight = |i: usize| match (i.checked_sub(above.len()), i.checked_sub(weights)) {
+        (_, Some(amplitude)) => (format!("loop_shift[{amplitude}]"), Quantity::Weight(i)),
+        (None, _) => (format!("weights[{i}]"), Quantity::Weight(i)),
+        (Some(below), _) => (format!("weights_negative[{below}]"), Quantity::Weight(i)),
     };
     let single = [
         ("ra", Quantity::Ra),

@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics};
+use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, Ratios};
 
 use super::covariance::Covariance;
@@ -13,6 +14,7 @@ use crate::finding::{Finding, Verdict};
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::folds::CrossValidation;
+use crate::fit::own_columns::underway;
 use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 use crate::record::{Record, check_finite};
@@ -35,6 +37,9 @@ pub struct Identification {
     pub creep: Option<Creep>,
     /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
     pub creep_amplitudes: Vec<f64>,
+    /// The loop shift, if there is one.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
+    pub loop_shift: Option<LoopShift>,
     /// What the output lags the input besides, in seconds; none for records without a sampling interval.
     pub dead_time: Option<f64>,
     /// The same in samples; none for records of several sampling intervals.
@@ -73,6 +78,9 @@ pub struct Identification {
     pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.
     pub cross_validation: Vec<CrossValidation>,
+    /// What cross-validation said of the terms that it might leave out, the best of every kind, the simplest kind first; empty
+    /// if there was nothing to choose.
+    pub terms_validation: Vec<CrossValidation>,
     /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
     pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.
@@ -165,27 +173,56 @@ impl Identification {
         };
         let furthest = records.iter().enumerate().filter_map(beyond).max_by(|a, b| a.value.total_cmp(&b.value));
         self.warnings.extend(furthest);
-        records.iter().map(|(record, offset)| self.validate(record, *offset)).collect()
+        let judged = |(place, (record, offset)): (usize, &(Record<'_>, Option<f64>))| match offset {
+            // The rest of a record whose beginning was fitted.
+            Some(offset) => judged(record, &self.left_by(record, Some((place, *offset)))),
+            None => self.validate(record, None),
+        };
+        records.iter().enumerate().map(judged).collect()
     }
 
     /// How well the model predicts a record that it was not fitted to, from the virgin state and after the samples that
     /// the record skips.
     ///
     /// `output_offset` is that of the record; without one, the record has its own like every other: the one that suits
-    /// it best. To judge the rest of a record whose beginning was fitted, skip that and give its offset.
+    /// it best, and where samples are skipped also the creep that was under way, if creep of log-type was asked for or
+    /// left open. To judge
+    /// the rest of a record whose beginning was fitted, skip that and give its offset.
     #[must_use]
     pub fn validate(&self, record: &Record<'_>, output_offset: Option<f64>) -> Quality {
-        let mut predicted = self.chain.response(record.input(), record.dt().unwrap_or(self.chain.dt));
-        let (measured, predicted) = (&record.output()[record.skip()..], &mut predicted[record.skip()..]);
-        let offset = output_offset.unwrap_or_else(|| {
-            let samples = as_f64(measured.len());
-            measured.iter().zip(predicted.iter()).map(|(y, p)| (y - p) / samples).sum()
-        });
-        for p in predicted.iter_mut() {
-            *p += offset;
+        match output_offset {
+            Some(offset) => judged(record, &self.left_by(record, Some((usize::MAX, offset)))),
+            None => judged(record, &self.left_by(record, None)),
         }
-        let quality = Quality::of(measured, predicted, record.output_range());
-        quality.with_loops(&record.input()[record.skip()..], measured, predicted)
+    }
+
+    /// Measured minus modelled output of a record, all its samples: of the record number `fitted` of those that were fitted,
+    /// or the rest of it, with its output offset and the creep that was under way; of any other record with what suits it best, as
+    /// [`validate`](Self::validate) has it.
+    #[must_use]
+    pub fn residuals(&self, record: &Record<'_>, fitted: Option<usize>) -> Vec<f64> {
+        let own = fitted.and_then(|place| self.output_offsets.get(place).map(|offset| (place, *offset)));
+        self.left_by(record, own)
+    }
+
+    /// The residuals with the creep under way and the output offset of a fitted record, or with those that suit it best.
+    fn left_by(&self, record: &Record<'_>, own: Option<(usize, f64)>) -> Vec<f64> {
+        let dt = self.interval_of(record);
+        let left = |response: Vec<f64>| record.output().iter().zip(response).map(|(y, p)| y - p).collect::<Vec<_>>();
+        if let Some((place, offset)) = own {
+            return left(self.chain.response_in(place, record.input(), dt)).into_iter().map(|e| e - offset).collect();
+        }
+        let left = left(self.chain.response(record.input(), dt));
+        let mut column = underway(&self.chain.creep_underway, record.input().len(), dt);
+        if record.skip() == 0 || column.is_empty() {
+            column = vec![0.0; record.input().len()];
+        }
+        let (offset, amplitude) = line_through(&column[record.skip()..], &left[record.skip()..]);
+        left.iter().zip(column).map(|(e, more)| e - offset - amplitude * more).collect()
+    }
+
+    fn interval_of(&self, record: &Record<'_>) -> f64 {
+        record.dt().unwrap_or(self.chain.dt)
     }
 
     /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
@@ -199,4 +236,24 @@ impl Identification {
             Model::Modified(model) => model.check_invertible(),
         }
     }
+}
+
+/// The errors of a model that leaves these residuals.
+fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
+    let (input, measured) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let predicted: Vec<f64> = measured.iter().zip(&residuals[record.skip()..]).map(|(y, e)| y - e).collect();
+    Quality::of(measured, &predicted, record.output_range()).with_loops(input, measured, &predicted)
+}
+
+/// The best a + b x for values y: (a, b); b is 0 where x does not vary.
+fn line_through(x: &[f64], y: &[f64]) -> (f64, f64) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
+    let (x_mean, y_mean) = (mean(x), mean(y));
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (x, y) in x.iter().zip(y) {
+        xx += (x - x_mean).powi(2);
+        xy += (x - x_mean) * (y - y_mean);
+    }
+    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+    (y_mean - slope * x_mean, slope)
 }

@@ -7,7 +7,9 @@ use faer::Mat;
 use crate::error::Error;
 use crate::fit::bounded;
 use crate::fit::factor::{TriangularFactor, triangle_of};
-use crate::fit::projection::{below_offsets, output_offsets, penalised};
+use crate::fit::own_columns::OwnColumns;
+use crate::fit::projection::{below_own, own_values, penalised};
+use crate::fit::shift::ShiftColumns;
 use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
@@ -38,11 +40,20 @@ pub struct LeftOutLoop {
     pub left_out: Quality,
 }
 
-/// The best weights and output offsets; no offset where no sample tells it.
+/// The best weights, and what the records have of their own: nothing where no sample tells it.
 struct LeftOutSolution {
     unknowns: Vec<f64>,
     weights: Vec<f64>,
-    output_offsets: Vec<Option<f64>>,
+    own: Vec<Option<f64>>,
+}
+
+impl LeftOutSolution {
+    /// The output but for its offset, at these columns of the records' own and of the weights.
+    fn output(&self, own: &[f64], columns: &[f64], records: usize) -> f64 {
+        let underway = own[records..].iter().zip(&self.own[records..]);
+        let weighed: f64 = columns.iter().zip(&self.weights).map(|(z, w)| z * w).sum();
+        weighed + underway.map(|(column, amplitude)| column * amplitude.unwrap_or(0.0)).sum::<f64>()
+    }
 }
 
 impl Identification {
@@ -73,7 +84,7 @@ impl Identification {
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let basis = WeightBasis::new(&self.options);
+        let basis = WeightBasis::new(&self.options, self.chain.operators.shift.as_ref().map_or(0, ShiftColumns::len));
         let tangent = Tangent {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),
@@ -81,9 +92,10 @@ impl Identification {
             weights: Vec::new(),
             slopes: Vec::new(),
         };
-        let intervals = records.iter().map(interval).collect();
-        let pass = Pass { records, loops: &loops, tangent, intervals };
-        let problem = LeaveOneOut { offsets: records.len(), basis: &basis, penalty: &self.penalty };
+        let intervals: Vec<f64> = records.iter().map(interval).collect();
+        let own = OwnColumns::new(records, |place| intervals[place], &self.chain.creep_underway);
+        let pass = Pass { records, loops: &loops, tangent, intervals, own: &own };
+        let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty };
         let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
         Ok(pass.judge(&solutions))
     }
@@ -123,6 +135,7 @@ struct Pass<'a> {
     loops: &'a [(usize, Range<usize>)],
     tangent: Tangent,
     intervals: Vec<f64>,
+    own: &'a OwnColumns,
 }
 
 impl Pass<'_> {
@@ -144,20 +157,19 @@ impl Pass<'_> {
 
     /// R of [output offsets | unknowns | y] of every loop.
     fn triangles(&self, basis: &WeightBasis) -> Vec<Mat<f64>> {
-        let (offsets, n) = (self.records.len(), basis.columns());
-        let columns = offsets + n + 1;
+        let (own, n) = (self.own.len(), basis.columns());
+        let columns = own + n + 1;
         let mut row = vec![0.0; columns];
         let mut factor: Option<TriangularFactor> = None;
         let mut triangles = Vec::with_capacity(self.loops.len());
-        let in_unknowns = |factor: TriangularFactor| basis.in_unknowns(factor.finish().as_ref(), offsets);
+        let in_unknowns = |factor: TriangularFactor| basis.in_unknowns(factor.finish().as_ref(), own);
         self.walk(|number, k, columns_here| {
             let place = self.loops[number].0;
             if k == self.loops[number].1.start {
                 triangles.extend(factor.take().map(in_unknowns));
-                row[..offsets].fill(0.0);
-                row[place] = 1.0;
             }
-            row[offsets..offsets + n].copy_from_slice(columns_here);
+            self.own.write(place, k, &mut row[..own]);
+            row[own..own + n].copy_from_slice(columns_here);
             row[columns - 1] = self.records[place].output()[k];
             factor.get_or_insert_with(|| TriangularFactor::new(columns)).push(&row);
         });
@@ -169,10 +181,12 @@ impl Pass<'_> {
     fn judge(&self, solutions: &[LeftOutSolution]) -> Vec<LeftOutLoop> {
         let all = &solutions[0];
         let mut outputs: Vec<[Vec<f64>; 2]> = self.loops.iter().map(|_| [Vec::new(), Vec::new()]).collect();
-        self.walk(|number, _, columns| {
+        let (records, mut own) = (self.records.len(), vec![0.0; self.own.len()]);
+        self.walk(|number, k, columns| {
             let [fitted, left_out] = &mut outputs[number];
-            fitted.push(weighed(columns, &all.weights));
-            left_out.push(weighed(columns, &solutions[number + 1].weights));
+            self.own.write(self.loops[number].0, k, &mut own);
+            fitted.push(all.output(&own, columns, records));
+            left_out.push(solutions[number + 1].output(&own, columns, records));
         });
         let judged = outputs.into_iter().enumerate().map(|(number, outputs)| {
             let (place, samples) = self.loops[number].clone();
@@ -194,21 +208,17 @@ impl Pass<'_> {
                 record: place,
                 samples,
                 amplitude: 0.5 * (high - low),
-                fitted: quality(fitted, all.output_offsets[place]),
-                left_out: quality(left_out, solutions[number + 1].output_offsets[place]),
+                fitted: quality(fitted, all.own[place]),
+                left_out: quality(left_out, solutions[number + 1].own[place]),
             }
         });
         judged.collect()
     }
 }
 
-fn weighed(columns: &[f64], weights: &[f64]) -> f64 {
-    columns.iter().zip(weights).map(|(z, w)| z * w).sum()
-}
-
-/// What is solved for any loops: the number of output offsets, the law, and the rows that ask for smooth weights.
+/// What is solved for any loops: the columns that the records have of their own, the law, and the rows that ask for smooth weights.
 struct LeaveOneOut<'a> {
-    offsets: usize,
+    own: &'a OwnColumns,
     basis: &'a WeightBasis,
     penalty: &'a Mat<f64>,
 }
@@ -238,23 +248,23 @@ impl LeaveOneOut<'_> {
         found
     }
 
-    /// The best weights and offsets, without the offset of a record that has no samples among these.
+    /// The best weights and offsets, without what a record has of its own that has no samples among these.
     fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> LeftOutSolution {
-        let Self { offsets, basis, penalty } = *self;
-        let kept: Vec<usize> = (0..factor.ncols()).filter(|j| Some(*j) != without).collect();
+        let Self { own, basis, penalty } = *self;
+        let dropped: Vec<usize> = without.map_or_else(Vec::new, |place| own.of_record(place).collect());
+        let kept: Vec<usize> = (0..factor.ncols()).filter(|j| !dropped.contains(j)).collect();
         let factor = match without {
             None => factor.to_owned(),
             Some(_) => triangle_of(Mat::from_fn(factor.nrows(), kept.len(), |i, j| factor[(i, kept[j])])),
         };
-        let told = offsets - usize::from(without.is_some());
-        let (a, b) = below_offsets(&factor, told);
+        let told = own.len() - dropped.len();
+        let (a, b) = below_own(&factor, told);
         let (a, b) = penalised(&a, &b, penalty);
-        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] > 0.0).collect();
-        let unknowns = bounded::solve(a.as_ref(), &b, &vec![(0.0, f64::INFINITY); a.ncols()], &guess).x;
-        let mut values = output_offsets(&factor, told, &unknowns).into_iter();
-        let output_offsets =
-            (0..offsets).map(|place| (Some(place) != without).then(|| values.next()).flatten()).collect();
-        LeftOutSolution { weights: basis.weights(&unknowns), unknowns, output_offsets }
+        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0).collect();
+        let unknowns = bounded::solve(a.as_ref(), &b, &basis.bounds(), &guess).x;
+        let mut values = own_values(&factor, told, &unknowns).into_iter();
+        let own = (0..own.len()).map(|j| (!dropped.contains(&j)).then(|| values.next()).flatten()).collect();
+        LeftOutSolution { weights: basis.weights(&unknowns), unknowns, own }
     }
 }
 

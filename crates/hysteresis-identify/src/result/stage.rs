@@ -44,6 +44,7 @@ impl Identification {
         };
         StageParts {
             creep: self.creep.clone(),
+            loop_shift: self.loop_shift,
             dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
             dead_time: self.dead_time.unwrap_or(0.0),
             noise: Some(self.noise),

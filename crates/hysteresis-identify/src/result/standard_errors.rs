@@ -35,6 +35,8 @@ pub struct StandardErrors {
     pub lag: f64,
     /// Of the amplitudes of creep: of gamma for log-type creep, of every c_j for other.
     pub creep: Vec<f64>,
+    /// Of the amplitudes of the loop shift, in the unit of the output.
+    pub loop_shift: Vec<f64>,
 }
 
 /// Bit for bit, so that equal results are equal where there is no error to tell.
@@ -42,11 +44,13 @@ impl PartialEq for StandardErrors {
     fn eq(&self, other: &Self) -> bool {
         let bits = |errors: &Self| {
             let lists = errors.weights.iter().chain(&errors.weights_negative).chain(&errors.creep);
+            let lists = lists.chain(&errors.loop_shift);
             let Self { input_offset, dead_time, frequency, damping, lag, .. } = errors;
             let single = [input_offset, dead_time, frequency, damping, lag];
             lists.chain(&errors.ratios).chain(single).map(|e| e.to_bits()).collect::<Vec<_>>()
         };
-        self.weights.len() == other.weights.len() && self.creep.len() == other.creep.len() && bits(self) == bits(other)
+        let lengths = |errors: &Self| [errors.weights.len(), errors.creep.len(), errors.loop_shift.len()];
+        lengths(self) == lengths(other) && bits(self) == bits(other)
     }
 }
 
@@ -55,7 +59,9 @@ impl StandardErrors {
         let gradients = Gradients { fit, basis, space };
         let of = |quantity| root.error_of(&gradients.of(quantity));
         let weight = |i: usize| if fit.weights[i] > 0.0 { of(Quantity::Weight(i)) } else { f64::NAN };
-        let weights: Vec<f64> = (0..fit.weights.len()).map(weight).collect();
+        let weights: Vec<f64> = (0..fit.weights.len() - space.shift_len()).map(weight).collect();
+        let amplitude = |j: usize| of(Quantity::Weight(weights.len() + j));
+        let loop_shift = (0..space.shift_len()).map(amplitude).collect();
         let (above, below) = basis.families(&weights);
         Self {
             weights: above.to_vec(),
@@ -67,6 +73,7 @@ impl StandardErrors {
             damping: of(Quantity::Damping),
             lag: of(Quantity::Lag),
             creep: (0..space.creep_amplitudes()).map(|number| of(Quantity::Creep(number))).collect(),
+            loop_shift,
         }
     }
 }

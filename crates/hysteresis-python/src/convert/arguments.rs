@@ -32,6 +32,34 @@ impl Given for Option<&Bound<'_, PyAny>> {
     }
 }
 
+/// An argument whose default is not None: not given, or None, or a value.
+pub(crate) enum OrNone<'py> {
+    NotGiven,
+    Is(Option<Bound<'py, PyAny>>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for OrNone<'py> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self::Is((!value.is_none()).then(|| value.to_owned())))
+    }
+}
+
+impl<'py> OrNone<'py> {
+    /// What `convert` makes of the argument, or the default.
+    pub(crate) fn or<T>(
+        &self,
+        default: T,
+        convert: impl FnOnce(Option<&Bound<'py, PyAny>>) -> PyResult<T>,
+    ) -> PyResult<T> {
+        match self {
+            Self::NotGiven => Ok(default),
+            Self::Is(value) => convert(value.as_ref()),
+        }
+    }
+}
+
 /// Makes numbers of arguments, each under its own name: `numbers!(kp, slew, dwell = 0.0)`, the last one with a default.
 macro_rules! numbers {
     ($($name:ident $(= $default:expr)?),+) => {

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::finding::Finding;
 use super::intervals::{Intervals, check_prediction};
 use super::left_out::LeftOutLoop;
-use super::options::law_name;
 use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
@@ -19,13 +18,14 @@ use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
 use crate::convert::pickling::result_methods;
 use crate::model::object::object;
+use crate::stage::loop_shift::LoopShift;
 use crate::stage::object::Stage;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Identification {
-    found: identification::Identification,
+    pub(super) found: identification::Identification,
     validations: Vec<identification::Quality>,
 }
 
@@ -68,16 +68,22 @@ result_methods!(Identification {
         self.found.stage().map(Stage).map_err(raise)
     }
 
-    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain; None unless asked for.
+    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         self.found.dynamics.map(|found| dynamics(py, found)).transpose()
     }
 
-    /// The creep; None unless asked for.
+    /// The creep, if there is any.
     #[getter]
     fn creep(&self) -> Option<Creep> {
         self.found.creep.clone().map(Creep)
+    }
+
+    /// The loop shift, if there is one.
+    #[getter]
+    fn loop_shift(&self) -> Option<LoopShift> {
+        self.found.loop_shift.map(LoopShift)
     }
 
     /// What the output lags the input besides, in seconds; None for records without dt.
@@ -212,6 +218,12 @@ result_methods!(Identification {
         read_only(py, self.found.standard_errors.creep.iter().copied())
     }
 
+    /// Standard errors of the amplitudes of the loop shift.
+    #[getter]
+    fn loop_shift_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.standard_errors.loop_shift.iter().copied())
+    }
+
     /// The names of what was estimated, in the order of `covariance`.
     #[getter]
     fn parameters(&self) -> Vec<String> {
@@ -222,36 +234,6 @@ result_methods!(Identification {
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(PyArray2::from_vec2(py, &self.found.covariance.matrix)?)
-    }
-
-    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
-    #[getter]
-    fn cross_validation(&self) -> Vec<(usize, f64)> {
-        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
-    }
-
-    /// What the weights might be: as given, or as cross-validation chose.
-    #[getter]
-    fn weights_law(&self) -> &'static str {
-        law_name(self.found.weights)
-    }
-
-    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
-    #[getter]
-    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
-        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
-    }
-
-    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
-    #[getter]
-    fn smoothness(&self) -> f64 {
-        self.found.smoothness
-    }
-
-    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
-    #[getter]
-    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
-        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
     }
 
     /// By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less.

@@ -9,15 +9,20 @@ use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::intervals::Intervals;
-use super::options::{creep_model, dynamics_order, kind, law, placed, setting, smooth};
+use super::options::{creep_model, dynamics_model, kind, law, loop_shift_model, placed, setting, smooth};
 use super::records::{self, HeldOut, at_times, signals, skips};
+use crate::convert::arguments::OrNone;
 use crate::convert::errors::{self, one_record, unexpected};
 
 /// Fits a model to measured records.
 ///
-/// y = output_offset + G[creep[sum_i w_i z_i]], z_i the operators at u - input_offset, G the linear dynamics and a dead time;
-/// y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a search
-/// over everything else. Every record starts from the virgin state, at rest at its first input, and has its own output offset.
+/// y = output_offset + G[creep[sum_i w_i z_i + s]], z_i the operators at u - input_offset, s the loop shift, G the linear dynamics
+/// and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every
+/// step of a search over everything else. Every record starts from the virgin state, at rest at its first input, and has its
+/// own output offset.
+///
+/// What is "auto" is left to cross-validation: stretches of the records are predicted from fits to the others, and the simplest
+/// model that predicts as well as the best stays.
 ///
 /// Parameters
 /// ----------
@@ -45,11 +50,15 @@ use crate::convert::errors::{self, one_record, unexpected};
 ///     In the unit of u. The conventional model fixes it at the middle of the input range.
 /// dead_time : "fit" or float
 ///     What y lags u besides, in seconds; in samples where there is no dt.
-/// dynamics : None, "auto", 2 or 1
-///     Linear dynamics to fit behind the hysteresis: of second order ("auto" too), or a first-order lag. They need dt and
-///     records that reach their frequency; a warning says if these do not tell them.
-/// creep : None, "auto", int or array
-///     Creep to fit: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds.
+/// dynamics : "auto", None, 2 or 1
+///     Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
+///     their frequency; a warning says if these do not tell those that were asked for. "auto" is 2 or None.
+/// creep : "auto", None, "log", int or array
+///     Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
+///     None.
+/// loop_shift : "auto", None or float
+///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
+///     holds at the rates of the records only.
 /// thresholds : "uniform", "quantiles" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
 /// smoothness : float or "auto"
@@ -88,11 +97,11 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
-        dead_time=None, dynamics=None, creep=None, thresholds=None, smoothness=None, skip=None, validate=None, progress=None,
-        keep_partial=false),
+        dead_time=None, dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None,
+        smoothness=None, skip=None, validate=None, progress=None, keep_partial=false),
     text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=20, weights='auto', ratios='fit', \
-        input_offset='fit', dead_time='fit', dynamics=None, creep=None, thresholds=None, smoothness=0.0, skip=0, \
-        validate=None, progress=None, keep_partial=False)")]
+        input_offset='fit', dead_time='fit', dynamics='auto', creep='auto', loop_shift='auto', thresholds=None, \
+        smoothness='auto', skip=0, validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -106,8 +115,9 @@ pub(crate) fn identify(
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
-    dynamics: Option<&Bound<'_, PyAny>>,
-    creep: Option<&Bound<'_, PyAny>>,
+    dynamics: OrNone<'_>,
+    creep: OrNone<'_>,
+    loop_shift: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
@@ -127,8 +137,9 @@ pub(crate) fn identify(
         model: model.map_or(Ok(default.model), kind)?,
         weights: weights.map_or(Ok(default.weights), law)?,
         dt: intervals.common(),
-        dynamics: dynamics_order(dynamics)?,
-        creep: creep_model(creep)?,
+        dynamics: dynamics.or(default.dynamics, dynamics_model)?,
+        creep: creep.or(default.creep, creep_model)?,
+        loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),

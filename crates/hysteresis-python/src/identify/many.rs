@@ -65,7 +65,7 @@ use crate::convert::errors::{self, raise, record, unexpected};
 /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
 /// >>> gains = [1.0, 1.25, 0.75]
 /// >>> Y = np.column_stack([gain * mh.paper.table_1_recovered().forward().run(u) for gain in gains])
-/// >>> found = mh.identify_many(u, Y, dt=0.01, operators=20, weights="quadratic", threads=2)
+/// >>> found = mh.identify_many(u, Y, dt=0.01, weights="quadratic", smoothness=0.0, threads=2)
 /// >>> found
 /// <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
 /// >>> bool(found.nrmse.max() < 1e-6)
@@ -78,7 +78,7 @@ use crate::convert::errors::{self, raise, record, unexpected};
 #[pyo3(signature = (u, Y, *, dt=None, model=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
         thresholds=None, smoothness=None, skip=None, threads=None, executor=None, progress=None),
     text_signature = "(u, Y, *, dt=None, model='modified', operators=20, weights='auto', ratios='fit', input_offset='fit', \
-        dead_time='fit', thresholds=None, smoothness=0.0, skip=0, threads=1, executor=None, progress=None)")]
+        dead_time='fit', thresholds=None, smoothness='auto', skip=0, threads=1, executor=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 #[expect(non_snake_case, reason = "a matrix, by its usual name")]
 pub(crate) fn identify_many(

@@ -1,5 +1,6 @@
 //! Identification: records in, models and how far to trust them out.
 
+mod choices;
 pub(crate) mod diagnose;
 pub(crate) mod dynamics;
 pub(crate) mod finding;

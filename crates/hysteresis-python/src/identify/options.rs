@@ -1,6 +1,8 @@
 //! What the arguments of `identify` may be.
 
-use hysteresis_identify::{CreepModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{
+    CreepModel, DynamicsModel, LoopShiftModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -79,9 +81,9 @@ pub(crate) fn placed(
     }
 }
 
-/// A number, 0 unless told, or "auto".
+/// A number, or "auto".
 pub(crate) fn smooth(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>> {
-    let Some(value) = value else { return Ok(Setting::Fixed(0.0)) };
+    let Some(value) = value else { return Ok(Setting::Fit) };
     if is_word(value, "auto") {
         return Ok(Setting::Fit);
     }
@@ -107,12 +109,12 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     }
 }
 
-/// The linear dynamics to fit: none, of second order, or a lag.
-pub(crate) fn dynamics_order(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Order>> {
+/// The linear dynamics to fit: none, of second order, a lag, or as the records tell.
+pub(crate) fn dynamics_model(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<DynamicsModel> {
     match dynamics {
-        None => Ok(None),
-        Some(dynamics) if is_word(dynamics, "auto") => Ok(Some(Order::Second)),
-        Some(dynamics) => order("dynamics", "None, \"auto\", 1 or 2", dynamics).map(Some),
+        None => Ok(DynamicsModel::None),
+        Some(dynamics) if is_word(dynamics, "auto") => Ok(DynamicsModel::Auto),
+        Some(dynamics) => order("dynamics", "None, \"auto\", 1 or 2", dynamics).map(DynamicsModel::Order),
     }
 }
 
@@ -126,17 +128,43 @@ pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyR
     }
 }
 
-/// The creep to fit: none, log-type, a number of terms, or their time constants.
+/// The creep to fit: none, log-type, a number of terms, their time constants, or as the records tell.
 pub(crate) fn creep_model(creep: Option<&Bound<'_, PyAny>>) -> PyResult<CreepModel> {
     let Some(creep) = creep else { return Ok(CreepModel::None) };
     if is_word(creep, "auto") {
+        return Ok(CreepModel::Auto);
+    }
+    if is_word(creep, "log") {
         return Ok(CreepModel::Logarithmic { terms: None });
     }
     if creep.is_instance_of::<PyString>() {
-        return Err(unexpected("creep", "None, \"auto\", a number of terms, or their time constants", creep));
+        let expected = "None, \"auto\", \"log\", a number of terms, or their time constants";
+        return Err(unexpected("creep", expected, creep));
     }
     match creep.extract::<usize>() {
         Ok(terms) => Ok(CreepModel::Decades(terms)),
         Err(_) => Ok(CreepModel::TimeConstants(numbers("creep", creep)?)),
+    }
+}
+
+/// The loop shift to fit: none, of a time constant, or as the records tell.
+pub(crate) fn loop_shift_model(shift: Option<&Bound<'_, PyAny>>) -> PyResult<LoopShiftModel> {
+    match shift {
+        None => Ok(LoopShiftModel::None),
+        Some(shift) if is_word(shift, "auto") => Ok(LoopShiftModel::Auto),
+        Some(shift) => match shift.extract() {
+            Ok(time_constant) => Ok(LoopShiftModel::Both(time_constant)),
+            Err(_) => Err(unexpected("loop_shift", "None, \"auto\" or a time constant in seconds", shift)),
+        },
+    }
+}
+
+/// The name of a loop shift, with its time constant.
+pub(crate) fn loop_shift_name(shift: LoopShiftModel) -> String {
+    match shift {
+        LoopShiftModel::None => "none".to_owned(),
+        LoopShiftModel::Auto => "auto".to_owned(),
+        LoopShiftModel::Square(tau) => format!("c_1, {tau} s"),
+        LoopShiftModel::Both(tau) => format!("c_1 and c_2, {tau} s"),
     }
 }

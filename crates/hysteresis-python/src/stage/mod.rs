@@ -2,6 +2,7 @@
 
 mod design;
 pub(crate) mod file;
+pub(crate) mod loop_shift;
 pub(crate) mod object;
 pub(crate) mod parts;
 pub(crate) mod precompensate;

@@ -3,9 +3,10 @@
 use hysteresis_control::stage;
 use pyo3::prelude::*;
 
-/// A whole stage: limits, dead time, amplifier, hysteresis, creep, modes and sensor noise in one object.
+/// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
+/// object.
 ///
-/// limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> creep -> modes -> sensor
+/// limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
 ///
 /// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
 /// parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 /// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
 ///     The modes and lags behind the hysteresis; their static gain may differ from 1.
 /// creep : Creep, optional
+/// loop_shift : LoopShift, optional
+///     What motion of the drive adds behind the output map, in front of the creep.
 /// input_map, output_map : (array, array), optional
 ///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
 /// noise : float, optional

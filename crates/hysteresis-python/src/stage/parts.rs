@@ -4,6 +4,7 @@ use hysteresis_control::stage::{Stage, StageParts, Units};
 use hysteresis_core::PiecewiseLinearMap;
 use pyo3::prelude::*;
 
+use super::loop_shift::given_loop_shift;
 use super::object;
 use crate::control::linear::creep::given_creep;
 use crate::control::linear::part::{amplifier, linear_dynamics};
@@ -45,6 +46,7 @@ pub(crate) struct StageKeywords<'a, 'py> {
     pub(crate) amplifier_bandwidth: Option<&'a Bound<'py, PyAny>>,
     pub(crate) dynamics: Option<&'a Bound<'py, PyAny>>,
     pub(crate) creep: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) loop_shift: Option<&'a Bound<'py, PyAny>>,
     pub(crate) input_map: Option<&'a Bound<'py, PyAny>>,
     pub(crate) output_map: Option<&'a Bound<'py, PyAny>>,
     pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
@@ -64,6 +66,7 @@ impl StageKeywords<'_, '_> {
             parts.dynamics = linear_dynamics("dynamics", dynamics)?;
         }
         parts.creep = self.creep.map(given_creep).transpose()?;
+        parts.loop_shift = self.loop_shift.map(given_loop_shift).transpose()?;
         parts.input_map = self.input_map.map(|points| map("input_map", points)).transpose()?;
         parts.output_map = self.output_map.map(|points| map("output_map", points)).transpose()?;
         if let Some(names) = self.units {
@@ -74,9 +77,9 @@ impl StageKeywords<'_, '_> {
 
     /// Whether none was given.
     pub(crate) fn is_empty(&self) -> bool {
-        let Self { limits, slew, dead_time, amplifier_bandwidth, dynamics, creep, input_map, output_map, noise, units } =
-            self;
-        [limits, slew, dead_time, amplifier_bandwidth, dynamics, creep, input_map, output_map, noise, units]
+        let Self { limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, .. } = self;
+        let Self { creep, loop_shift, input_map, output_map, .. } = self;
+        [limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, creep, loop_shift, input_map, output_map]
             .iter()
             .all(|keyword| keyword.is_none())
     }

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
+use super::loop_shift::LoopShift;
 use super::object::Stage;
 use super::parts::{StageKeywords, points};
 use super::precompensate::{Keywords, checked_limits, precompensate};
@@ -26,9 +27,9 @@ use crate::stream::bracket::Bracket;
 impl Stage {
     #[new]
     #[pyo3(signature = (hysteresis, *, limits=None, slew=None, dead_time=None, amplifier_bandwidth=None, dynamics=None,
-        creep=None, input_map=None, output_map=None, noise=None, units=None),
+        creep=None, loop_shift=None, input_map=None, output_map=None, noise=None, units=None),
         text_signature = "(hysteresis, *, limits=None, slew=None, dead_time=0.0, amplifier_bandwidth=None, dynamics=None, \
-        creep=None, input_map=None, output_map=None, noise=None, units=('V', 'um'))")]
+        creep=None, loop_shift=None, input_map=None, output_map=None, noise=None, units=('V', 'um'))")]
     #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn new(
         hysteresis: &Bound<'_, PyAny>,
@@ -38,6 +39,7 @@ impl Stage {
         amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
         dynamics: Option<&Bound<'_, PyAny>>,
         creep: Option<&Bound<'_, PyAny>>,
+        loop_shift: Option<&Bound<'_, PyAny>>,
         input_map: Option<&Bound<'_, PyAny>>,
         output_map: Option<&Bound<'_, PyAny>>,
         noise: Option<&Bound<'_, PyAny>>,
@@ -50,6 +52,7 @@ impl Stage {
             amplifier_bandwidth,
             dynamics,
             creep,
+            loop_shift,
             input_map,
             output_map,
             noise,
@@ -98,6 +101,12 @@ impl Stage {
     #[getter]
     fn creep(&self) -> Option<Creep> {
         self.0.parts().creep.clone().map(Creep)
+    }
+
+    /// The loop shift, or None.
+    #[getter]
+    fn loop_shift(&self) -> Option<LoopShift> {
+        self.0.parts().loop_shift.map(LoopShift)
     }
 
     /// The points (x, y) of the map in front of the hysteresis, or None.
@@ -156,8 +165,8 @@ impl Stage {
         Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
-    /// The exact inverse of maps, hysteresis and creep, sample by sample, at rest; `limits` must lie within the stage's, by
-    /// default `drive_range`.
+    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
+    /// stage's, by default `drive_range`.
     #[pyo3(signature = (dt, limits=None))]
     fn inverse(&self, dt: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<StageInverse> {
         numbers!(dt);
@@ -165,7 +174,8 @@ impl Stage {
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
-    /// How uncertain the position is when the history between the limits is unknown, without creep and dynamics.
+    /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
+    /// dynamics.
     #[pyo3(signature = (limits=None))]
     fn bracket(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
         let this = &slf.get().0;
@@ -179,7 +189,8 @@ impl Stage {
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, maps and hysteresis. The stage begins at rest at the drive `start`, or where `history` has left it.
+    /// inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
+    /// `history` has left it.
     ///
     /// Parameters
     /// ----------
@@ -191,8 +202,8 @@ impl Stage {
     /// start : float, optional
     ///     The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
     /// history : array of floats, optional
-    ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis and creep remember. After a
-    ///     full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
+    ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift and creep
+    ///     remember. After a full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
@@ -237,8 +248,8 @@ impl Stage {
     /// A copy with other arguments of the constructor; of what was identified it keeps what still holds.
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
-    /// dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified, other
-    /// linear parts its errors and warnings.
+    /// dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified,
+    /// another loop shift or other linear parts its errors and warnings.
     #[pyo3(signature = (**changes))]
     fn replace<'py>(slf: &Bound<'py, Self>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let keywords = PyDict::new(slf.py());
@@ -280,6 +291,7 @@ impl Stage {
         let stage::Units { drive, position } = &parts.units;
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
+        let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
         let dynamics = match parts.dynamics.order() {
             0 => "no dynamics".to_string(),
@@ -287,7 +299,8 @@ impl Stage {
         };
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
-            "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} ms{creep}>"
+            "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} \
+             ms{shift}{creep}>"
         )
     }
 
@@ -317,13 +330,14 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
 }
 
 /// The keywords of the constructor.
-const KEYWORDS: [&str; 10] = [
+const KEYWORDS: [&str; 11] = [
     "limits",
     "slew",
     "dead_time",
     "amplifier_bandwidth",
     "dynamics",
     "creep",
+    "loop_shift",
     "input_map",
     "output_map",
     "noise",

@@ -38,8 +38,8 @@ pub(crate) struct StageForward {
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 ///
-/// It inverts input map, hysteresis, output map and creep. The drive never leaves the limits; a target out of reach puts it
-/// at a limit and sets `saturated`.
+/// It inverts input map, hysteresis, output map, loop shift and creep. The drive never leaves the limits; a target out of
+/// reach puts it at a limit and sets `saturated`.
 ///
 /// Examples
 /// --------

@@ -49,20 +49,31 @@ def _dynamics(
     return int(value) if value in ("1", "2") else value
 
 
-def _creep(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> int | Literal["auto"] | None:
-    """Read a number of terms, or auto."""
-    if value is None:
-        return None
-    if value == "auto":
-        return "auto"
+def _creep(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
+    """Read a number of terms, or a word."""
+    if value is None or value in ("auto", "none", "log"):
+        return value
     if not (
         value.isascii() and value.isdigit() and len(value) < 4 and 0 < int(value) < _MOST_TERMS
     ):
-        message = f"expected auto or a whole number from 1 to {_MOST_TERMS - 1}, got {value!r}"
+        message = (
+            f"expected auto, none, log or a whole number from 1 to {_MOST_TERMS - 1}, got {value!r}"
+        )
         raise click.BadParameter(message, context, option)
     return int(value)
+
+
+def _loop_shift(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> float | str | None:
+    """Read a time constant, or a word."""
+    if value is None or value in ("auto", "none"):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        message = f"expected auto, none or a time constant in seconds, got {value!r}"
+        raise click.BadParameter(message, context, option) from None
 
 
 @click.command()
@@ -148,7 +159,7 @@ def _creep(
     click.option(
         "--smoothness",
         metavar="NUMBER|auto",
-        default="0",
+        default="auto",
         show_default=True,
         callback=_smoothness,
         help="Penalty on second differences of the weights. auto: by cross-validation.",
@@ -174,15 +185,24 @@ def _creep(
     ),
     click.option(
         "--dynamics",
-        type=click.Choice(["auto", "1", "2"]),
+        type=click.Choice(["auto", "none", "1", "2"]),
         callback=_dynamics,
-        help="Fit linear dynamics of this order as well. auto: second order.  [default: none]",
+        help="Linear dynamics of this order. auto: second order, if the records tell them.  "
+        "[default: auto]",
     ),
     click.option(
         "--creep",
-        metavar="TERMS|auto",
+        metavar="TERMS|log|auto|none",
         callback=_creep,
-        help="Fit creep as well: the number of terms, a decade apart.  [default: none]",
+        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
+        "cross-validation asks for it.  [default: auto]",
+    ),
+    click.option(
+        "--loop-shift",
+        metavar="SECONDS|auto|none",
+        callback=_loop_shift,
+        help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
+        "if cross-validation asks for it.  [default: auto]",
     ),
     limits("none"),
     slew("none"),
@@ -201,10 +221,11 @@ def _creep(
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
-    The stage is written with -o: hysteresis, dead time, dynamics and creep if they are asked for,
-    and the limits and slew rate of its drive if they are given. A record must start from rest, or
-    its start must be skipped with --skip. The first line is the verdict on the result: green,
-    amber or red. Ctrl-C writes no files unless --keep-partial is given; the exit status is 130.
+    The stage is written with -o: hysteresis, dead time, dynamics, creep and loop shift as far as
+    the records tell them, and the limits and slew rate of its drive if they are given. A record
+    must start from rest, or its start must be skipped with --skip. The first line is the verdict
+    on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial is given; the
+    exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
@@ -69,7 +70,10 @@ def fit(
 ) -> mh.results.Identification:
     """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    options = request.fit | {"model": kind}
+    options: dict[str, Any] = {
+        name: None if value == "none" else value for name, value in request.fit.items()
+    }
+    options["model"] = kind
     if kind == "conventional":
         options.pop("ratios", None)
         # A split model is compared with a conventional one of free weights: that has no split.
@@ -98,8 +102,8 @@ def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "creep"):
-        if request.fit.get(name, 0.0) != 0.0:
+    for name in ("dead_time", "dynamics", "creep", "loop_shift"):
+        if request.fit.get(name, 0.0) not in (0.0, "auto", "none"):
             option = f"--{name.replace('_', '-')}"
             raise CommandError(
                 f"{_listed(request.data)}: {option} needs a time column (--time) or --rate"

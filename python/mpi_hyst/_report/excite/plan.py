@@ -113,7 +113,7 @@ class Plan:
             [
                 f"mpi-hyst identify {records}",
                 f"--input {shlex.quote(self.quantity.column)} --output {POSITION} --skip 0",
-                f"--dynamics auto --creep auto --operators {self.cycles}",
+                f"--operators {self.cycles}",
                 f"{self._limits} --slew {self.slew:g} -o stage.json --report fit.html",
             ]
         )

@@ -39,7 +39,13 @@ def choices(found: mh.results.Identification) -> list[Choice]:
     counts = [str(count) for count, _ in found.cross_validation]
     smoothness = [f"{value:g}" for value, _ in found.smoothness_validation]
     law, count, value = found.weights_law, str(found.model.operators), f"{found.smoothness:g}"
+    terms = [_terms(creep, shift) for creep, shift, _ in found.terms_validation]
+    kept = _terms(len(found.creep_std), _shift(found))
     made = [
+        _choice(
+            *("terms", terms, [(None, rmse) for _, _, rmse in found.terms_validation], kept),
+            *(kept, simplest),
+        ),
         _choice("weights", laws, found.weights_validation, law, f"{law} weights", simplest),
         _choice("operators", counts, found.cross_validation, count, f"{count} operators", simplest),
         _choice(
@@ -48,6 +54,20 @@ def choices(found: mh.results.Identification) -> list[Choice]:
         ),
     ]
     return [choice for choice in made if choice.candidates]
+
+
+def _terms(creep: int, shift: str) -> str:
+    """Return the name of a choice of terms."""
+    creeps = ["no creep", "slow creep", "slow and fast creep"][min(creep, 2)]
+    return f"{creeps}, " + ("no loop shift" if shift == "none" else f"loop shift {shift}")
+
+
+def _shift(found: mh.results.Identification) -> str:
+    """Return the loop shift in the words of the candidates."""
+    if found.loop_shift is None:
+        return "none"
+    both = "c_1 and c_2" if len(found.loop_shift_std) > 1 else "c_1"
+    return f"{both}, {found.loop_shift.time_constant:g} s"
 
 
 def _choice(

@@ -68,16 +68,24 @@ class Records:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A record, the errors of a model on it, and the output offset used for them."""
+    """A record and the errors of a model on it."""
 
     record: Record
     quality: mh.results.Quality
+    place: int | None
+    """Its number among the fitted records, if it is one or the rest of one."""
     offset: float
+    """The output offset used for it."""
 
     def residuals(self, found: mh.results.Identification) -> Samples:
         """Measured minus modelled output."""
-        own = self.offset - float(found.output_offsets[0])
-        return self.record.output - (found.predict(self.record.input, dt=self.record.dt) + own)
+        return _residuals(self.record, self.place, found)
+
+
+def _residuals(record: Record, place: int | None, found: mh.results.Identification) -> Samples:
+    return found.residuals(
+        *(record.input, record.output), record=place, skip=record.skip, dt=record.dt
+    )
 
 
 def evaluate(
@@ -85,16 +93,21 @@ def evaluate(
 ) -> tuple[list[Evaluated], list[Evaluated]]:
     """Return the fitted and the held-out records, each with the errors of a model."""
     offsets = [float(offset) for offset in found.output_offsets]
-    fitted = list(map(Evaluated, records.fitted, found.records, offsets))
+    places = range(len(records.fitted))
+    fitted = list(map(Evaluated, records.fitted, found.records, places, offsets))
+    # The end of a record goes on with what the record has of its own.
+    own: Sequence[int | None] = places if records.ends else [None] * len(records.held_out)
     if not records.ends:
         offsets = [_own_offset(record, found) for record in records.held_out]
-    return fitted, list(map(Evaluated, records.held_out, found.validation_records, offsets))
+    return fitted, list(map(Evaluated, records.held_out, found.validation_records, own, offsets))
 
 
 def _own_offset(record: Record, found: mh.results.Identification) -> float:
-    """Return the output offset that minimizes the rms error on a record."""
-    left = (record.output - found.predict(record.input, dt=record.dt))[record.skip :]
-    return float(found.output_offsets[0] + left.mean())
+    """Return the offset that suits a record best, with creep under way as it is at the end."""
+    explained = record.output[-1] - _residuals(record, None, found)[-1]
+    return float(
+        found.output_offsets[0] + explained - found.predict(record.input, dt=record.dt)[-1]
+    )
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from mpi_hyst._report.identify.choices import choices
 from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
 
+_SLOW = 0.1  # s: where slow creep of log-type begins
 _CREEP = 1.0  # %: creep that is known to this is known to be small
 
 
@@ -90,7 +91,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         scale=high - low,
     )
     pairs.append(("input offset", offset + given("input offset")))
-    pairs += [*_dynamics(task, found), *_creep(found)]
+    pairs += [*_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
     pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
@@ -115,10 +116,21 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
     amplitudes, times = found.creep.amplitudes, found.creep.time_constants
     if len(found.creep_std) < len(amplitudes):
         # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
-        growth = float(amplitudes[0] / np.log10(times[1] / times[0]))
-        percent = with_error(100.0 * growth, 100.0 * float(found.creep_std[0]), "%", scale=_CREEP)
+        decade = np.log10(times[-1] / times[-2])
+        slow = 100.0 * float(amplitudes[-1] / decade)
+        percent = with_error(slow, 100.0 * float(found.creep_std[0]), "%", scale=_CREEP)
         span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
-        return [("creep", f"{percent} of a step per decade"), ("creep time constants", span)]
+        fast = []
+        if len(found.creep_std) > 1:
+            decades = np.log10(_SLOW / times[0]) + 0.5 * decade
+            share = 100.0 * float(amplitudes[times < _SLOW].sum() / decades)
+            error = with_error(share, 100.0 * float(found.creep_std[1]), "%", scale=_CREEP)
+            fast = [("creep below 0.1 s", f"{error} of a step per decade")]
+        return [
+            ("creep", f"{percent} of a step per decade"),
+            *fast,
+            ("creep time constants", span),
+        ]
     pairs = zip(amplitudes, found.creep_std, strict=True)
     shares = "  ".join(
         with_error(100.0 * share, 100.0 * std, "%", scale=_CREEP) for share, std in pairs
@@ -127,6 +139,20 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
         ("creep", f"{shares} of a step"),
         ("creep time constants", "  ".join(f"{digits(time)} s" for time in times)),
     ]
+
+
+def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str, str]]:
+    """Return the amplitudes of the loop shift and its time constant."""
+    if found.loop_shift is None:
+        return []
+    low, high = found.position_range
+    amplitudes = zip(found.loop_shift.amplitudes, found.loop_shift_std, strict=False)
+    values = "  ".join(
+        with_error(value, float(std), task.output.unit, scale=high - low)
+        for value, std in amplitudes
+    )
+    time = f"{digits(found.loop_shift.time_constant)} s"
+    return [("loop shift", values), ("loop shift time constant", time)]
 
 
 def dead_time(found: mh.results.Identification) -> str:

@@ -1,0 +1,200 @@
+//! The loop shift as columns: how far the centre of a loop moves with what the drive did before.
+
+use crate::loop_shift_model::LoopShiftModel;
+
+/// Which columns of a loop shift there are, with everything that is not linear in their amplitudes.
+///
+/// With x(k) = (u(k) - center) / half_range, e(k) the difference of x(k) and a follower of time constant tau / 4, bounded
+/// by `limit`, the columns are one-pole means of time constant tau: m of e^2 and n of x |e|. Both know the drives before the
+/// sample only.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct ShiftColumns {
+    pub(crate) center: f64,
+    pub(crate) half_range: f64,
+    pub(crate) filters: Vec<ShiftFilter>,
+}
+
+/// The columns of one time constant.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct ShiftFilter {
+    /// tau, in seconds.
+    pub(crate) time_constant: f64,
+    /// The largest |e|.
+    pub(crate) limit: f64,
+    /// Whether there is a column n beside m.
+    pub(crate) both: bool,
+}
+
+impl ShiftFilter {
+    pub(crate) fn columns(&self) -> usize {
+        1 + usize::from(self.both)
+    }
+}
+
+impl ShiftColumns {
+    /// How many columns there are.
+    pub(crate) fn len(&self) -> usize {
+        self.filters.iter().map(ShiftFilter::columns).sum()
+    }
+
+    /// Which columns a model has.
+    pub(crate) fn used_by(&self, model: LoopShiftModel) -> Vec<bool> {
+        let of_filter = |filter: &ShiftFilter| {
+            let (square, product) = match model {
+                LoopShiftModel::None => (false, false),
+                LoopShiftModel::Auto => (true, true),
+                LoopShiftModel::Square(tau) => (filter.time_constant == tau, false),
+                LoopShiftModel::Both(tau) => (filter.time_constant == tau, filter.time_constant == tau),
+            };
+            [Some(square), filter.both.then_some(product)].into_iter().flatten()
+        };
+        self.filters.iter().flat_map(of_filter).collect()
+    }
+
+    /// The same with the largest |e| of these inputs, each with its sampling interval, as limits.
+    pub(crate) fn limited_by<'a>(mut self, inputs: impl Iterator<Item = (&'a [f64], f64)>) -> Self {
+        let mut largest = vec![0.0; self.filters.len()];
+        for filter in &mut self.filters {
+            filter.limit = f64::INFINITY;
+        }
+        for (input, dt) in inputs {
+            let mut lane = ShiftLane::new(&self, dt);
+            for u in input {
+                lane.next(*u);
+                for (largest, memory) in largest.iter_mut().zip(&lane.memories) {
+                    *largest = f64::max(*largest, memory.distance(lane.x).abs());
+                }
+            }
+        }
+        for (filter, largest) in self.filters.iter_mut().zip(largest) {
+            filter.limit = largest;
+        }
+        self
+    }
+}
+
+/// The columns of one record, sample by sample; at rest before its first.
+pub(crate) struct ShiftLane<'a> {
+    columns: &'a ShiftColumns,
+    memories: Vec<Memory>,
+    /// The newest sample, once there is one.
+    x: f64,
+    is_at_rest: bool,
+}
+
+/// What the filters of one time constant remember.
+struct Memory {
+    /// exp(-dt / tau).
+    decay: f64,
+    limit: f64,
+    follower: f64,
+    m: f64,
+    n: f64,
+}
+
+impl<'a> ShiftLane<'a> {
+    pub(crate) fn new(columns: &'a ShiftColumns, dt: f64) -> Self {
+        let memory = |filter: &ShiftFilter| {
+            let decay = (-dt / filter.time_constant).exp();
+            Memory { decay, limit: filter.limit, follower: 0.0, m: 0.0, n: 0.0 }
+        };
+        Self { columns, memories: columns.filters.iter().map(memory).collect(), x: 0.0, is_at_rest: true }
+    }
+
+    /// Goes on to the next sample.
+    pub(crate) fn next(&mut self, u: f64) {
+        let x = (u - self.columns.center) / self.columns.half_range;
+        for memory in &mut self.memories {
+            if self.is_at_rest {
+                memory.follower = x;
+            } else {
+                memory.hold(self.x);
+            }
+        }
+        (self.x, self.is_at_rest) = (x, false);
+    }
+
+    /// The columns of the newest sample.
+    pub(crate) fn write(&self, row: &mut [f64]) {
+        let mut row = row.iter_mut();
+        for (memory, filter) in self.memories.iter().zip(&self.columns.filters) {
+            let both = [Some(memory.m), filter.both.then_some(memory.n)];
+            both.into_iter().flatten().zip(&mut row).for_each(|(value, place)| *place = value);
+        }
+    }
+}
+
+impl Memory {
+    /// e for a drive x.
+    fn distance(&self, x: f64) -> f64 {
+        (x - self.follower).clamp(-self.limit, self.limit)
+    }
+
+    /// x is held for one interval, in which e decays as exp(-4 t / tau).
+    fn hold(&mut self, x: f64) {
+        let (a, e) = (self.decay, self.distance(x));
+        let fast = a.powi(4);
+        self.m = a * self.m + (a - fast * fast) / 7.0 * e * e;
+        self.n = a * self.n + (a - fast) / 3.0 * x * e.abs();
+        // At the limit the drive pulls the follower along.
+        self.follower = x - fast * e;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns() -> ShiftColumns {
+        let filter = |time_constant, both| ShiftFilter { time_constant, limit: 1.0, both };
+        ShiftColumns { center: 2.0, half_range: 4.0, filters: vec![filter(0.1, true), filter(0.4, false)] }
+    }
+
+    fn last(columns: &ShiftColumns, input: impl Iterator<Item = f64>, dt: f64) -> Vec<f64> {
+        let mut lane = ShiftLane::new(columns, dt);
+        input.for_each(|u| lane.next(u));
+        let mut row = vec![0.0; columns.len()];
+        lane.write(&mut row);
+        row
+    }
+
+    /// On a long ramp of x the follower is tau / 4 times the speed behind, and so are the means.
+    #[test]
+    fn a_ramp_has_the_square_of_its_speed() {
+        let (dt, speed) = (1e-4, 0.25);
+        let ramp = |u0: f64| (0..30_000_u32).map(move |k| u0 + 4.0 * speed * dt * f64::from(k));
+        let row = last(&columns(), ramp(-1.0), dt);
+        for (m, tau) in [(row[0], 0.1), (row[2], 0.4)] {
+            let e: f64 = 0.25 * tau * speed;
+            assert!((m / (e * e) - 1.0).abs() < 0.01, "{tau}: {m}");
+        }
+        // x |e|, x as it was a time constant before
+        let x = -0.75 + speed * (3.0 - 0.1);
+        assert!((row[1] / (x * 0.025 * speed) - 1.0).abs() < 0.01, "{}", row[1]);
+    }
+
+    #[test]
+    fn a_hold_may_be_split() {
+        let coarse = last(&columns(), (0..40_u32).map(|k| f64::from(k * k % 7)), 0.02);
+        let fine = last(&columns(), (0..160_u32).map(|k| f64::from((k / 4) * (k / 4) % 7)), 0.005);
+        // The last sample of the coarse one is put out and not held yet: 3 of the fine ones are.
+        let fine_there = last(&columns(), (0..157_u32).map(|k| f64::from((k / 4) * (k / 4) % 7)), 0.005);
+        assert_ne!(fine, fine_there);
+        for (a, b) in coarse.iter().zip(&fine_there) {
+            assert!((a - b).abs() < 1e-13, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn the_limit_is_the_largest_distance_of_the_records() {
+        let input: Vec<f64> = (0..2000_u32).map(|k| 2.0 + 4.0 * (0.01 * f64::from(k)).sin()).collect();
+        let limited = columns().limited_by(std::iter::once((&input[..], 0.001)));
+        let limits: Vec<f64> = limited.filters.iter().map(|filter| filter.limit).collect();
+        // Amplitude 1 at 10 rad/s behind a follower of 0.025 and 0.1 s: w theta / sqrt(1 + (w theta)^2).
+        assert!((limits[0] - 0.2425).abs() < 0.02 && (limits[1].powi(2) - 0.5).abs() < 0.05, "{limits:?}");
+        let inside: Vec<f64> = last(&limited, input.iter().copied(), 0.001);
+        assert_eq!(inside, last(&columns(), input.iter().copied(), 0.001));
+    }
+}

@@ -1,0 +1,94 @@
+//! Whether records have enough variety to tell creep and a loop shift from the shape of their loops.
+
+use super::course::turns;
+use crate::record::Record;
+
+/// Swings below this share of the range of the input are none.
+const SMALLEST_SWING: f64 = 0.05;
+
+/// Swings that differ by less than this share of the range are alike.
+const ALIKE: f64 = 0.1;
+
+/// How many different swings tell how a loop changes with its amplitude.
+const ENOUGH: usize = 3;
+
+/// What the records show beside loops that are all alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Variety {
+    /// Loops of several amplitudes.
+    pub(crate) amplitudes: bool,
+    /// And not in one record in which they only decay or only grow: that does not tell amplitude from time.
+    pub(crate) apart_from_time: bool,
+    /// The way from rest into the motion.
+    pub(crate) start: bool,
+}
+
+impl Variety {
+    pub(crate) fn of(records: &[Record<'_>]) -> Self {
+        let bounds = records.iter().map(Record::input_bounds);
+        let (low, high) = bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+        let range = high - low;
+        let swings: Vec<Vec<f64>> = records.iter().map(|record| swings(record, SMALLEST_SWING * range)).collect();
+        let alike = ALIKE * range;
+        let told = records.len() > 1 || swings.iter().any(|swings| comes_back(swings, alike) >= ENOUGH);
+        let amplitudes = classes(&swings.concat(), alike).len() >= ENOUGH;
+        let start = records.iter().any(|record| record.skip() == 0);
+        Self { amplitudes, apart_from_time: amplitudes && told, start }
+    }
+}
+
+/// The distances between successive reversals of the fitted samples.
+fn swings(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
+    let input = &record.input()[record.skip()..];
+    let ends: Vec<f64> = turns(input, dead_band).into_iter().map(|k| input[k]).collect();
+    ends.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect()
+}
+
+/// Swings that differ, in growing order.
+fn classes(swings: &[f64], alike: f64) -> Vec<f64> {
+    let mut sorted = swings.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut classes: Vec<f64> = Vec::new();
+    for swing in sorted {
+        if classes.last().is_none_or(|last| swing - last > alike) {
+            classes.push(swing);
+        }
+    }
+    classes
+}
+
+/// How many different swings come back after others.
+fn comes_back(swings: &[f64], alike: f64) -> usize {
+    let classes = classes(swings, alike);
+    let mut course: Vec<usize> = swings.iter().map(|swing| classes.partition_point(|class| class <= swing)).collect();
+    course.dedup();
+    (1..=classes.len()).filter(|class| course.iter().filter(|other| *other == class).count() > 1).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loops_alike_have_no_variety() {
+        let sine: Vec<f64> = (0..900_u32).map(|k| (0.07 * f64::from(k)).sin()).collect();
+        let fading: Vec<f64> = (0..900_u32).map(|k| (1.0 - f64::from(k) / 1000.0) * sine[k as usize]).collect();
+        let record = |input, skip| Record::new(input, &sine, skip).unwrap();
+        let of = |records: &[Record<'_>]| Variety::of(records);
+        let alike = Variety { amplitudes: false, apart_from_time: false, start: false };
+        assert_eq!(of(&[record(&sine, 100)]), alike);
+        assert_eq!(of(&[record(&sine, 0)]), Variety { start: true, ..alike });
+        // Decaying alone: amplitude or time?
+        assert_eq!(of(&[record(&fading, 50)]), Variety { amplitudes: true, ..alike });
+        let back: Vec<f64> = fading.iter().rev().chain(&fading).copied().take(900).collect();
+        let back: Vec<f64> = fading.iter().chain(&back).copied().step_by(2).collect();
+        assert_eq!(
+            of(&[Record::new(&back, &back, 50).unwrap()]),
+            Variety { amplitudes: true, apart_from_time: true, start: false }
+        );
+        assert_eq!(
+            of(&[record(&sine, 100), record(&fading, 50)]),
+            Variety { amplitudes: true, apart_from_time: true, start: false }
+        );
+    }
+}

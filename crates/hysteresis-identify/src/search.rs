@@ -1,0 +1,150 @@
+//! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
+
+use crate::creep_model::CreepModel;
+use crate::error::Error;
+use crate::fit::choice::{OperatorChoice, choose_operators, levels};
+use crate::fit::folds::CrossValidation;
+use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::monitor::{SearchMonitor, Span};
+use crate::fit::search::search;
+use crate::fit::space::Space;
+use crate::fit::structure::{Structure, StructureProblem, is_open, with_creep_amplitudes};
+use crate::fit::weight_basis::WeightBasis;
+use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
+use crate::options::{DynamicsModel, Options};
+use crate::record::Record;
+
+/// The fit, and how it was found.
+pub(crate) struct Found {
+    pub(crate) fit: JointFit,
+    /// With everything chosen that was left to cross-validation.
+    pub(crate) options: Options,
+    pub(crate) smoothness: f64,
+    pub(crate) basis: WeightBasis,
+    pub(crate) operators_tried: Vec<CrossValidation>,
+    pub(crate) structure: Structure,
+    /// Where a linear part was fitted.
+    pub(crate) linear: Option<LinearEvidence>,
+    pub(crate) partial: bool,
+}
+
+/// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
+pub(crate) fn search_all(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let all = asked.with_open_terms();
+    let (is_joint, chooses) = (all.is_joint(), is_open(asked));
+    monitor.begin(Span {
+        from: 0.0,
+        to: if is_joint {
+            0.3
+        } else if chooses {
+            0.8
+        } else {
+            1.0
+        },
+    });
+    let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
+    let thresholds = found.options.thresholds.clone();
+    if is_joint && !(found.partial && all.order().is_none()) {
+        let options = Options { thresholds: thresholds.clone(), ..all };
+        found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
+    }
+    if chooses && !found.partial {
+        monitor.begin(Span { from: 0.8, to: 1.0 });
+        found = with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)?;
+    }
+    if let Some(linear) = &mut found.linear {
+        let problem =
+            JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+        linear.colour = problem.colour(&found.fit);
+    }
+    if is_joint {
+        monitor.finish();
+    }
+    Ok(found)
+}
+
+/// Hysteresis, loop shift and a dead time.
+pub(crate) fn search_hysteresis(
+    records: &[Record<'_>],
+    options: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let OperatorChoice { options, tried, start } = choose_operators(records, options, monitor)?;
+    let space = Space::new(records, &options)?;
+    let basis = WeightBasis::new(&options, space.shift_len());
+    let smoothness = options.given_smoothness();
+    let levels = levels(records, &space, &basis, smoothness, false)?;
+    let searched = match monitor.kept() {
+        Some(_) => Err(Error::Interrupted),
+        None => search(&levels, &basis, start.as_ref(), monitor),
+    };
+    let ((fit, linearised), partial) = match (searched, monitor.kept()) {
+        (Err(Error::Interrupted), Some(best)) => {
+            let best = start.as_ref().map_or(best, |fit| fit.point);
+            (levels[levels.len() - 1].at(&best), true)
+        }
+        (found, _) => (found?, false),
+    };
+    drop(levels);
+    let (structure, fit) = (Structure::default(), JointFit { space, fit, linearised });
+    Ok(Found { fit, options, smoothness, basis, operators_tried: tried, structure, linear: None, partial })
+}
+
+/// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may
+/// be left out.
+fn with_linear_part(
+    records: &[Record<'_>],
+    mut options: Options,
+    found: Found,
+    is_open: bool,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let basis = WeightBasis::new(&options, Space::new(records, &options)?.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
+    if found.partial {
+        let fit = problem.at_hysteresis(&found.fit.fit.point)?;
+        return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
+    }
+    let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
+    options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
+    Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
+}
+
+/// The same with what cross-validation chooses, fitted anew.
+fn with_structure(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let JointFit { space, fit, .. } = &found.fit;
+    let structure = StructureProblem { records, asked, space, point: &fit.point }.choose()?;
+    let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
+    let mut space = space.with_loop_shift(records, options.loop_shift)?;
+    let mut point = fit.point;
+    if asked.creep == CreepModel::Auto {
+        point = with_creep_amplitudes(&point, &space, structure.creep);
+        space = space.with_creep_amplitudes(structure.creep);
+        options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
+    }
+    let basis = WeightBasis::new(&options, space.shift_len());
+    let smoothness = structure.smoothness;
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
+    monitor.within(0, 1);
+    let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => {
+            (problem.at(&space, &monitor.kept().unwrap_or(point))?, true)
+        }
+        searched => (searched?, false),
+    };
+    let is_told = |_: &LinearEvidence| {
+        let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
+        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
+    };
+    let linear = found.linear.filter(is_told);
+    Ok(Found { fit, options, smoothness, basis, structure, linear, partial, ..found })
+}

@@ -1,0 +1,108 @@
+//! What cross-validation chose and what it said of the rest; what is left of a record.
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use super::identification::Identification;
+use super::intervals::Intervals;
+use super::options::{law_name, loop_shift_name};
+use super::records::{checked, signals, skips};
+use crate::convert::arguments::whole;
+use crate::convert::errors;
+
+#[pymethods]
+impl Identification {
+    /// Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, y : arrays of n floats
+    ///     Input and measured output.
+    /// record : int, optional
+    ///     The number of the record among those that were fitted, or whose beginning was: then its output offset counts, and the
+    ///     creep that was under way when it began. Without it the record has those that suit it best.
+    /// skip : int or str
+    ///     Leading samples that do not count for what suits it best, or a time.
+    /// dt : float, optional
+    ///     Sampling interval in seconds; by default that of the first record.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+    /// >>> y = mh.paper.table_1_recovered().forward().run(u)
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+    /// >>> bool(abs((found.residuals(u, y, record=0) ** 2).mean() ** 0.5 - found.fit.rmse) < 1e-12)
+    /// True
+    #[pyo3(signature = (u, y, *, record=None, skip=None, dt=None),
+        text_signature = "($self, u, y, *, record=None, skip=0, dt=None)")]
+    fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        y: &Bound<'py, PyAny>,
+        record: Option<&Bound<'py, PyAny>>,
+        skip: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let place = record.map(|record| whole::<usize>("record", record)).transpose()?;
+        let records = self.found.output_offsets.len();
+        if let Some(place) = place.filter(|place| *place >= records) {
+            let expected = format_args!("expected a number below {records}, that of the fitted records, got {place}");
+            return Err(errors::value("record", expected));
+        }
+        let signals = signals(u, Some(y))?;
+        let intervals = match dt {
+            None => self
+                .found
+                .dt
+                .first()
+                .map_or_else(|| Intervals::from_python(None, 1), |dt| Ok(Intervals::known(&[*dt])))?,
+            given => Intervals::from_python(given, 1)?,
+        };
+        let records = checked(&signals, skips(skip, 1, &intervals)?, &intervals, &[])?;
+        Ok(PyArray1::from_vec(py, self.found.residuals(&records[0], place)))
+    }
+
+    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
+    #[getter]
+    fn cross_validation(&self) -> Vec<(usize, f64)> {
+        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
+    }
+
+    /// What the weights might be: as given, or as cross-validation chose.
+    #[getter]
+    fn weights_law(&self) -> &'static str {
+        law_name(self.found.weights)
+    }
+
+    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
+    #[getter]
+    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
+        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
+    }
+
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
+    /// best of every kind, the simplest first; empty if there was nothing to choose.
+    #[getter]
+    fn terms_validation(&self) -> Vec<(usize, String, f64)> {
+        self.found.terms_validation.iter().map(|one| (one.creep, loop_shift_name(one.loop_shift), one.rmse)).collect()
+    }
+
+    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
+    #[getter]
+    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
+    }
+}
