@@ -97,9 +97,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Finding": lambda: mh.diagnose(U[:20], Y[:20], MODEL)[0],
     "Identification": identified,
     "DynamicsIdentification": dynamics,
-    "ManyIdentifications": lambda: mh.identify_many(
-        U, Y[:, None], operators=4, ratios=(0.95, 0.3, 0.35), weights="free", smoothness=0.0
-    ),
+    "ManyIdentifications": lambda: mh.identify_many(U, np.column_stack([Y, Y]), operators=4),
     "Metrics": lambda: run().metrics,
     "Run": run,
     "Tuning": lambda: mh.control.tune(MODEL, dt=DT, dynamics=LAG),

@@ -2,7 +2,6 @@
 
 use super::chain::Chain;
 use super::choice::levels;
-use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
@@ -160,15 +159,6 @@ impl JointProblem<'_> {
         let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
-    }
-
-    /// How a fit predicts stretches of the records that it was not fitted to.
-    pub(crate) fn cross_validate(&self, found: &JointFit) -> Result<CrossValidation, Error> {
-        let levels = levels(self.records, &found.space, self.basis, self.smoothness, true)?;
-        let stretches = Stretches::new(&levels[levels.len() - 1], &found.fit);
-        let (creep, smoothness) = (found.space.creep_amplitudes(), self.smoothness);
-        let terms = Terms { creep, loop_shift: self.options.loop_shift, smoothness };
-        Ok(stretches.under(self.options, self.basis).cross_validate(&terms))
     }
 
     /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.

@@ -68,7 +68,7 @@ use crate::convert::errors::{self, raise, record, unexpected};
 /// >>> found = mh.identify_many(u, Y, dt=0.01, weights="quadratic", smoothness=0.0, threads=2)
 /// >>> found
 /// <ManyIdentifications of 3 actuators, 20 operators: 3 green, 0 amber, 0 red>
-/// >>> bool(found.nrmse.max() < 1e-6)
+/// >>> bool(found.nrmse.max() < 1e-3)
 /// True
 /// >>> inverse = found.actuator_array().inverse(limits=(-500.0, 500.0))
 /// >>> drive = inverse.step([2.0, 2.0, 2.0])  # V
