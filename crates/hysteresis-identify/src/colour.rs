@@ -49,8 +49,8 @@ impl Colour {
     /// The finding, if the residuals are coloured.
     pub(crate) fn finding(&self) -> Option<Finding> {
         let message = format!(
-            "the residual is correlated in time, statistic {:.0} of Ljung and Box: something is not modelled, and the \
-             standard errors, which assume white noise, are too small",
+            "the residual is correlated in time, statistic {:.0} of Ljung and Box: the noise is coloured or \
+             something is not modelled; the standard errors allow for it",
             self.statistic
         );
         let code = FindingCode::ResidualColoured;

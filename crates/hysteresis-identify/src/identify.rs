@@ -10,6 +10,7 @@ use crate::diagnostics::findings;
 use crate::error::Error;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
+use crate::fit::coloured::ColouredFit;
 use crate::fit::joint::JointFit;
 use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::point::{Parameter, Point};
@@ -106,7 +107,9 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let first_dt = records.iter().find_map(Record::dt);
     let chain = found.chain(options.dt.or(first_dt).unwrap_or(1.0));
     let JointFit { space, fit, linearised } = found;
-    let root = Root::of(&fit, &linearised, &space, rows);
+    let white = Root::of(&fit, &linearised, &space, rows);
+    let root = ColouredFit { records, space: &space, basis: &basis, fit: &fit, chain: &chain }
+        .root(white, linearised.penalty());
     let intervals = space.intervals();
     let model = model(&options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
@@ -142,8 +145,8 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         record_fits,
         noise: root.deviation,
         kkt_residual: fit.kkt_residual,
-        covariance: Covariance::new(&fit, &root, &linearised, &basis, &space),
-        spread: Spread::new(&fit, &root, &linearised, &basis, &space),
+        covariance: Covariance::new(&fit, &root, &basis, &space),
+        spread: Spread::new(&fit, &root, &basis, &space),
         standard_errors,
         loop_shift: loop_shift(&space, &basis, &fit)?,
         weights: options.weights,

@@ -18,17 +18,15 @@ const MAX_DEAD_TIME_ERROR: f64 = 0.25;
 /// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
 const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
 
-/// What the records do not tell of dynamics, dead time and creep. Correlated residuals widen standard errors by the root of
-/// their correlation time.
+/// What the records do not tell of dynamics, dead time and creep.
 pub(crate) fn joint_findings(
     space: &Space,
     fit: &ProjectedFit,
     errors: &StandardErrors,
     evidence: &LinearEvidence,
 ) -> Vec<Finding> {
-    let widen = evidence.colour.correlation_time.sqrt();
     let doubtful = |code, what: &str, parameter, value: f64, error: f64, limit: f64| {
-        let relative = widen * error / value;
+        let relative = error / value;
         let message = match space.axis(parameter) {
             Some(axis) if !(axis.lower < fit.point.get(parameter) && fit.point.get(parameter) < axis.upper) => {
                 format!("the search for the {what} ended at {value:.4}, the edge of its domain")

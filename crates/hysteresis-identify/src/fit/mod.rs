@@ -1,8 +1,10 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
+mod autoregression;
 pub(crate) mod bounded;
 pub(crate) mod chain;
 pub(crate) mod choice;
+pub(crate) mod coloured;
 pub(crate) mod course;
 pub(crate) mod dead_time;
 pub(crate) mod factor;
@@ -10,6 +12,7 @@ pub(crate) mod folds;
 pub(crate) mod gradients;
 pub(crate) mod intervals;
 pub(crate) mod joint;
+mod lags;
 mod lanes;
 pub(crate) mod linear_part;
 pub(crate) mod monitor;

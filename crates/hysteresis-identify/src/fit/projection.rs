@@ -241,11 +241,13 @@ impl Linearised {
         self.penalty
     }
 
-    /// The means of the columns of unknowns and steps over the rows of the first record, and how many rows that are.
-    pub(crate) fn means(&self) -> (Vec<f64>, f64) {
-        let root = self.factor[(0, 0)];
-        let columns = self.own..self.factor.ncols() - 1;
-        (columns.map(|j| self.factor[(0, j)] / root).collect(), root * root)
+    /// The rows of the triangle that belong to what the records have of their own, but for the right-hand side.
+    pub(crate) fn own_rows(&self) -> Mat<f64> {
+        self.factor.get(..self.own, ..self.factor.ncols() - 1).to_owned()
+    }
+
+    pub(crate) fn penalty(&self) -> &Mat<f64> {
+        &self.penalty
     }
 }
 

@@ -11,12 +11,13 @@ use crate::numeric::as_f64;
 /// A column whose part beside the others is below this share of its norm tells nothing of its parameter.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
 
-/// The root of the covariance of the free parameters, unknowns first, then searched ones: the covariance is X X'.
+/// The root of the covariance of what was fitted: the covariance is X X'. Its rows are what the records have of their own, first
+/// the output offset of the first record, then the free unknowns of the weights, then the free searched parameters.
 ///
 /// What lies at a bound has no place in it, and neither has what depends on others.
 pub(crate) struct Root {
     pub(crate) x: Mat<f64>,
-    /// The place of every parameter in it.
+    /// The row of every parameter.
     pub(crate) places: Vec<Option<usize>>,
     /// How many of the parameters are unknowns of the weights.
     unknowns: usize,
@@ -25,6 +26,7 @@ pub(crate) struct Root {
 }
 
 impl Root {
+    /// For white residuals: s R^-1, with R the triangle of the columns, so that X X' is s^2 (J'J)^-1.
     pub(crate) fn of(fit: &ProjectedFit, linearised: &Linearised, space: &Space, rows: usize) -> Self {
         let unknowns = fit.unknowns.len();
         let inside = |value: f64, lower: f64, upper: f64| lower < value && value < upper;
@@ -40,6 +42,21 @@ impl Root {
     /// Whether all parameters of a gradient have a place.
     pub(crate) fn tells(&self, gradient: &Gradient) -> bool {
         gradient.iter().all(|(parameter, _)| self.places[*parameter].is_some())
+    }
+
+    /// The same with another covariance.
+    pub(crate) fn with(self, x: Mat<f64>) -> Self {
+        Self { x, ..self }
+    }
+
+    /// The parameters that have a place, in the order of their rows.
+    pub(crate) fn free(&self) -> Vec<usize> {
+        (0..self.places.len()).filter(|parameter| self.places[*parameter].is_some()).collect()
+    }
+
+    /// X'g for the output offset of the first record.
+    pub(crate) fn of_offset(&self) -> Vec<f64> {
+        (0..self.x.ncols()).map(|k| self.x[(0, k)]).collect()
     }
 
     /// X'g for a gradient g; what has no place counts as known.
@@ -65,7 +82,7 @@ impl Root {
     }
 }
 
-/// s R^-1 of the free columns, those left out that depend on others.
+/// s R^-1 of the records' own columns and the free ones, those left out that depend on others.
 fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows: usize) -> Root {
     let (a, _) = linearised.below_own();
     let r = loop {
@@ -79,18 +96,24 @@ fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows:
             None => break r,
         };
     };
+    let above = linearised.own_rows();
+    let own = above.nrows();
+    let whole = Mat::from_fn(own + free.len(), own + free.len(), |i, j| match (i.checked_sub(own), j.checked_sub(own)) {
+        (None, None) => above[(i, j)],
+        (None, Some(j)) => above[(i, own + free[j])],
+        (Some(i), Some(j)) => r[(i, j)],
+        (Some(_), None) => 0.0,
+    });
     let estimated = free.len() + fit.output_offsets.len() + fit.underway.iter().filter(|d| **d != 0.0).count();
     let s = (fit.squares / as_f64(rows.saturating_sub(estimated).max(1))).sqrt();
-    let mut x = Mat::zeros(free.len(), free.len());
-    for k in 0..free.len() {
-        let mut column = vec![0.0; free.len()];
+    let mut x = Mat::zeros(whole.nrows(), whole.nrows());
+    for k in 0..whole.nrows() {
+        let mut column = vec![0.0; whole.nrows()];
         column[k] = s;
-        back_substitute(r.as_ref(), &mut column);
-        for (i, value) in column.into_iter().enumerate() {
-            x[(i, k)] = value;
-        }
+        back_substitute(whole.as_ref(), &mut column);
+        column.into_iter().enumerate().for_each(|(i, value)| x[(i, k)] = value);
     }
     let mut places = vec![None; a.ncols()];
-    free.iter().enumerate().for_each(|(place, parameter)| places[*parameter] = Some(place));
+    free.iter().enumerate().for_each(|(place, parameter)| places[*parameter] = Some(own + place));
     Root { x, places, unknowns: fit.unknowns.len(), deviation: s }
 }

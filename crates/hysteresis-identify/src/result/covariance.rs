@@ -1,7 +1,7 @@
 //! The covariance of everything that was estimated, by name.
 
-use crate::fit::gradients::{Gradient, Gradients, Quantity};
-use crate::fit::projection::{Linearised, ProjectedFit};
+use crate::fit::gradients::{Gradients, Quantity};
+use crate::fit::projection::ProjectedFit;
 use crate::fit::root::Root;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
@@ -25,7 +25,6 @@ impl Covariance {
     pub(crate) fn new(
         fit: &ProjectedFit,
         root: &Root,
-        linearised: &Linearised,
         basis: &WeightBasis,
         space: &Space,
     ) -> Self {
@@ -41,15 +40,10 @@ impl Covariance {
                 roots.push(root.along(&gradient));
             }
         }
-        // The output offset is o + m'p: o is uncertain by s^2 / N and independent of p, m are the means of the columns.
-        let (means, rows) = linearised.means();
-        let of_means: Gradient = means.iter().enumerate().map(|(j, mean)| (j, -mean)).collect();
         names.push("output_offset".to_owned());
-        roots.push(root.along(&of_means));
+        roots.push(root.of_offset());
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut matrix: Vec<Vec<f64>> = roots.iter().map(|a| roots.iter().map(|b| product(a, b)).collect()).collect();
-        let last = matrix.len() - 1;
-        matrix[last][last] += root.deviation * root.deviation / rows;
+        let matrix = roots.iter().map(|a| roots.iter().map(|b| product(a, b)).collect()).collect();
         Self { parameters: names, matrix }
     }
 }

@@ -1,0 +1,351 @@
+//! The covariance of a fit whose residuals are correlated in time, or follow what the model lacks.
+//!
+//! Least squares makes p - p_true = (J'J)^-1 J'e. What is left, e, is taken as e = L c + v:
+//!
+//! - v is noise, stationary in every record, with the spectrum of an autoregressive model (`autoregression.rs`). Its part of
+//!   J'e has the covariance J' Omega J, the sum of squares of the rows of J through the filter of that model.
+//! - L c is what a linear part that the model lacks adds to its output, a sum of lags (`lags.rs`). It follows the drive as J does,
+//!   so it adds up where noise averages out. It counts if noise alone would hardly ever show as much.
+//!
+//! c and the model of v come from generalised least squares: rows whitened by the model of what least squares leaves, c and p
+//! together, and then once more with the model of what that leaves. This sees also noise at the frequencies of the drive, of which
+//! the plain residual has lost a part to the parameters. The covariance is the mean square of p - p_true under c +- its errors.
+
+use faer::Mat;
+
+use super::autoregression::{Autoregression, RowFilter};
+use super::chain::Chain;
+use super::course::Course;
+use super::factor::{TriangularFactor, back_substitute, triangle_of};
+use super::lags::Lags;
+use super::projection::ProjectedFit;
+use super::root::Root;
+use super::space::Space;
+use super::tangent::Tangent;
+use super::weight_basis::WeightBasis;
+use crate::numeric::as_f64;
+use crate::record::Record;
+
+/// Residuals below this share of the output's range are rounding.
+const ROUNDING: f64 = 1e-10;
+
+/// Lags count if they lower the whitened sum of squares by their number and so many of its standard deviations.
+const EVIDENCE: f64 = 4.0;
+
+/// A lag whose part beside the other columns is below this share of its norm tells nothing.
+const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
+
+/// Lags are looked for in records of so many rows for each column.
+const ROWS_PER_COLUMN: usize = 10;
+
+/// A record is never taken for less noisy than this share of the noise of all.
+const MIN_NOISE_SHARE: f64 = 1e-3;
+
+/// A fit, and what it is a fit of.
+pub(crate) struct ColouredFit<'a> {
+    pub(crate) records: &'a [Record<'a>],
+    pub(crate) space: &'a Space,
+    pub(crate) basis: &'a WeightBasis,
+    pub(crate) fit: &'a ProjectedFit,
+    pub(crate) chain: &'a Chain,
+}
+
+impl ColouredFit<'_> {
+    /// The root of the covariance, from that for white residuals; the same where they are white or rounding.
+    pub(crate) fn root(&self, white: Root, penalty: &Mat<f64>) -> Root {
+        let range = self.records.iter().map(Record::output_range).fold(0.0, f64::max);
+        if white.deviation <= ROUNDING * range || white.free().is_empty() {
+            return white;
+        }
+        let free = white.free();
+        let pass = Pass::new(self, &free, white.deviation);
+        let models = pass.models(&pass.residuals);
+        let first = Generalised::of(&pass.whitened(&models), pass.told(), pass.rows_whitened(&models));
+        if first.lags.is_empty() && models.iter().all(|model| model.order() == 0) {
+            return white;
+        }
+        let (plain, models) = pass.after(&first);
+        let (whitened, coloured) = pass.whitened_and_coloured(&models);
+        let mut second = Generalised::of(&whitened, pass.told(), pass.rows_whitened(&models));
+        if first.lags.is_empty() {
+            second.lags.clear();
+        }
+        let penalty = Mat::from_fn(penalty.nrows(), pass.told(), |i, j| match j.checked_sub(pass.own) {
+            Some(j) if free[j] < self.fit.unknowns.len() => penalty[(i, free[j])],
+            _ => 0.0,
+        });
+        let x = root(&plain, &coloured, &penalty, &second, white.deviation);
+        white.with(x)
+    }
+}
+
+/// The way through the records, row by row: [the records' own | columns of the weights | derivatives | lags | residual].
+struct Pass<'a> {
+    fit: &'a ColouredFit<'a>,
+    tangent: Tangent,
+    courses: Vec<Course>,
+    lags: Lags,
+    own: usize,
+    /// The free parameters, unknowns of the weights first.
+    free: &'a [usize],
+    deviation: f64,
+    /// Of every record the modelled output, all samples, and what it leaves of the fitted ones.
+    outputs: Vec<Vec<f64>>,
+    residuals: Vec<Vec<f64>>,
+}
+
+impl<'a> Pass<'a> {
+    fn new(fit: &'a ColouredFit<'a>, free: &'a [usize], deviation: f64) -> Self {
+        let ColouredFit { records, space, basis, .. } = *fit;
+        let courses: Vec<_> = records.iter().map(|record| Course::new(record, 1, space.unread_samples())).collect();
+        let own = space.own().len();
+        let intervals = space.intervals();
+        let lags = Lags::new(intervals.smallest(), intervals.longest_record());
+        let rows: usize = courses.iter().map(Course::len).sum();
+        let lags = if rows < ROWS_PER_COLUMN * (own + free.len() + lags.len()) { Lags::none() } else { lags };
+        let output = |place: usize| fit.chain.response_in(place, records[place].input(), intervals.of_record(place));
+        let outputs: Vec<Vec<f64>> = (0..records.len()).map(output).collect();
+        let residual = |place: usize| {
+            let (course, output): (&Course, &[f64]) = (&courses[place], &outputs[place]);
+            let left = |k: usize| records[place].output()[k] - output[k] - fit.fit.output_offsets[place];
+            (0..course.len()).map(|row| left(course.sample(row))).collect()
+        };
+        let residuals = (0..records.len()).map(residual).collect();
+        let tangent = space.tangent(&fit.fit.point, basis.columns(), Some(&fit.fit.weights));
+        Self { fit, tangent, courses, lags, own, free, deviation, outputs, residuals }
+    }
+
+    /// How many columns there are.
+    fn columns(&self) -> usize {
+        self.own + self.tangent.columns + self.tangent.slopes.len() + self.lags.len() + 1
+    }
+
+    /// How many of them are fitted: the records' own and the free ones.
+    fn told(&self) -> usize {
+        self.own + self.free.len()
+    }
+
+    /// Hands over the rows of one record, numbered.
+    fn walk(&self, place: usize, mut take: impl FnMut(usize, &[f64])) {
+        let (course, dt) = (&self.courses[place], self.fit.space.intervals().of_record(place));
+        let mut rows = self.tangent.rows(self.fit.records[place].input(), dt);
+        let output = &self.outputs[place];
+        let mut lags = self.lags.of_record(output[0], dt);
+        let last = self.columns() - 1;
+        let first_lag = last - self.lags.len();
+        let (mut row, mut seen) = (vec![0.0; last + 1], 0);
+        for number in 0..course.len() {
+            let k = course.sample(number);
+            self.fit.space.own().write(place, k, &mut row[..self.own]);
+            rows.write(k, None, &mut row[self.own..first_lag]);
+            while seen <= k {
+                lags.next(output[seen], &mut row[first_lag..last]);
+                seen += 1;
+            }
+            row[last] = self.residuals[place][number];
+            take(number, &row);
+        }
+    }
+
+    /// The triangle of [the records' own | free | lags | residual] from that of all columns.
+    fn selected(&self, factor: TriangularFactor) -> Mat<f64> {
+        let all = self.fit.basis.in_unknowns(factor.finish().as_ref(), self.own);
+        let from = all.ncols() - self.lags.len() - 1;
+        let chosen: Vec<usize> =
+            (0..self.own).chain(self.free.iter().map(|j| self.own + j)).chain(from..all.ncols()).collect();
+        triangle_of(Mat::from_fn(all.nrows(), chosen.len(), |i, j| all[(i, chosen[j])]))
+    }
+
+    /// The models of what is left in every record, as large as the noise of which the fit took a part.
+    fn models(&self, left: &[Vec<f64>]) -> Vec<Autoregression> {
+        let rows: usize = self.courses.iter().map(Course::len).sum();
+        let taken = (as_f64(rows) / as_f64(rows.saturating_sub(self.told()).max(1))).sqrt();
+        let model = |series: &Vec<f64>| {
+            let model = Autoregression::of(series);
+            Autoregression { deviation: (taken * model.deviation).max(MIN_NOISE_SHARE * self.deviation), ..model }
+        };
+        left.iter().map(model).collect()
+    }
+
+    /// The rows that are left when they are whitened.
+    fn rows_whitened(&self, models: &[Autoregression]) -> usize {
+        self.courses.iter().zip(models).map(|(course, model)| course.len().saturating_sub(model.order())).sum()
+    }
+
+    /// The triangle of the whitened rows.
+    fn whitened(&self, models: &[Autoregression]) -> Mat<f64> {
+        let mut factor = TriangularFactor::new(self.columns());
+        for (place, model) in models.iter().enumerate() {
+            let mut filter = RowFilter::new(model, self.columns());
+            self.walk(place, |_, row| filter.whitened(row).into_iter().for_each(|row| factor.push(row)));
+        }
+        self.selected(factor)
+    }
+
+    /// The triangle of the plain rows, and the models of what a solution leaves.
+    fn after(&self, solution: &Generalised) -> (Mat<f64>, Vec<Autoregression>) {
+        let along = self.in_columns(solution);
+        let mut factor = TriangularFactor::new(self.columns());
+        let mut left = Vec::with_capacity(self.residuals.len());
+        for place in 0..self.residuals.len() {
+            let mut series = Vec::with_capacity(self.residuals[place].len());
+            self.walk(place, |_, row| {
+                factor.push(row);
+                let (columns, residual) = row.split_at(along.len());
+                series.push(residual[0] - columns.iter().zip(&along).map(|(z, c)| z * c).sum::<f64>());
+            });
+            left.push(series);
+        }
+        (self.selected(factor), self.models(&left))
+    }
+
+    /// What multiplies every column of a row in a solution.
+    fn in_columns(&self, solution: &Generalised) -> Vec<f64> {
+        let mut along = vec![0.0; self.columns() - 1];
+        along[..self.own].copy_from_slice(&solution.told[..self.own]);
+        let unknowns = self.fit.fit.unknowns.len();
+        for (parameter, value) in self.free.iter().zip(&solution.told[self.own..]) {
+            match parameter.checked_sub(unknowns) {
+                Some(axis) => along[self.own + self.tangent.columns + axis] = *value,
+                None => (0..self.tangent.columns)
+                    .for_each(|i| along[self.own + i] += self.fit.basis.derivative(i, *parameter) * value),
+            }
+        }
+        let first_lag = along.len() - self.lags.len();
+        solution.lags.iter().for_each(|lag| along[first_lag + lag.number] = lag.amplitude);
+        along
+    }
+
+    /// The triangle of the whitened rows, and that of the coloured ones.
+    fn whitened_and_coloured(&self, models: &[Autoregression]) -> (Mat<f64>, Mat<f64>) {
+        /// The filter has rung out where a row is this share of the largest.
+        const RUNG_OUT: f64 = 1e-4;
+        let columns = self.columns();
+        let (mut white, mut coloured) = (TriangularFactor::new(columns), TriangularFactor::new(columns));
+        for (place, model) in models.iter().enumerate() {
+            let (mut whitening, mut colouring) = (RowFilter::new(model, columns), RowFilter::new(model, columns));
+            let (mut largest, norm) = (0.0_f64, |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt());
+            self.walk(place, |_, row| {
+                whitening.whitened(row).into_iter().for_each(|row| white.push(row));
+                let row = colouring.coloured(row);
+                largest = largest.max(norm(row));
+                coloured.push(row);
+            });
+            // What a stationary noise adds behind the end.
+            let zeros = vec![0.0; columns];
+            for _ in 0..if model.order() > 0 { self.courses[place].len() } else { 0 } {
+                let row = colouring.coloured(&zeros);
+                coloured.push(row);
+                if norm(row) <= RUNG_OUT * largest {
+                    break;
+                }
+            }
+        }
+        (self.selected(white), self.selected(coloured))
+    }
+}
+
+/// A lag, and its amplitude.
+struct Lag {
+    number: usize,
+    amplitude: f64,
+}
+
+/// The solution of generalised least squares, from the triangle of the whitened rows.
+struct Generalised {
+    /// Of the records' own and of what is free.
+    told: Vec<f64>,
+    /// Those that the residuals tell; none where noise alone may show as much.
+    lags: Vec<Lag>,
+    /// The root of the covariance of their amplitudes.
+    errors: Mat<f64>,
+}
+
+impl Generalised {
+    fn of(whitened: &Mat<f64>, told: usize, rows: usize) -> Self {
+        let last = whitened.ncols() - 1;
+        let mut chosen: Vec<usize> = (0..last).collect();
+        let with = |chosen: &[usize]| {
+            let columns: Vec<usize> = chosen.iter().copied().chain([last]).collect();
+            triangle_of(Mat::from_fn(whitened.nrows(), columns.len(), |i, j| whitened[(i, columns[j])]))
+        };
+        let t = loop {
+            let t = with(&chosen);
+            let depends = |j: &usize| t[(*j, *j)].abs() <= MIN_INDEPENDENT_SHARE * t.col(*j).norm_l2();
+            match (told..chosen.len()).find(depends) {
+                Some(j) => chosen.remove(j),
+                None => break t,
+            };
+        };
+        let (count, end) = (chosen.len() - told, chosen.len());
+        let noise = t[(end, end)].powi(2) / as_f64(rows.saturating_sub(end).max(1));
+        let evidence = (told..end).map(|i| t[(i, end)].powi(2)).sum::<f64>() / noise;
+        let kept = if evidence > as_f64(count) + EVIDENCE * (2.0 * as_f64(count)).sqrt() { end } else { told };
+        let mut solution: Vec<f64> = (0..kept).map(|i| t[(i, end)]).collect();
+        back_substitute(t.get(..kept, ..kept), &mut solution);
+        let lags = solution.split_off(told);
+        let number = |j: usize| chosen[told + j] - told;
+        let lags: Vec<Lag> =
+            lags.into_iter().enumerate().map(|(j, amplitude)| Lag { number: number(j), amplitude }).collect();
+        let errors = scaled_inverse(&t.get(told..kept, told..kept).to_owned(), noise.sqrt());
+        Self { told: solution, lags, errors }
+    }
+}
+
+/// s R^-1.
+fn scaled_inverse(r: &Mat<f64>, s: f64) -> Mat<f64> {
+    let mut inverse = Mat::zeros(r.nrows(), r.nrows());
+    for k in 0..r.nrows() {
+        let mut column = vec![0.0; r.nrows()];
+        column[k] = s;
+        back_substitute(r.as_ref(), &mut column);
+        column.into_iter().enumerate().for_each(|(i, value)| inverse[(i, k)] = value);
+    }
+    inverse
+}
+
+/// X with X X' = A^-1 (J' Omega J + s^2 P'P + J'L M L'J) A^-1, with A = J'J + P'P, P the penalty, which is taken as prior
+/// information, and M the mean square of the amplitudes of the lags.
+fn root(plain: &Mat<f64>, coloured: &Mat<f64>, penalty: &Mat<f64>, solution: &Generalised, deviation: f64) -> Mat<f64> {
+    let (told, lags) = (penalty.ncols(), solution.lags.len());
+    let amplitudes = |j: usize, k: usize| match k {
+        0 => solution.lags[j].amplitude,
+        _ => solution.errors[(j, k - 1)],
+    };
+    let extra = if lags == 0 { 0 } else { lags + 1 };
+    let of_lags = |i: usize, k: usize| -> f64 {
+        (0..lags).map(|j| plain[(i, told + solution.lags[j].number)] * amplitudes(j, k)).sum()
+    };
+    // R with R'R = A, and beside it Q'L times the root of M.
+    let r = triangle_of(Mat::from_fn(plain.nrows() + penalty.nrows(), told + extra, |i, j| {
+        match (i.checked_sub(plain.nrows()), j.checked_sub(told)) {
+            (Some(i), None) => penalty[(i, j)],
+            (Some(_), Some(_)) => 0.0,
+            (None, Some(k)) => of_lags(i, k),
+            (None, None) => plain[(i, j)],
+        }
+    }));
+    let noise = triangle_of(Mat::from_fn(coloured.nrows() + penalty.nrows(), told, |i, j| {
+        match i.checked_sub(coloured.nrows()) {
+            Some(i) => deviation * penalty[(i, j)],
+            None => coloured[(i, j)],
+        }
+    }));
+    let square = r.get(..told, ..told);
+    let mut x = Mat::zeros(told, told + extra);
+    for k in 0..told + extra {
+        let mut column: Vec<f64> = match k.checked_sub(told) {
+            None => (0..told).map(|i| noise[(k, i)]).collect(),
+            Some(k) => (0..told).map(|i| r[(i, told + k)]).collect(),
+        };
+        if k < told {
+            for i in 0..told {
+                let head: f64 = (0..i).map(|j| square[(j, i)] * column[j]).sum();
+                column[i] = (column[i] - head) / square[(i, i)];
+            }
+        }
+        back_substitute(square, &mut column);
+        column.into_iter().enumerate().for_each(|(i, value)| x[(i, k)] = value);
+    }
+    x
+}
