@@ -21,7 +21,7 @@ GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.
 RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python test-random lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
+.PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python bench-many soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -56,6 +56,11 @@ test-random: $(PACKAGE) ## the laws on many more examples: SEED=n repeats a run,
 	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
 		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features --no-fail-fast
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED)
+
+SEEDS ?= 200
+
+coverage: ## how often 95 % intervals of identified parameters hold the truth, over SEEDS records of every kind
+	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test coverage -- --nocapture
 
 lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, stubtest
 

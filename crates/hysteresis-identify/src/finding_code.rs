@@ -102,8 +102,8 @@ pub enum FindingCode {
     /// The gain between the hysteresis model and the output is not 1: the model is not that of this record, or the two
     /// were measured in other units. Value: the distance of the gain from 1; limit 0.05.
     GainNotOne,
-    /// The residuals are correlated in time: something is not modelled, and the standard errors, which assume white
-    /// noise, are too small. Value: the statistic of Ljung and Box over 20 lags; limit 51.6, five standard deviations
+    /// The residuals are correlated in time: the noise is coloured, or something is not modelled. The standard errors allow
+    /// for it. Value: the statistic of Ljung and Box over 20 lags; limit 51.6, five standard deviations
     /// beyond its mean for white noise.
     ResidualColoured,
 }

@@ -73,9 +73,8 @@ const PLAIN: Case = Case {
 
 /// All cases.
 fn cases() -> Vec<Case> {
-    let resonance = |name, dt, resonance, fits_dynamics| {
-        Case { name, dt, resonance: Some(resonance), fits_dynamics, ..PLAIN }
-    };
+    let resonance =
+        |name, dt, resonance, fits_dynamics| Case { name, dt, resonance: Some(resonance), fits_dynamics, ..PLAIN };
     vec![
         PLAIN,
         Case { name: "drift and hum", noise: Noise::DriftAndHum, ..PLAIN },
@@ -145,7 +144,8 @@ fn sample(case: &Case, seed: u64) -> Sample {
     let actuator = ModifiedPrandtlIshlinskii::from_ratios(&all, &THRESHOLDS, Ratios { ra, rb, rc }, offsets).unwrap();
     let input = drive(&mut random, seed, case.fits_dynamics);
     let dead_time = DEAD_TIME as f64;
-    let dynamics = case.resonance.map(|(frequency, damping)| Dynamics::from(SecondOrder::new(frequency, damping).unwrap()));
+    let dynamics =
+        case.resonance.map(|(frequency, damping)| Dynamics::from(SecondOrder::new(frequency, damping).unwrap()));
     let mut output = if case.creep || dynamics.is_some() {
         let behind = Behind { creep: case.creep.then(creep), dynamics, dead_time };
         stage_output(&actuator, &behind, case.dt, &input)
@@ -203,7 +203,8 @@ fn distances(case: &Case, sample: &Sample, found: &Identification) -> Vec<(&'sta
     all.push(("input offset", (input_offset(found) - sample.actuator.offsets().input) / errors.input_offset));
     if errors.lag > 0.0 {
         // Dynamics that were not found leave the held input to the dead time.
-        let held = if case.is_default && found.dynamics.is_none() && case.resonance.is_some() { 0.5 * case.dt } else { 0.0 };
+        let held =
+            if case.is_default && found.dynamics.is_none() && case.resonance.is_some() { 0.5 * case.dt } else { 0.0 };
         all.push(("lag", (found.lag - sample.lag - held) / errors.lag));
     }
     if let (Some(Dynamics::SecondOrder(dynamics)), Some((frequency, damping))) = (found.dynamics, case.resonance) {
@@ -217,8 +218,11 @@ fn distances(case: &Case, sample: &Sample, found: &Identification) -> Vec<(&'sta
     all
 }
 
-/// Shares of intervals that hold the truth, in percent, by kind and of all.
-fn table(case: &Case, seeds: u64) -> BTreeMap<&'static str, (f64, f64)> {
+/// The kinds of quantities, in the order of the table.
+const KINDS: [&str; 8] = ["all", "weights", "ratios", "input offset", "lag", "frequency", "damping", "creep"];
+
+/// How many intervals hold the truth, and how many there are, by kind.
+fn counts(case: &Case, seeds: u64) -> BTreeMap<&'static str, (f64, f64)> {
     let mut kinds: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
     for seed in 0..seeds {
         let sample = sample(case, seed);
@@ -227,32 +231,32 @@ fn table(case: &Case, seeds: u64) -> BTreeMap<&'static str, (f64, f64)> {
         for (kind, distance) in distances(case, &sample, &found) {
             for kind in [kind, "all"] {
                 let (inside, count) = kinds.entry(kind).or_default();
-                *inside += if distance.abs() <= 1.96 { 100.0 } else { 0.0 };
+                *inside += if distance.abs() <= 1.96 { 1.0 } else { 0.0 };
                 *count += 1.0;
             }
         }
     }
-    kinds.into_iter().map(|(kind, (inside, count))| (kind, (inside / count, count))).collect()
+    kinds
 }
 
-/// `COVERAGE_SEEDS` sets how many records every case has, `COVERAGE_CASE` picks cases by a part of their name.
+/// `COVERAGE_SEEDS` sets how many records every case has, `COVERAGE_CASE` picks cases by a part of their name. Without them
+/// there are a few records of the cases with given options, and the limits allow for chance: the intervals of one record depend on
+/// each other, so there are some 150 independent ones, whose share varies by 1.8 % (1 sigma).
 #[test]
 fn intervals_hold_the_truth() {
     let seeds = std::env::var("COVERAGE_SEEDS").ok().and_then(|seeds| seeds.parse().ok());
     let chosen = std::env::var("COVERAGE_CASE").unwrap_or_default();
     let (mut inside, mut count) = (0.0, 0.0);
-    for case in cases().iter().filter(|case| case.name.contains(&chosen)) {
-        if case.is_default && seeds.is_none() {
-            continue;
-        }
-        let table = table(case, seeds.unwrap_or(4));
-        let shares: Vec<_> = table.iter().map(|(kind, (share, _))| format!("{kind} {share:.0}")).collect();
-        println!("{:22} {}", case.name, shares.join("  "));
-        let (share, all) = table["all"];
-        inside += share * all;
-        count += all;
+    println!("| case | {} |", KINDS.join(" | "));
+    for case in cases().iter().filter(|case| case.name.contains(&chosen) && (seeds.is_some() || !case.is_default)) {
+        let counts = counts(case, seeds.unwrap_or(4));
+        let share =
+            |kind| counts.get(kind).map_or("-".to_owned(), |(inside, all)| format!("{:.0}", 100.0 * inside / all));
+        println!("| {} | {} |", case.name, KINDS.map(share).join(" | "));
+        inside += counts["all"].0;
+        count += counts["all"].1;
     }
-    let share = inside / count;
-    println!("all cases {share:.1} %");
-    assert!((88.0..99.5).contains(&share), "{share} %");
+    let share = 100.0 * inside / count;
+    println!("all cases: {share:.1} %");
+    assert!((90.0..99.0).contains(&share), "{share} %");
 }

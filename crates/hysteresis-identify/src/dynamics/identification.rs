@@ -49,7 +49,7 @@ pub struct DynamicsIdentification {
     pub output_offset: f64,
     /// The standard deviation of the noise, from the residuals, in the unit of the output.
     pub noise: f64,
-    /// Standard errors, for white noise: that of the gain is the one of `weights`.
+    /// Standard errors, also for coloured noise: that of the gain is the one of `weights`.
     pub standard_errors: StandardErrors,
     /// The covariance of everything that was estimated, by name.
     pub covariance: Covariance,
@@ -88,7 +88,7 @@ impl DynamicsIdentification {
 ///
 /// The sum of squared output errors over the fitted samples is minimised. Gain and offset enter linearly and are exact at
 /// every point; frequency, damping, dead time and creep go from the best minima of a grid, ten per cent apart in frequency,
-/// to bounded Gauss-Newton steps. Standard errors assume white noise; the [`Finding`]s in `warnings` tell what makes the
+/// to bounded Gauss-Newton steps. Standard errors allow for coloured noise; the [`Finding`]s in `warnings` tell what makes the
 /// numbers doubtful. A record that does not reach the resonance gives a finding, not an error: what the numbers are worth
 /// then is in their standard errors.
 ///

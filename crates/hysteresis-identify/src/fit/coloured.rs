@@ -18,6 +18,7 @@ use super::chain::Chain;
 use super::course::Course;
 use super::factor::{TriangularFactor, back_substitute, triangle_of};
 use super::lags::Lags;
+use super::point::Parameter;
 use super::projection::ProjectedFit;
 use super::root::Root;
 use super::space::Space;
@@ -74,7 +75,8 @@ impl ColouredFit<'_> {
             Some(j) if free[j] < self.fit.unknowns.len() => penalty[(i, free[j])],
             _ => 0.0,
         });
-        let x = root(&plain, &coloured, &penalty, &second, white.deviation);
+        let mut x = root(&plain, &coloured, &penalty, &second, white.deviation);
+        pass.count_delays(&second, &mut x);
         white.with(x)
     }
 }
@@ -216,6 +218,25 @@ impl<'a> Pass<'a> {
         along
     }
 
+    /// Lags of dynamics that the model lacks belong to its dead time, if that is searched: the lag of both is what it estimates.
+    fn count_delays(&self, solution: &Generalised, x: &mut Mat<f64>) {
+        let space = self.fit.space;
+        let Some(axis) = space.axes().iter().position(|axis| axis.parameter == Parameter::DeadTime) else { return };
+        let parameter = self.fit.fit.unknowns.len() + axis;
+        let Some(row) = self.free.iter().position(|free| *free == parameter).map(|place| self.own + place) else {
+            return;
+        };
+        let dt = space.intervals().smallest();
+        for k in self.told()..x.ncols() {
+            let delays = solution
+                .lags
+                .iter()
+                .enumerate()
+                .map(|(j, lag)| self.lags.delay(lag.number, dt) * solution.amplitude(j, k - self.told()));
+            x[(row, k)] -= delays.sum::<f64>();
+        }
+    }
+
     /// The triangle of the whitened rows, and that of the coloured ones.
     fn whitened_and_coloured(&self, models: &[Autoregression]) -> (Mat<f64>, Mat<f64>) {
         /// The filter has rung out where a row is this share of the largest.
@@ -290,6 +311,14 @@ impl Generalised {
         let errors = scaled_inverse(&t.get(told..kept, told..kept).to_owned(), noise.sqrt());
         Self { told: solution, lags, errors }
     }
+
+    /// The root of the mean square of the amplitudes: what was found, and then its errors.
+    fn amplitude(&self, j: usize, column: usize) -> f64 {
+        match column.checked_sub(1) {
+            None => self.lags[j].amplitude,
+            Some(error) => self.errors[(j, error)],
+        }
+    }
 }
 
 /// s R^-1.
@@ -308,13 +337,9 @@ fn scaled_inverse(r: &Mat<f64>, s: f64) -> Mat<f64> {
 /// information, and M the mean square of the amplitudes of the lags.
 fn root(plain: &Mat<f64>, coloured: &Mat<f64>, penalty: &Mat<f64>, solution: &Generalised, deviation: f64) -> Mat<f64> {
     let (told, lags) = (penalty.ncols(), solution.lags.len());
-    let amplitudes = |j: usize, k: usize| match k {
-        0 => solution.lags[j].amplitude,
-        _ => solution.errors[(j, k - 1)],
-    };
     let extra = if lags == 0 { 0 } else { lags + 1 };
     let of_lags = |i: usize, k: usize| -> f64 {
-        (0..lags).map(|j| plain[(i, told + solution.lags[j].number)] * amplitudes(j, k)).sum()
+        (0..lags).map(|j| plain[(i, told + solution.lags[j].number)] * solution.amplitude(j, k)).sum()
     };
     // R with R'R = A, and beside it Q'L times the root of M.
     let r = triangle_of(Mat::from_fn(plain.nrows() + penalty.nrows(), told + extra, |i, j| {

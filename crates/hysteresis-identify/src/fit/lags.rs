@@ -32,6 +32,12 @@ impl Lags {
         self.time_constants.len()
     }
 
+    /// How much later slow motion is seen per unit of the amplitude of a lag: dynamics delay it, creep does not count.
+    pub(crate) fn delay(&self, number: usize, dt: f64) -> f64 {
+        let tau = self.time_constants[number];
+        if tau < self.creep_from { -dt / (-dt / tau).exp_m1() } else { 0.0 }
+    }
+
     /// The lags of one record, at rest at the first value of its output.
     pub(crate) fn of_record(&self, rest: f64, dt: f64) -> LagLane<'_> {
         let shares = self.time_constants.iter().map(|tau| -(-dt / tau).exp_m1()).collect();
@@ -51,7 +57,8 @@ impl LagLane<'_> {
     /// Writes what the lags add at the next sample of the output, which goes on.
     pub(crate) fn next(&mut self, output: f64, row: &mut [f64]) {
         let h = output - self.rest;
-        for (((value, q), share), tau) in row.iter_mut().zip(&mut self.states).zip(&self.shares).zip(&self.lags.time_constants) {
+        let states = self.states.iter_mut().zip(&self.shares).zip(&self.lags.time_constants);
+        for (value, ((q, share), tau)) in row.iter_mut().zip(states) {
             *value = if *tau < self.lags.creep_from { *q - h } else { *q };
             *q += share * (h - *q);
         }
@@ -75,6 +82,7 @@ mod tests {
         lane.next(3.0, &mut row);
         assert!((row[0] + (-1.0_f64).exp()).abs() < 1e-12, "{row:?}");
         (0..10_000).for_each(|_| lane.next(3.0, &mut row));
+        assert!((lags.delay(0, 0.1) - 0.1 / (1.0 - (-1.0_f64).exp())).abs() < 1e-12 && lags.delay(2, 0.1) == 0.0);
         assert!(row[..2].iter().all(|q| q.abs() < 1e-9) && row[2..].iter().all(|q| (q - 1.0).abs() < 1e-9), "{row:?}");
     }
 }

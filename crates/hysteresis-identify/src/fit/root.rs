@@ -98,12 +98,13 @@ fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows:
     };
     let above = linearised.own_rows();
     let own = above.nrows();
-    let whole = Mat::from_fn(own + free.len(), own + free.len(), |i, j| match (i.checked_sub(own), j.checked_sub(own)) {
-        (None, None) => above[(i, j)],
-        (None, Some(j)) => above[(i, own + free[j])],
-        (Some(i), Some(j)) => r[(i, j)],
-        (Some(_), None) => 0.0,
-    });
+    let whole =
+        Mat::from_fn(own + free.len(), own + free.len(), |i, j| match (i.checked_sub(own), j.checked_sub(own)) {
+            (None, None) => above[(i, j)],
+            (None, Some(j)) => above[(i, own + free[j])],
+            (Some(i), Some(j)) => r[(i, j)],
+            (Some(_), None) => 0.0,
+        });
     let estimated = free.len() + fit.output_offsets.len() + fit.underway.iter().filter(|d| **d != 0.0).count();
     let s = (fit.squares / as_f64(rows.saturating_sub(estimated).max(1))).sqrt();
     let mut x = Mat::zeros(whole.nrows(), whole.nrows());

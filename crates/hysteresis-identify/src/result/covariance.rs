@@ -22,12 +22,7 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    pub(crate) fn new(
-        fit: &ProjectedFit,
-        root: &Root,
-        basis: &WeightBasis,
-        space: &Space,
-    ) -> Self {
+    pub(crate) fn new(fit: &ProjectedFit, root: &Root, basis: &WeightBasis, space: &Space) -> Self {
         let gradients = Gradients { fit, basis, space };
         let mut names = Vec::new();
         let mut roots: Vec<Vec<f64>> = Vec::new();

@@ -131,8 +131,8 @@ impl Identification {
     /// covariance of everything that was fitted, linearised at the fit.
     ///
     /// It tells how far the prediction may be from what the true parameters would predict; the noise of a measurement
-    /// comes on top. Like the [`standard_errors`](Self::standard_errors) it takes the errors of successive samples for
-    /// independent and the model for true. What was given, and what lies at a bound (a weight of zero, a ratio at its
+    /// comes on top. Like the [`standard_errors`](Self::standard_errors) it allows for residuals that are correlated
+    /// in time. What was given, and what lies at a bound (a weight of zero, a ratio at its
     /// limit), counts as known. So does what the records do not tell at all: where the input goes further than they
     /// did, the truth may be further away.
     ///

@@ -6,11 +6,16 @@ use crate::fit::root::Root;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 
-/// Standard errors of what was identified: the square roots of the diagonal of s^2 (J'J)^-1, from the fit linearised in
-/// weights and searched parameters together, s^2 the mean square error per degree of freedom.
+/// Standard errors of what was identified: the square roots of the diagonal of (J'J)^-1 S (J'J)^-1, from the fit linearised in
+/// weights and searched parameters together, J the derivatives of the output.
 ///
-/// They take the errors of successive samples for independent and the model for true: where the residuals follow the
-/// input, the truth may be several of them away. Zero for what was given. NaN for what lies at a bound (a weight of
+/// S is s^2 J'J for white residuals, s^2 the mean square error per degree of freedom. For others it is J' Omega J, with Omega the
+/// covariance of an autoregressive process with the spectrum of the residuals. Where these follow lags of the modelled output, as
+/// left-out creep and dynamics make them, S also has (J'd)(J'd)', with d what those lags add. The errors of a dead time count
+/// the lag of left-out dynamics as part of it. What else follows the input and is not in the model, such as a bend of the whole
+/// curve, is taken for noise: the truth may be several errors away then.
+///
+/// Zero for what was given. NaN for what lies at a bound (a weight of
 /// zero, a ratio at its limit): it has no such error, and the others are those of the fit with it held there; and NaN
 /// for a parameter that the data do not tell.
 #[derive(Clone, Debug, Default)]

@@ -22,7 +22,8 @@ use crate::model::object::compiled_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
-/// Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
+/// Standard deviations allow for coloured noise and for lags that are not in the model (docs/standard_errors.md); `warnings`
+/// tells what makes the numbers doubtful, by these codes:
 ///
 /// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
 ///   domain, or a plain dead time fits as well up to what noise may pretend: the record does not tell the dynamics, and
@@ -34,8 +35,8 @@ use crate::model::object::compiled_of;
 ///   later.
 /// - "creep_undetermined": the standard deviation of the creep exceeds half of it.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
-/// - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
-///   are too small.
+/// - "residual_coloured": what is left is correlated in time: the noise is coloured, or something is not modelled. The
+///   standard deviations allow for it.
 #[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct DynamicsIdentification {
     pub(crate) found: identification::DynamicsIdentification,

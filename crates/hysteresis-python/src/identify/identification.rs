@@ -161,7 +161,8 @@ result_methods!(Identification {
 
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
     ///
-    /// From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+    /// From the fit linearised in weights and searched parameters together. They allow for residuals that are correlated in
+    /// time, and for creep and dynamics that are not in the model (docs/standard_errors.md).
     /// With smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty says.
     #[getter]
     fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -272,8 +273,8 @@ result_methods!(Identification {
     /// time. `u` is sampled every `dt` seconds, by default like the first record.
     ///
     /// With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
-    /// the covariance of all that was fitted, linearised at the fit, with the errors
-    /// of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+    /// the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
+    /// like the standard errors. It tells how far the prediction may be from
     /// that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
     /// weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
     /// the inputs that they reach, the truth may be further away: a UserWarning says so.
