@@ -49,6 +49,7 @@ enum Noise {
 }
 
 /// A kind of record, and what is fitted to it.
+#[expect(clippy::struct_excessive_bools, reason = "what is there, and what is fitted")]
 struct Case {
     name: &'static str,
     noise: Noise,
@@ -135,7 +136,7 @@ fn drive(random: &mut Random, seed: u64, steps: bool) -> Vec<f64> {
 
 fn sample(case: &Case, seed: u64) -> Sample {
     /// The dead time in samples.
-    const DEAD_TIME: usize = 2;
+    const DEAD_TIME: u8 = 2;
     let mut random = Random::new(seed);
     let mut all = vec![0.2];
     all.extend((1..6).map(|_| random.between(0.3, 1.0) * 0.05));
@@ -143,7 +144,7 @@ fn sample(case: &Case, seed: u64) -> Sample {
     let offsets = Offsets { input: random.between(-3.0, 3.0), output: 3.0 };
     let actuator = ModifiedPrandtlIshlinskii::from_ratios(&all, &THRESHOLDS, Ratios { ra, rb, rc }, offsets).unwrap();
     let input = drive(&mut random, seed, case.fits_dynamics);
-    let dead_time = DEAD_TIME as f64;
+    let dead_time = f64::from(DEAD_TIME);
     let dynamics =
         case.resonance.map(|(frequency, damping)| Dynamics::from(SecondOrder::new(frequency, damping).unwrap()));
     let mut output = if case.creep || dynamics.is_some() {
@@ -153,18 +154,18 @@ fn sample(case: &Case, seed: u64) -> Sample {
         output(&actuator, &input, dead_time)
     };
     if case.creep && dynamics.is_none() {
-        output = (0..output.len()).map(|k| output[k.saturating_sub(DEAD_TIME)]).collect();
+        output = (0..output.len()).map(|k| output[k.saturating_sub(usize::from(DEAD_TIME))]).collect();
     }
     let held = if case.fits_dynamics { 0.0 } else { 0.5 * case.dt };
     let lag = case.resonance.map_or(0.0, |(frequency, damping)| 2.0 * damping / (TAU * frequency) + held);
     let phase = random.between(0.0, TAU);
     let mut drift = 0.0;
-    for (k, y) in output.iter_mut().enumerate() {
+    for (k, y) in (0_u32..).zip(&mut output) {
         drift = 0.95 * drift + 0.2 * random.normal();
         *y += NOISE
             * match case.noise {
                 Noise::White => random.normal(),
-                Noise::DriftAndHum => 0.5 * random.normal() + drift + (TAU * 0.05 * k as f64 + phase).sin(),
+                Noise::DriftAndHum => 0.5 * random.normal() + drift + (TAU * 0.05 * f64::from(k) + phase).sin(),
             };
     }
     Sample { actuator, input, output, lag: lag + dead_time * case.dt }

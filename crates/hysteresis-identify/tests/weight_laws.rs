@@ -168,7 +168,11 @@ fn held_out_records_are_judged_with_an_offset() {
 #[test]
 fn standard_errors_of_what_is_linear_are_those_of_regression() {
     // Two operators and an offset by hand: s^2 (J'J)^-1 from the normal equations.
-    let (input, output) = noisy(2_000, 0.01);
+    let input = noisy(2_000, 0.01).0;
+    let true_model =
+        ModifiedPrandtlIshlinskii::from_ratios(&[0.01, 0.004], &[0.0, 100.0], Ratios::PAPER, Offsets::default());
+    let mut output = common::output(&true_model.unwrap(), &input, 0.0);
+    output.iter_mut().zip(common::noise(2_000, 0.01, 5)).for_each(|(y, e)| *y += e);
     let thresholds = Thresholds::Given(vec![0.0, 100.0]);
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &Options { thresholds, ..known() }).unwrap();
     let one = |weights: [f64; 2]| {

@@ -5,7 +5,7 @@ const RATIO: f64 = 3.162_277_660_168_379_5;
 
 /// From here on a lag is creep, which comes on top of the output at once; a shorter one is of dynamics, which have unit static
 /// gain. In sampling intervals.
-const CREEP_SAMPLES: f64 = 10.0;
+const CREEP_SAMPLES: f64 = 30.0;
 
 /// Time constants from one sample to the length of the longest record, in its unit of time.
 ///
@@ -78,11 +78,11 @@ mod tests {
         lane.next(2.0, &mut row);
         assert_eq!(row, [0.0; 6]);
         lane.next(3.0, &mut row);
-        assert_eq!(row, [-1.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(row, [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]);
         lane.next(3.0, &mut row);
         assert!((row[0] + (-1.0_f64).exp()).abs() < 1e-12, "{row:?}");
         (0..10_000).for_each(|_| lane.next(3.0, &mut row));
-        assert!((lags.delay(0, 0.1) - 0.1 / (1.0 - (-1.0_f64).exp())).abs() < 1e-12 && lags.delay(2, 0.1) == 0.0);
-        assert!(row[..2].iter().all(|q| q.abs() < 1e-9) && row[2..].iter().all(|q| (q - 1.0).abs() < 1e-9), "{row:?}");
+        assert!((lags.delay(0, 0.1) - 0.1 / (1.0 - (-1.0_f64).exp())).abs() < 1e-12 && lags.delay(3, 0.1) == 0.0);
+        assert!(row[..3].iter().all(|q| q.abs() < 1e-9) && row[3..].iter().all(|q| (q - 1.0).abs() < 1e-9), "{row:?}");
     }
 }
