@@ -173,8 +173,9 @@ pub(crate) fn model(
     fit: &ProjectedFit,
     chain: &Chain,
 ) -> Result<Model, Error> {
-    let crept: f64 = chain.linear.amplitudes.iter().sum();
-    let output = fit.output_offsets[0] / (1.0 + crept);
+    // An output map has the output offset.
+    let has_offset = chain.operators.output_map.is_none();
+    let output = if has_offset { chain.rest_of(fit.output_offsets[0]) } else { 0.0 };
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
     let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output };
     Ok(match (options.model, basis.families(&fit.weights)) {

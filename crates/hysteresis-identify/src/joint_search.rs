@@ -74,7 +74,8 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        monitor.begin(Span { from: 0.6, to: 0.7 });
+        let found = self.with_amplifier_if_told(found, monitor)?;
+        monitor.begin(Span { from: 0.66, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
         if self.is_open {
@@ -90,6 +91,25 @@ impl JointSearch<'_> {
             linear.dead_time_error = None;
         }
         Ok(simple.fit)
+    }
+
+    /// The fit, or that with an amplifier in front of the hysteresis if the records tell one.
+    fn with_amplifier_if_told(
+        &self,
+        found: JointFit,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        if found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
+            return Ok(found);
+        }
+        monitor.begin(Span { from: 0.6, to: 0.66 });
+        let with = self.problem.with_amplifier(&found, monitor)?;
+        let evidence = (found.fit.squares - with.fit.squares) / self.noise(&with);
+        eprintln!("AMP {} dead {} -> {} bw {} evidence {} needed {}", evidence, found.dead_time_samples(), with.dead_time_samples(), with.fit.point.get(Parameter::LogBandwidth).exp(), evidence, self.needed_evidence(&with));
+        if evidence >= self.needed_evidence(&with) {
+            return Ok(with);
+        }
+        Ok(found)
     }
 
     /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what

@@ -8,10 +8,11 @@ use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
 use crate::fit::space::Space;
-use crate::fit::structure::{Structure, StructureProblem, is_open, with_creep_amplitudes};
+use crate::fit::maps::{MapProblem, Place};
+use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
-use crate::options::{DynamicsModel, Options};
+use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
 /// The fit, and how it was found.
@@ -122,10 +123,14 @@ fn with_structure(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let JointFit { space, fit, .. } = &found.fit;
-    let structure = StructureProblem { records, asked, space, point: &fit.point }.choose()?;
+    monitor.within(0, 2);
+    let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
+    let maps = MapProblem { records, options: &found.options, basis: &found.basis, smoothness: usual };
+    let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;
+    let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;
-    let mut point = fit.point;
+    let mut point = point;
     if asked.creep == CreepModel::Auto {
         point = with_creep_amplitudes(&point, &space, structure.creep);
         space = space.with_creep_amplitudes(structure.creep);
@@ -134,7 +139,7 @@ fn with_structure(
     let basis = WeightBasis::new(&options, space.shift_len());
     let smoothness = structure.smoothness;
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
-    monitor.within(0, 1);
+    monitor.within(1, 2);
     let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => {
             (problem.at(&space, &monitor.kept().unwrap_or(point))?, true)

@@ -56,7 +56,7 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     };
     Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let operators = OperatorsAt { bank, input_offset: offsets.input, shift: None };
+    let operators = OperatorsAt::alone(bank, offsets.input);
     let linear = LinearPart::delay(dead_time);
     let found = findings(
         records,

@@ -1,10 +1,13 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
+mod amplifier;
 pub(crate) mod bounded;
 pub(crate) mod chain;
 pub(crate) mod choice;
 pub(crate) mod course;
+pub(crate) mod curve;
 pub(crate) mod dead_time;
+pub(crate) mod drive_path;
 pub(crate) mod factor;
 pub(crate) mod folds;
 pub(crate) mod gradients;
@@ -12,6 +15,7 @@ pub(crate) mod intervals;
 pub(crate) mod joint;
 mod lanes;
 pub(crate) mod linear_part;
+pub(crate) mod maps;
 pub(crate) mod monitor;
 pub(crate) mod own_columns;
 mod placement;

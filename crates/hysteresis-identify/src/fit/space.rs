@@ -5,6 +5,8 @@ use std::sync::Arc;
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
+use super::curve::{COEFFICIENTS, Curve};
+use super::drive_path::DrivePath;
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
 use super::own_columns::OwnColumns;
@@ -47,6 +49,13 @@ const MIN_CYCLES_PER_RECORD: f64 = 1.0;
 /// log-type creep.
 const MAX_AMPLITUDE: f64 = 1.0;
 
+/// Between what the coefficients of a map are searched: slopes from e^-4 to e^4 of the mean one at the ends.
+const COEFFICIENT_BOUND: f64 = 2.0;
+
+/// The highest bandwidth of an amplifier that is searched, in cycles per sample of the fastest record: its lag is a twelfth of a
+/// sample.
+const MAX_BANDWIDTH_CYCLES: f64 = 2.0;
+
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
 
@@ -60,12 +69,22 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    has_amplifier: bool,
+    has_input_map: bool,
+    output_map: Option<OutputMap>,
     own: Arc<OwnColumns>,
     underway: CreepBasis,
     axes: Vec<Axis>,
     origin: Point,
     /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
     unread: usize,
+}
+
+/// Where an output map is searched, and the weight of every operator about whose output it is linear until others are known.
+#[derive(Clone)]
+pub(crate) struct OutputMap {
+    pub(crate) bounds: (f64, f64),
+    pub(crate) reference: Arc<[f64]>,
 }
 
 impl Space {
@@ -128,6 +147,9 @@ impl Space {
             creep,
             intervals,
             shift,
+            has_amplifier: false,
+            has_input_map: false,
+            output_map: None,
             axes,
             origin,
             unread: if searches_negative { 2 } else { 0 },
@@ -144,6 +166,32 @@ impl Space {
     pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
         let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with an amplifier whose bandwidth is searched.
+    pub(crate) fn with_amplifier(&self) -> Self {
+        let lower = MIN_CYCLES_PER_RECORD / self.intervals.longest_record();
+        let upper = MAX_BANDWIDTH_CYCLES / self.intervals.smallest();
+        let parameter = Parameter::LogBandwidth;
+        let axis = Axis { parameter, lower: lower.ln(), upper: upper.ln(), scale: 1.0 };
+        Self { has_amplifier: true, ..self.with_axes([axis]) }
+    }
+
+    /// The same with an input map that is searched.
+    pub(crate) fn with_input_map(&self) -> Self {
+        Self { has_input_map: true, ..self.with_axes(coefficients().map(|i| coefficient(Parameter::InputMap(i)))) }
+    }
+
+    /// The same with an output map that is searched.
+    pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
+        let axes = coefficients().map(|i| coefficient(Parameter::OutputMap(i)));
+        Self { output_map: Some(map), ..self.with_axes(axes) }
+    }
+
+    fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
+        let mut space = self.clone();
+        space.axes.extend(more);
+        space
     }
 
     /// The same with the first amplitudes of creep alone.
@@ -246,8 +294,24 @@ impl Space {
 
     /// The operators at a point.
     pub(crate) fn operators(&self, point: &Point) -> OperatorsAt {
-        let bank = OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point));
-        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset), shift: self.shift.clone() }
+        let curve = |bounds, parameter: fn(usize) -> Parameter| {
+            Curve::new(bounds, core::array::from_fn(|number| point.get(parameter(number))))
+        };
+        OperatorsAt {
+            bank: OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point)),
+            input_offset: point.get(Parameter::InputOffset),
+            path: DrivePath {
+                bandwidth: self.bandwidth(point),
+                map: self.has_input_map.then(|| curve(self.placement.bounds(), Parameter::InputMap)),
+            },
+            output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
+            shift: self.shift.clone(),
+        }
+    }
+
+    /// Of the amplifier, if there is one.
+    fn bandwidth(&self, point: &Point) -> Option<f64> {
+        self.has_amplifier.then(|| point.get(Parameter::LogBandwidth).exp())
     }
 
     /// What follows the operators at a point.
@@ -263,6 +327,7 @@ impl Space {
             amplitudes: self.creep.amplitudes(|number| point.get(Parameter::Creep(number))),
             time_constants: self.creep.time_constants.clone(),
             dead_time: point.get(Parameter::DeadTime),
+            bandwidth: self.bandwidth(point),
         }
     }
 
@@ -271,6 +336,9 @@ impl Space {
         let slope = |(parameter, neighbour, distance): (Parameter, Point, f64)| match parameter {
             Parameter::DeadTime => Slope::DeadTime,
             Parameter::LogFrequency | Parameter::LogDamping => Slope::Dynamics(self.linear_part(&neighbour), distance),
+            Parameter::LogBandwidth => {
+                Slope::Amplifier(self.operators(&neighbour), self.linear_part(&neighbour), distance)
+            }
             Parameter::Creep(number) => Slope::Creep(self.creep.directions[number].clone()),
             _ => Slope::Operators(self.operators(&neighbour), distance),
         };
@@ -279,9 +347,16 @@ impl Space {
             operators: self.operators(point),
             linear: self.linear_part(point),
             columns,
-            weights: weights.unwrap_or(&[]).to_vec(),
+            weights: weights.map_or_else(|| self.reference(columns), <[f64]>::to_vec),
             slopes,
         }
+    }
+
+    /// Weights about whose output an output map is linear, one for each column; none without such a map.
+    fn reference(&self, columns: usize) -> Vec<f64> {
+        let Some(map) = &self.output_map else { return Vec::new() };
+        let weights = map.reference.iter().cycle().take(columns - self.shift_len());
+        weights.copied().chain((0..self.shift_len()).map(|_| 0.0)).collect()
     }
 
     /// The point moved by `step` along the axes, each within its bounds.
@@ -350,7 +425,14 @@ impl Space {
     }
 }
 
-/// Frequency, damping and amplitudes of creep.
+fn coefficients() -> core::ops::Range<usize> {
+    0..COEFFICIENTS
+}
+
+fn coefficient(parameter: Parameter) -> Axis {
+    Axis { parameter, lower: -COEFFICIENT_BOUND, upper: COEFFICIENT_BOUND, scale: 1.0 }
+}
+
 /// The columns of a loop shift, limited to what the records have; none without seconds.
 fn shift_columns(
     records: &[Record<'_>],
@@ -366,6 +448,7 @@ fn shift_columns(
     Ok(columns.map(|columns| columns.limited_by(inputs)))
 }
 
+/// Frequency, damping and amplitudes of creep.
 fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
     let mut axes = Vec::new();
     if dynamics.is_some() {

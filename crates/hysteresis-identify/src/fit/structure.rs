@@ -18,7 +18,7 @@ const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::
 
 /// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
 /// a term leaves.
-const USUAL_SMOOTHNESS: f64 = 1e-3;
+pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
 
 /// How smooth the weights are where all loops are alike.
 const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;

@@ -89,7 +89,7 @@ impl Identification {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),
             columns: basis.columns(),
-            weights: Vec::new(),
+            weights: self.chain.weights.clone(),
             slopes: Vec::new(),
         };
         let intervals: Vec<f64> = records.iter().map(interval).collect();
