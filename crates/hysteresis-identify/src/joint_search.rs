@@ -1,5 +1,6 @@
 //! The search for hysteresis and linear part together, from the hysteresis alone.
 
+use crate::amplifier_model::AmplifierModel;
 use crate::colour::Colour;
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -94,22 +95,24 @@ impl JointSearch<'_> {
     }
 
     /// The fit, or that with an amplifier in front of the hysteresis if the records tell one.
-    fn with_amplifier_if_told(
-        &self,
-        found: JointFit,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<JointFit, Error> {
-        if found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
+    fn with_amplifier_if_told(&self, found: JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        let is_open = self.problem.options.amplifier == AmplifierModel::Auto;
+        if !is_open || found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
             return Ok(found);
         }
         monitor.begin(Span { from: 0.6, to: 0.66 });
         let with = self.problem.with_amplifier(&found, monitor)?;
         let evidence = (found.fit.squares - with.fit.squares) / self.noise(&with);
-        eprintln!("AMP {} dead {} -> {} bw {} evidence {} needed {}", evidence, found.dead_time_samples(), with.dead_time_samples(), with.fit.point.get(Parameter::LogBandwidth).exp(), evidence, self.needed_evidence(&with));
-        if evidence >= self.needed_evidence(&with) {
-            return Ok(with);
-        }
-        Ok(found)
+        eprintln!(
+            "AMP {} dead {} -> {} bw {} evidence {} needed {}",
+            evidence,
+            found.dead_time_samples(),
+            with.dead_time_samples(),
+            with.fit.point.get(Parameter::LogBandwidth).exp(),
+            evidence,
+            self.needed_evidence(&with)
+        );
+        Ok(if evidence >= self.needed_evidence(&with) { with } else { found })
     }
 
     /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what

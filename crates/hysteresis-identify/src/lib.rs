@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+mod amplifier_model;
 mod colour;
 mod creep_model;
 mod diagnostics;
@@ -23,6 +24,7 @@ mod joint_findings;
 mod joint_search;
 mod loop_shift_model;
 mod many;
+mod map_model;
 mod numeric;
 mod options;
 mod record;
@@ -34,6 +36,7 @@ mod search;
 mod signal;
 mod turned_sign;
 
+pub use amplifier_model::AmplifierModel;
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
 pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
@@ -44,6 +47,7 @@ pub use fit::{CrossValidation, Progress, SearchStage, Stop};
 pub use identify::identify;
 pub use loop_shift_model::LoopShiftModel;
 pub use many::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords, identify_many, settled_options};
+pub use map_model::MapModel;
 pub use options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};

@@ -4,11 +4,12 @@ use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::choice::{OperatorChoice, choose_operators, levels};
 use crate::fit::folds::CrossValidation;
+use crate::fit::intervals::Intervals;
 use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::maps::{MapProblem, Place};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
 use crate::fit::space::Space;
-use crate::fit::maps::{MapProblem, Place};
 use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
@@ -35,7 +36,7 @@ pub(crate) fn search_all(
     asked: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let all = asked.with_open_terms();
+    let all = asked.with_open_terms(&Intervals::of(records, asked)?);
     let (is_joint, chooses) = (all.is_joint(), is_open(asked));
     monitor.begin(Span {
         from: 0.0,
@@ -125,7 +126,7 @@ fn with_structure(
     let JointFit { space, fit, .. } = &found.fit;
     monitor.within(0, 2);
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let maps = MapProblem { records, options: &found.options, basis: &found.basis, smoothness: usual };
+    let maps = MapProblem { records, asked, options: &found.options, basis: &found.basis, smoothness: usual };
     let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;
     let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };

@@ -11,10 +11,10 @@ use super::space::Space;
 use crate::error::Error;
 
 /// How much of the dead time, a sample more and a tenth of a sample the lag of the amplifier may be at the start.
-const SHARES: [f64; 4] = [0.15, 0.4, 0.7, 1.0];
+const SHARES: [f64; 3] = [0.2, 0.6, 0.95];
 
 /// How many passes over the records a start may take before the best of them goes on.
-const PASSES: usize = 8;
+const PASSES: usize = 6;
 
 impl JointProblem<'_> {
     /// The best fit with an amplifier in front of the hysteresis, from a point near by.
@@ -37,9 +37,8 @@ impl JointProblem<'_> {
 
 /// Points whose dead time and amplifier together have the dead time of a point.
 fn starts(space: &Space, point: &Point) -> Vec<Point> {
-    let within = |parameter, value: f64| {
-        space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper))
-    };
+    let within =
+        |parameter, value: f64| space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper));
     let dead_time = point.get(Parameter::DeadTime);
     let most = dead_time + 0.1 * space.intervals().smallest();
     let start = |share: f64| {

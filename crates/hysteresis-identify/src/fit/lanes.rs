@@ -1,4 +1,5 @@
 //! Creep and dynamics for many signals at once: arrays, so that the compiler works on several signals at a time.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use super::linear_part::{SampledAmplifier, SampledDynamics, SampledPart};
 
@@ -29,6 +30,7 @@ impl CreepLanes {
     }
 
     /// Takes h(k) of every lane and returns p(k) = h(k) + sum_j c_j q_j(k).
+    #[inline(always)]
     pub(crate) fn put_out(&mut self, h: &[f64]) -> &[f64] {
         let n = self.lanes;
         let (h, p) = (&h[..n], &mut self.p[..n]);
@@ -78,6 +80,7 @@ impl DynamicLanes {
     }
 
     /// Puts out p(k) of every lane.
+    #[inline(always)]
     pub(crate) fn put_out(&mut self, p: &[f64]) {
         if self.is_at_rest {
             self.before.copy_from_slice(p);
@@ -102,6 +105,7 @@ impl DynamicLanes {
 
     /// Behind an amplifier the input goes from the last p to this one by the end of the interval. The lanes hold where it would
     /// go, and of the state what does not decay with it.
+    #[inline(always)]
     fn lead(&mut self, p: &[f64], amplifier: &SampledAmplifier) {
         let Some(e) = self.dynamics.as_ref().map(|dynamics| dynamics.step) else { return };
         let ([x, speed], n) = (amplifier.start, p.len());
@@ -159,9 +163,7 @@ impl DynamicLanes {
     /// The derivative of a reading by the dead time, for a sampling interval `dt`.
     pub(crate) fn slope_over_dead_time(&self, lane: usize, dt: f64) -> f64 {
         match &self.dynamics {
-            Some(dynamics) => {
-                -dynamics.speed(self.deviation[lane], self.v[lane], self.decaying(dynamics, lane))
-            }
+            Some(dynamics) => -dynamics.speed(self.deviation[lane], self.v[lane], self.decaying(dynamics, lane)),
             None => (self.before[lane] - self.p[lane]) / dt,
         }
     }
@@ -192,8 +194,13 @@ mod tests {
         ];
         for dynamics in all {
             for dead_time in [0.0, 0.3e-4, 1e-4, 2.65e-4] {
-                let part =
-                    LinearPart { dynamics, amplitudes: vec![0.02, 0.1], time_constants: vec![4e-4, 3e-3], dead_time, bandwidth: None };
+                let part = LinearPart {
+                    dynamics,
+                    amplitudes: vec![0.02, 0.1],
+                    time_constants: vec![4e-4, 3e-3],
+                    dead_time,
+                    bandwidth: None,
+                };
                 let linear = dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
                 let mut block = linear.with_dead_time(dead_time).unwrap().block(dt).unwrap();
                 let mut q = [signal()[0]; 2];

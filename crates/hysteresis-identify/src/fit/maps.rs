@@ -13,11 +13,12 @@ use super::space::{OutputMap, Space};
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
 use crate::options::Options;
 use crate::record::Record;
 
 /// How many passes over the records a map may take to find its shape.
-const PASSES: usize = 15;
+const PASSES: usize = 8;
 
 /// Where a fit is, and what is fitted there.
 #[derive(Clone)]
@@ -29,45 +30,70 @@ pub(crate) struct Place {
 /// Records, and what is known before maps are searched.
 pub(crate) struct MapProblem<'a> {
     pub(crate) records: &'a [Record<'a>],
+    /// What was asked for.
+    pub(crate) asked: &'a Options,
+    /// What was fitted.
     pub(crate) options: &'a Options,
     pub(crate) basis: &'a WeightBasis,
     pub(crate) smoothness: f64,
 }
 
 impl MapProblem<'_> {
-    /// The best place without a map, with an input map or with an output map, as cross-validation asks for.
+    /// The best place with the maps that were asked for, or as cross-validation asks for them: the one without a map unless
+    /// another predicts better, and then the one that predicts best.
     pub(crate) fn choose(
         &self,
         found: &Place,
         fit: &ProjectedFit,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Place, Error> {
-        let spaces = [
-            found.space.clone(),
-            found.space.with_output_map(self.output_map(found, fit)),
-            found.space.with_input_map(),
-        ];
+        let mut spaces = self.spaces(found, fit);
+        if let [_] = spaces[..] {
+            return Ok(Place { space: spaces.swap_remove(0), point: found.point });
+        }
         let (mut places, mut tried) = (Vec::new(), Vec::new());
+        let (whole, count) = (Span { from: 0.0, to: 0.6 }, spaces.len());
         for (number, space) in spaces.into_iter().enumerate() {
-            let span = Span { from: 0.0, to: 0.5 };
-            let span = Span { from: span.at(number, 3), to: span.at(number + 1, 3) };
-            let levels = levels(self.records, &space, self.basis, self.smoothness, true)?;
-            let fit = attempt(&levels[levels.len() - 1], self.basis, &found.point, PASSES, span, monitor)?;
-            let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
-            let terms = Terms {
-                creep: space.creep_amplitudes(),
-                loop_shift: LoopShiftModel::Auto,
-                smoothness: self.smoothness,
-            };
-            tried.push(stretches.under(self.options, self.basis).cross_validate(&terms));
-            eprintln!("MAP {number} cv {} fit {}", tried[number].rmse, levels[levels.len()-1].rmse(fit.squares));
-            drop(levels);
-            places.push(Place { space, point: fit.point });
+            let span = Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
+            let (place, validation) = self.candidate(space, &found.point, span, monitor)?;
+            tried.push(validation);
+            places.push(place);
         }
         let good: Vec<usize> = CrossValidation::good(&tried, 1.0).collect();
         let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
         let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
         Ok(places.swap_remove(best.unwrap_or(0)))
+    }
+
+    /// The candidates, the one of the fewest maps first.
+    fn spaces(&self, found: &Place, fit: &ProjectedFit) -> Vec<Space> {
+        let Options { input_map, output_map, .. } = self.asked;
+        let with = |(has_input, has_output): (bool, bool)| {
+            let space = if has_input { found.space.with_input_map() } else { found.space.clone() };
+            if has_output { space.with_output_map(self.output_map(found, fit)) } else { space }
+        };
+        let given = (*input_map == MapModel::Smooth, *output_map == MapModel::Smooth);
+        let output = (*output_map == MapModel::Auto).then_some((given.0, true));
+        let input = (*input_map == MapModel::Auto).then_some((true, given.1));
+        [Some(given), output, input].into_iter().flatten().map(with).collect()
+    }
+
+    /// Where a space leads from a point, and how it predicts.
+    fn candidate(
+        &self,
+        space: Space,
+        start: &Point,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<(Place, CrossValidation), Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, true)?;
+        let projection = &levels[levels.len() - 1];
+        let fit = attempt(projection, self.basis, start, PASSES, span, monitor)?;
+        let creep = space.creep_amplitudes();
+        let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
+        let validation = Stretches::new(projection, &fit).under(self.options, self.basis).cross_validate(&terms);
+        drop(levels);
+        Ok((Place { space, point: fit.point }, validation))
     }
 
     /// An output map over what the hysteresis puts out.

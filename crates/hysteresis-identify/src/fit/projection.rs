@@ -378,9 +378,8 @@ mod tests {
             records.iter().zip(&fit.output_offsets).map(of_record).sum::<f64>()
         };
         // An output map is linear about the last weights: a few times the best ones are those of the whole.
-        let settled = (0..30).fold(projection.fit(&point, None), |fit, _| {
-            projection.linearise(&point, &fit.weights, Some(&fit)).0
-        });
+        let settled = (0..30)
+            .fold(projection.fit(&point, None), |fit, _| projection.linearise(&point, &fit.weights, Some(&fit)).0);
         let fit = projection.linearise(&point, &settled.weights, None).0;
         assert!((fit.squares - squares(&fit, &point)).abs() < 1e-10 * fit.squares);
         let (again, linearised) = projection.linearise(&point, &fit.weights, None);

@@ -1,4 +1,5 @@
 //! The regressor: one row of operator outputs per sample, made on the fly.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
@@ -57,6 +58,7 @@ impl OperatorBank {
     }
 
     /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.
+    #[inline(always)]
     fn next(&self, last: &[f64], x: f64, z: &mut [f64]) {
         let n = z.len();
         let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
@@ -156,6 +158,7 @@ impl<'a> Regressor<'a> {
     /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
     /// round, the operators see only those on the way, and the two that the row is made of; a loop shift and an amplifier need
     /// all.
+    #[inline(always)]
     pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
         let last = sample.saturating_sub(self.whole);
         let turns = turns.filter(|_| self.shift.is_none() && self.path.keeps_turns());
@@ -192,6 +195,7 @@ impl<'a> Regressor<'a> {
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
     /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
+    #[inline(always)]
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
         let (row, shifts) = row.split_at_mut(row.len() - self.shift_len());
@@ -231,6 +235,7 @@ impl<'a> Regressor<'a> {
 
     /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift: their
     /// sum behind the output map, and the shift.
+    #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
         let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
@@ -261,7 +266,7 @@ impl<'a> Regressor<'a> {
 
     /// The weighed sum of a value of every operator: first all terms, then their sum, so that the compiler works on
     /// several operators at a time.
-    #[inline]
+    #[inline(always)]
     fn operators(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let n = self.now.len();
         let (above, below) = weights[..weights.len() - self.shift_len()].split_at(n);

@@ -15,6 +15,7 @@ use super::point::{Axis, Parameter, Point};
 use super::regressor::{OperatorBank, OperatorsAt};
 use super::shift::ShiftColumns;
 use super::tangent::{Slope, Tangent};
+use crate::amplifier_model::AmplifierModel;
 use crate::creep_model::CreepBasis;
 use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
@@ -138,6 +139,11 @@ impl Space {
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
+        let bandwidth = match options.amplifier {
+            AmplifierModel::Bandwidth(bandwidth) => Some(bandwidth).filter(|_| options.order().is_some()),
+            AmplifierModel::None | AmplifierModel::Auto => None,
+        };
+        origin = bandwidth.map_or(origin, |bandwidth| origin.with(Parameter::LogBandwidth, bandwidth.ln()));
         Ok(Self {
             placement,
             fixed_ratios,
@@ -147,7 +153,7 @@ impl Space {
             creep,
             intervals,
             shift,
-            has_amplifier: false,
+            has_amplifier: bandwidth.is_some(),
             has_input_map: false,
             output_map: None,
             axes,

@@ -10,6 +10,7 @@ use crate::fit::space::Space;
 use crate::fit::variety::Variety;
 use crate::fit::weight_basis::WeightBasis;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
 use crate::options::{ModelKind, Options, Setting, WeightLaw};
 use crate::record::Record;
 
@@ -154,6 +155,8 @@ pub(crate) fn is_open(options: &Options) -> bool {
         || options.smoothness == Setting::Fit
         || options.creep == CreepModel::Auto
         || options.loop_shift == LoopShiftModel::Auto
+        || options.input_map != MapModel::None
+        || options.output_map != MapModel::None
 }
 
 /// A point with only the first amplitudes of creep.

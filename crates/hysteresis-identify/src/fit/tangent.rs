@@ -1,4 +1,7 @@
 //! The output of the model and its derivatives, row by row.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use pulp::Arch;
 
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, SampledPart};
@@ -128,6 +131,7 @@ pub(crate) struct FilteredRows<'a> {
     readings: Vec<f64>,
     /// How many samples were put out.
     taken: usize,
+    arch: Arch,
 }
 
 impl<'a> FilteredRows<'a> {
@@ -167,6 +171,7 @@ impl<'a> FilteredRows<'a> {
             neighbours,
             readings: vec![0.0; lanes],
             taken: 0,
+            arch: Arch::new(),
             part,
         }
     }
@@ -206,8 +211,14 @@ impl<'a> FilteredRows<'a> {
         self.tangent.operators.output_map.as_ref().map_or(0.0, |_| readings[self.signals.len() - 1])
     }
 
-    /// Puts out the next sample.
+    /// Puts out the next sample, with the widest instructions of the processor.
     fn put_out(&mut self) {
+        let arch = self.arch;
+        arch.dispatch(|| self.put_out_wide());
+    }
+
+    #[inline(always)]
+    fn put_out_wide(&mut self) {
         let (n, weights) = (self.tangent.columns, &self.tangent.weights);
         let sample = self.taken.min(self.samples - 1);
         self.here.go_to(sample, None);
