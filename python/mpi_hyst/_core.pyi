@@ -841,6 +841,18 @@ class Identification:
     def creep(self) -> Creep | None:
         """The creep, if there is any."""
     @property
+    def amplifier_bandwidth(self) -> float | None:
+        """The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found."""
+
+    @property
+    def input_map(self) -> tuple[list[float], list[float]] | None:
+        """The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out."""
+
+    @property
+    def output_map(self) -> tuple[list[float], list[float]] | None:
+        """The points (x, y) of the map behind the hysteresis, if there is one: position in, position out."""
+
+    @property
     def dead_time(self) -> float | None:
         """What the output lags the input besides, in seconds; None for records without dt."""
     @property
@@ -1789,6 +1801,9 @@ def identify(
     dynamics: Literal["auto", 1, 2] | None = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
+    amplifier: Literal["auto"] | float | None = "auto",
+    input_map: Literal["auto", "smooth"] | None = "auto",
+    output_map: Literal["auto", "smooth"] | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
@@ -1841,6 +1856,12 @@ def identify(
     loop_shift : "auto", None or float
         How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
         holds at the rates of the records only.
+    amplifier : "auto", None or float
+        The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz. "auto" fits one beside second-order
+        dynamics if the records tell its lag from a dead time.
+    input_map, output_map : "auto", None or "smooth"
+        A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
+        logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" is at most one of the two.
     thresholds : "uniform", "quantiles" or array, optional
         The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
     smoothness : float or "auto"

@@ -76,6 +76,22 @@ def _loop_shift(
         raise click.BadParameter(message, context, option) from None
 
 
+def _amplifier(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> float | str | None:
+    """Read a bandwidth, or a word."""
+    if value is None or value in ("auto", "none"):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        message = f"expected auto, none or a bandwidth in Hz, got {value!r}"
+        raise click.BadParameter(message, context, option) from None
+
+
+_MAPS = click.Choice(["auto", "none", "smooth"])
+
+
 @click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
@@ -204,6 +220,25 @@ def _loop_shift(
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     ),
+    click.option(
+        "--amplifier",
+        metavar="HZ|auto|none",
+        callback=_amplifier,
+        help="Amplifier of this bandwidth in front of the hysteresis. auto: one that is fitted, if "
+        "the records tell its lag from a dead time.  [default: auto]",
+    ),
+    click.option(
+        "--input-map",
+        type=_MAPS,
+        help="Smooth map of the drive in front of the hysteresis. auto: if cross-validation asks "
+        "for it.  [default: auto]",
+    ),
+    click.option(
+        "--output-map",
+        type=_MAPS,
+        help="Smooth map of the position behind the hysteresis. auto: if cross-validation asks for "
+        "it.  [default: auto]",
+    ),
     limits("none"),
     slew("none"),
     click.option(
@@ -221,8 +256,8 @@ def _loop_shift(
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
-    The stage is written with -o: hysteresis, dead time, dynamics, creep and loop shift as far as
-    the records tell them, and the limits and slew rate of its drive if they are given. A record
+    The stage is written with -o: hysteresis, maps, dead time, dynamics, amplifier, creep and
+    loop shift as far as the records tell them, and the limits and slew rate of its drive if they are given. A record
     must start from rest, or its start must be skipped with --skip. The first line is the verdict
     on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial is given; the
     exit status is 130.

@@ -102,7 +102,7 @@ def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "creep", "loop_shift"):
+    for name in ("dead_time", "dynamics", "creep", "loop_shift", "amplifier"):
         if request.fit.get(name, 0.0) not in (0.0, "auto", "none"):
             option = f"--{name.replace('_', '-')}"
             raise CommandError(
