@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod colour;
+mod compare;
 mod creep_model;
 mod diagnostics;
 mod dynamics;
@@ -34,6 +35,7 @@ mod search;
 mod signal;
 mod turned_sign;
 
+pub use compare::{ComparedModel, Comparison, Extension, Omission, compare};
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
 pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};

@@ -111,7 +111,7 @@ pub(crate) struct Regressor<'a> {
     shift: Option<Shift<'a>>,
 }
 
-/// The loop shift beside the operators: its columns now and one sample earlier.
+/// The columns beside the operators, now and one sample earlier.
 struct Shift<'a> {
     lane: ShiftLane<'a>,
     now: Vec<f64>,
@@ -144,7 +144,8 @@ impl<'a> Regressor<'a> {
             self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
             self.before.copy_from_slice(&self.now);
             if let Some(shift) = &mut self.shift {
-                shift.lane.next(self.input[0]);
+                shift.next(self.input[0]);
+                shift.before.copy_from_slice(&shift.now);
             }
         }
         let mut seen = self.seen.unwrap_or(0);

@@ -140,10 +140,21 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
-    /// The same with the loop shift of other options.
+    /// The same with the loop shift of other options; a space with powers has none.
     pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
+            return Ok(self.clone());
+        }
         let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
+    pub(crate) fn with_powers(&self) -> Self {
+        let (low, high) = self.placement.bounds();
+        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
+        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
+        Self { shift, ..self.clone() }
     }
 
     /// The same with the first amplitudes of creep alone.

@@ -204,6 +204,13 @@ def _loop_shift(
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     ),
+    click.option(
+        "--compare",
+        is_flag=True,
+        help="Compare models: conventional, polynomial + plays, modified, and modified with each "
+        "extension. Each is judged on held-out stretches of the fitted rows; the table and the "
+        "report show what each buys.",
+    ),
     limits("none"),
     slew("none"),
     click.option(
