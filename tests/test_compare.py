@@ -199,6 +199,19 @@ def test_extensions_that_cannot_be_told_are_named_with_the_reason() -> None:
     assert "loops that are all alike" in alike.omitted["creep"]
 
 
+def test_creep_under_way_is_in_all_models_alike() -> None:
+    """A record that begins while the stage still creeps from elsewhere."""
+    u, y = stage_of(**TRUTHS["creep"])
+    given = {"dt": DT, "loop_shift": None, "dynamics": None, **FAST}
+    with_it = mh.compare(u[1100:], y[1100:], skip=30, **given)
+    without = mh.compare(u[1100:], y[1100:], skip=30, creep=None, **given)
+    assert with_it.creep_under_way and not without.creep_under_way
+    assert "creep under way" in with_it.table() and "creep under way" not in without.table()
+    for one, other in zip(with_it.rows, without.rows, strict=False):
+        assert one.unknowns == other.unknowns + 1 and one.fit.rmse < other.fit.rmse
+    assert not mh.compare(u, y, **given).creep_under_way
+
+
 def test_split_weights_are_those_of_coupled_plays() -> None:
     y = noisy(COUPLED.forward().run(U))
     plays, polynomial, modified = mh.compare(

@@ -1963,6 +1963,11 @@ class Comparison:
     @property
     def omitted(self) -> dict[str, str]:
         """The extensions that were not tried, each with the reason."""
+    @property
+    def creep_under_way(self) -> bool:
+        """Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
+        None. It is in all models alike, and no extension.
+        """
     def table(self, unit: str = "") -> str:
         """All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
 

@@ -21,7 +21,9 @@ fn options() -> Options {
 
 /// Plays with a square and a cube of the drive beside them, and noise of 1e-3.
 fn signals() -> (Vec<f64>, Vec<f64>) {
-    let mut drive = decaying_triangle(2000, 50.0, 11.0, 0.0);
+    // A stroke whose middle is the rest of the plays.
+    let mut drive: Vec<f64> = (0..50).chain((-49..=50).rev()).chain(-50..0).map(f64::from).collect();
+    drive.extend(decaying_triangle(2000, 50.0, 11.0, 0.0));
     drive.extend(decaying_triangle(1000, 40.0, 5.0, 0.0));
     let offsets = Offsets { input: 0.0, output: 3.0 };
     let model =

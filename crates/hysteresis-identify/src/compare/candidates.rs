@@ -52,11 +52,11 @@ impl Law {
     }
 }
 
-/// The models that these records can tell, the simplest first, and the extensions that they cannot.
-pub(super) fn candidates(
-    records: &[Record<'_>],
-    asked: &Options,
-) -> Result<(Vec<Candidate>, Vec<(Extension, Omission)>), Error> {
+/// The models to compare, the simplest first, and the extensions that are left out.
+pub(super) type Candidates = (Vec<Candidate>, Vec<(Extension, Omission)>);
+
+/// The models that these records can tell, and the extensions that they cannot.
+pub(super) fn candidates(records: &[Record<'_>], asked: &Options) -> Result<Candidates, Error> {
     let told = asked.resolved(records)?;
     let creep = if told.creep == CreepModel::None { CreepModel::None } else { CreepModel::UnderWay };
     let modified = Options { creep, ..told.hysteresis_and_dead_time() };

@@ -147,4 +147,10 @@ impl Comparison {
     pub fn simplest(&self) -> &ComparedModel {
         &self.models[self.simplest]
     }
+
+    /// Whether the models have the creep that was under way when a record began, in a record whose start is skipped.
+    #[must_use]
+    pub fn has_creep_under_way(&self) -> bool {
+        self.models.iter().any(|model| model.fitted.chain.underway.iter().any(|amplitude| *amplitude != 0.0))
+    }
 }

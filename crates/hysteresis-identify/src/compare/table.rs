@@ -37,6 +37,9 @@ impl Comparison {
             format!("%: of the range, {} peak-to-peak of the measured output", format!("{range} {unit}").trim_end()),
             "*: the simplest model that predicts held-out stretches as well as the best".to_owned(),
         ];
+        if self.has_creep_under_way() {
+            notes.push("all models: with the creep under way where the start of a record is skipped".to_owned());
+        }
         notes.extend(
             self.omitted.iter().map(|(extension, why)| format!("not tried: {}: {}", extension.name(), why.reason())),
         );

@@ -166,6 +166,13 @@ result_methods!(Comparison {
         Ok(omitted)
     }
 
+    /// Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
+    /// None. It is in all models alike, and no extension.
+    #[getter]
+    fn creep_under_way(&self) -> bool {
+        self.0.has_creep_under_way()
+    }
+
     /// All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
     ///
     /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.

@@ -21,6 +21,10 @@ def section(comparison: mh.results.Comparison, task: Task, shown: int) -> Sectio
         "Polynomial + plays: square and cube of the drive beside the plays. It has no exact "
         "inverse here and is for comparison only.",
     ]
+    if comparison.creep_under_way:
+        text.append(
+            "All models have the creep that was under way where the start of a record is skipped."
+        )
     text += [f"Not tried: {name}: {reason}." for name, reason in comparison.omitted.items()]
     residuals = [
         Figure(
