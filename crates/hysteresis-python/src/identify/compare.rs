@@ -65,12 +65,14 @@ use crate::convert::errors::{self, unexpected};
 /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
 /// >>> y = mh.paper.table_1_recovered().forward().run(u)  # coupled plays
 /// >>> found = mh.compare(u, y, operators=8)
-/// >>> [row.model for row in found.rows], found.simplest
-/// (['conventional', 'polynomial + plays', 'modified'], 'modified')
+/// >>> ", ".join(row.model for row in found.rows)
+/// 'conventional, polynomial + plays, modified'
+/// >>> found.simplest
+/// 'modified'
 /// >>> conventional, polynomial, modified = found.rows
 /// >>> modified.held_out < 0.2 * min(conventional.held_out, polynomial.held_out)
 /// True
-/// >>> found.omitted["creep"]
+/// >>> found.omitted.get("creep")
 /// 'needs a sampling interval'
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
