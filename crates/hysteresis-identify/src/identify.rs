@@ -199,7 +199,7 @@ fn creep(space: &Space, point: &Point, chain: &Chain) -> Result<(Option<Creep>, 
 
 /// The loop shift, if there is one.
 fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<LoopShift>, Error> {
-    let Some(ShiftColumns { center, half_range, filters }) = space.shift() else { return Ok(None) };
+    let Some(ShiftColumns { center, half_range, filters, .. }) = space.shift() else { return Ok(None) };
     let amplitudes = basis.amplitudes(&fit.weights);
     let second = amplitudes.get(1).copied().unwrap_or(0.0);
     let [filter] = &filters[..] else { return Ok(None) };

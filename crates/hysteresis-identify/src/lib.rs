@@ -12,6 +12,7 @@
 
 mod amplifier_model;
 mod colour;
+mod compare;
 mod creep_model;
 mod diagnostics;
 mod dynamics;
@@ -37,6 +38,7 @@ mod signal;
 mod turned_sign;
 
 pub use amplifier_model::AmplifierModel;
+pub use compare::{ComparedModel, Comparison, Extension, Omission, compare};
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
 pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};

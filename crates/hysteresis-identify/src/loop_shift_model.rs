@@ -62,7 +62,7 @@ impl LoopShiftModel {
         if filters.is_empty() || low >= high {
             return Ok(None);
         }
-        Ok(Some(ShiftColumns { center: 0.5 * (low + high), half_range: 0.5 * (high - low), filters }))
+        Ok(Some(ShiftColumns { center: 0.5 * (low + high), half_range: 0.5 * (high - low), powers: 0, filters }))
     }
 }
 

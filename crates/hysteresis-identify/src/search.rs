@@ -75,9 +75,38 @@ pub(crate) fn search_hysteresis(
     options: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
+    search_beside(records, options, |space| space, monitor)
+}
+
+/// The square and the cube of the drive beside the operators, and a dead time.
+pub(crate) fn search_polynomial(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let chooses = is_open(asked);
+    monitor.begin(Span { from: 0.0, to: if chooses { 0.8 } else { 1.0 } });
+    let found = search_beside(records, asked, |space| space.with_powers(), monitor)?;
+    if !chooses || found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.8, to: 1.0 });
+    let thresholds = found.options.thresholds.clone();
+    with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)
+}
+
+/// Hysteresis, a dead time, and what `beside` puts beside the operators.
+fn search_beside(
+    records: &[Record<'_>],
+    options: &Options,
+    beside: fn(Space) -> Space,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
     let OperatorChoice { options, tried, start } = choose_operators(records, options, monitor)?;
-    let space = Space::new(records, &options)?;
+    let space = beside(Space::new(records, &options)?);
     let basis = WeightBasis::new(&options, space.shift_len());
+    // The number of operators is chosen without anything beside them.
+    let start = start.filter(|fit| fit.weights.len() == basis.columns());
     let smoothness = options.given_smoothness();
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {

@@ -13,10 +13,11 @@ use crate::creep_model::CreepBasis;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
+use crate::fit::bank::OperatorBank;
 use crate::fit::chain::Chain;
 use crate::fit::intervals::Intervals;
 use crate::fit::linear_part::LinearPart;
-use crate::fit::regressor::{OperatorBank, OperatorsAt};
+use crate::fit::regressor::OperatorsAt;
 
 use crate::numeric::as_f64;
 use crate::options::{Options, Setting};

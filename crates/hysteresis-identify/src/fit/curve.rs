@@ -1,5 +1,7 @@
 //! A smooth rising curve: the shape of a map that is searched.
 
+use std::sync::Arc;
+
 use hysteresis_core::{Error as CoreError, PiecewiseLinearMap};
 
 use crate::numeric::as_f64;
@@ -60,6 +62,13 @@ impl Curve {
         let y: Vec<f64> = self.values.iter().map(|value| value + offset).collect();
         PiecewiseLinearMap::new(&x, &y)
     }
+}
+
+/// Where an output map is searched, and the weight of every operator about whose output it is linear until others are known.
+#[derive(Clone)]
+pub(crate) struct OutputMap {
+    pub(crate) bounds: (f64, f64),
+    pub(crate) reference: Arc<[f64]>,
 }
 
 #[cfg(test)]

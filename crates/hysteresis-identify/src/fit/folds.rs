@@ -12,7 +12,7 @@ use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 
 /// Into how many stretches every record is cut.
-const FOLDS: usize = 8;
+pub(crate) const FOLDS: usize = 8;
 
 /// Below this share of the mean square of the output about its mean an error is rounding.
 const ROUNDING: f64 = 1e-18;

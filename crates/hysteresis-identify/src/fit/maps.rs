@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::choice::levels;
+use super::curve::OutputMap;
 use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
 use super::point::Point;
 use super::projection::ProjectedFit;
 use super::regressor::Regressor;
 use super::search::attempt;
-use super::space::{OutputMap, Space};
+use super::space::Space;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;

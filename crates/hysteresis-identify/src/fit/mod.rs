@@ -1,6 +1,8 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
 mod amplifier;
+mod axes;
+pub(crate) mod bank;
 pub(crate) mod bounded;
 pub(crate) mod chain;
 pub(crate) mod choice;
@@ -9,6 +11,7 @@ pub(crate) mod curve;
 pub(crate) mod dead_time;
 pub(crate) mod drive_path;
 pub(crate) mod factor;
+mod first_points;
 pub(crate) mod folds;
 pub(crate) mod gradients;
 pub(crate) mod intervals;

@@ -302,10 +302,11 @@ fn free(unknowns: &[f64]) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::creep_model::CreepModel;
+    use crate::fit::bank::OperatorBank;
+    use crate::fit::curve::OutputMap;
     use crate::fit::point::Parameter;
-    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
+    use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::fit::response::response;
-    use crate::fit::space::OutputMap;
     use crate::loop_shift_model::LoopShiftModel;
     use crate::options::{DynamicsModel, Options, Order, Thresholds};
 

@@ -1,86 +1,10 @@
 //! The regressor: one row of operator outputs per sample, made on the fly.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
-
+use super::bank::{OperatorBank, max, min};
 use super::curve::Curve;
 use super::drive_path::{DrivePath, PathLane};
 use super::shift::{ShiftColumns, ShiftLane};
-
-/// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct OperatorBank {
-    r: Vec<f64>,
-    ra: Vec<f64>,
-    rb: Vec<f64>,
-    rc: Vec<f64>,
-}
-
-impl OperatorBank {
-    /// The operators of thresholds `r` in these proportions: the same products as in the core.
-    pub(crate) fn from_ratios(r: &[f64], ratios: Ratios) -> Self {
-        let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
-        Self { r: r.to_vec(), ra: scaled(ratios.ra), rb: scaled(ratios.rb), rc: scaled(ratios.rc) }
-    }
-
-    pub(crate) fn from_operators(operators: impl Iterator<Item = CoupledPlay> + Clone) -> Self {
-        Self {
-            r: operators.clone().map(|z| z.r()).collect(),
-            ra: operators.clone().map(|z| z.ra()).collect(),
-            rb: operators.clone().map(|z| z.rb()).collect(),
-            rc: operators.map(|z| z.rc()).collect(),
-        }
-    }
-
-    /// The operators of a model, its weights as [`Regressor::output`] takes them, and its offsets.
-    pub(crate) fn of_model(model: &Model) -> (Self, Vec<f64>, Offsets) {
-        match model {
-            Model::Conventional(model) => {
-                let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
-                (Self::from_operators(plays), model.weights().to_vec(), model.offsets())
-            }
-            Model::Modified(model) => {
-                let below = if model.is_split() { model.weights_negative() } else { &[] };
-                let operators = model.operators().iter().copied();
-                (Self::from_operators(operators), [model.weights(), below].concat(), model.offsets())
-            }
-        }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.r.len()
-    }
-
-    /// The threshold r of every operator.
-    pub(crate) fn thresholds(&self) -> &[f64] {
-        &self.r
-    }
-
-    /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.
-    #[inline(always)]
-    fn next(&self, last: &[f64], x: f64, z: &mut [f64]) {
-        let n = z.len();
-        let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
-        for i in 0..n {
-            let lo = max(x - r[i], min(x - rc[i], 0.0));
-            let hi = min(x + ra[i], max(x + rb[i], 0.0));
-            z[i] = max(lo, min(hi, last[i]));
-        }
-    }
-}
-
-/// `f64::max` without its care for NaN, of which a record has none: one instruction, and it vectorises.
-#[inline]
-fn max(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// `f64::min` likewise.
-#[inline]
-fn min(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
 
 /// The operators at a point with what the drive passes before them, the output map behind them, and the loop shift.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +53,7 @@ pub(crate) struct Regressor<'a> {
     shift: Option<Shift<'a>>,
 }
 
-/// The loop shift beside the operators: its columns now and one sample earlier.
+/// The columns beside the operators, now and one sample earlier.
 struct Shift<'a> {
     lane: ShiftLane<'a>,
     now: Vec<f64>,
@@ -167,7 +91,8 @@ impl<'a> Regressor<'a> {
             self.bank.next(&self.before, x, &mut self.now);
             self.before.copy_from_slice(&self.now);
             if let Some(shift) = &mut self.shift {
-                shift.lane.next(self.input[0]);
+                shift.next(self.input[0]);
+                shift.before.copy_from_slice(&shift.now);
             }
         }
         let mut seen = self.seen.unwrap_or(0);
@@ -318,7 +243,7 @@ fn sum(terms: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use hysteresis_core::Operator;
+    use hysteresis_core::{CoupledPlay, Operator, Ratios};
     use proptest::prelude::*;
 
     use super::*;

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
-use super::curve::{COEFFICIENTS, Curve};
+use super::axes;
+use super::bank::OperatorBank;
+use super::curve::{Curve, OutputMap};
 use super::drive_path::DrivePath;
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
 use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
-use super::regressor::{OperatorBank, OperatorsAt};
+use super::regressor::OperatorsAt;
 use super::shift::ShiftColumns;
 use super::tangent::{Slope, Tangent};
 use crate::amplifier_model::AmplifierModel;
@@ -25,37 +27,8 @@ use crate::record::Record;
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
 
-/// Where ratios are searched first.
-const USUAL_RATIOS: [Ratios; 5] = [
-    Ratios::PAPER,
-    Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
-    Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
-    Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
-    Ratios::PLAY,
-];
-
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
-
-/// The damping ratios that are searched.
-const DAMPINGS: (f64, f64) = (1e-4, 10.0);
-
-/// The highest frequency that is searched, in cycles per sample of the fastest record.
-const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;
-
-/// The lowest frequency that is searched, in cycles per longest record.
-const MIN_CYCLES_PER_RECORD: f64 = 1.0;
-
-/// The largest amplitude of creep that is searched, per unit of its parameter: as a share of the position, per decade for
-/// log-type creep.
-const MAX_AMPLITUDE: f64 = 1.0;
-
-/// Between what the coefficients of a map are searched: slopes from e^-4 to e^4 of the mean one at the ends.
-const COEFFICIENT_BOUND: f64 = 2.0;
-
-/// The highest bandwidth of an amplifier that is searched, in cycles per sample of the fastest record: its lag is a twelfth of a
-/// sample.
-const MAX_BANDWIDTH_CYCLES: f64 = 2.0;
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
@@ -79,13 +52,6 @@ pub(crate) struct Space {
     origin: Point,
     /// How many samples at the end of a record may be read before they act: where the dead time may be negative.
     unread: usize,
-}
-
-/// Where an output map is searched, and the weight of every operator about whose output it is linear until others are known.
-#[derive(Clone)]
-pub(crate) struct OutputMap {
-    pub(crate) bounds: (f64, f64),
-    pub(crate) reference: Arc<[f64]>,
 }
 
 impl Space {
@@ -135,7 +101,7 @@ impl Space {
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(linear_axes(&intervals, options.order(), &creep));
+        axes.extend(axes::linear(&intervals, options.order(), &creep));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
@@ -168,36 +134,42 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
-    /// The same with the loop shift of other options.
+    /// The same with the loop shift of other options; a space with powers has none.
     pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
+            return Ok(self.clone());
+        }
         let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
     }
 
     /// The same with an amplifier whose bandwidth is searched.
     pub(crate) fn with_amplifier(&self) -> Self {
-        let lower = MIN_CYCLES_PER_RECORD / self.intervals.longest_record();
-        let upper = MAX_BANDWIDTH_CYCLES / self.intervals.smallest();
-        let parameter = Parameter::LogBandwidth;
-        let axis = Axis { parameter, lower: lower.ln(), upper: upper.ln(), scale: 1.0 };
-        Self { has_amplifier: true, ..self.with_axes([axis]) }
+        Self { has_amplifier: true, ..self.with_axes([axes::bandwidth(&self.intervals)]) }
     }
 
     /// The same with an input map that is searched.
     pub(crate) fn with_input_map(&self) -> Self {
-        Self { has_input_map: true, ..self.with_axes(coefficients().map(|i| coefficient(Parameter::InputMap(i)))) }
+        Self { has_input_map: true, ..self.with_axes(axes::coefficients(Parameter::InputMap)) }
     }
 
     /// The same with an output map that is searched.
     pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
-        let axes = coefficients().map(|i| coefficient(Parameter::OutputMap(i)));
-        Self { output_map: Some(map), ..self.with_axes(axes) }
+        Self { output_map: Some(map), ..self.with_axes(axes::coefficients(Parameter::OutputMap)) }
     }
 
     fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
         let mut space = self.clone();
         space.axes.extend(more);
         space
+    }
+
+    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
+    pub(crate) fn with_powers(&self) -> Self {
+        let (low, high) = self.placement.bounds();
+        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
+        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
+        Self { shift, ..self.clone() }
     }
 
     /// The same with the first amplitudes of creep alone.
@@ -276,6 +248,11 @@ impl Space {
     /// How many samples at the end of a record are not read: behind a negative dead time they act after it.
     pub(crate) fn unread_samples(&self) -> usize {
         self.unread
+    }
+
+    /// Between what the inputs of the records lie.
+    pub(super) fn input_bounds(&self) -> (f64, f64) {
+        self.placement.bounds()
     }
 
     pub(crate) fn intervals(&self) -> &Intervals {
@@ -392,51 +369,14 @@ impl Space {
         self.axes.iter().map(neighbour).collect()
     }
 
-    /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
-    pub(crate) fn starts(&self) -> Vec<Point> {
-        let mut starts = vec![self.origin];
-        if self.searches(Parameter::Ra) {
-            starts = USUAL_RATIOS.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
-        }
-        if self.searches(Parameter::InputOffset) {
-            let (low, high) = self.placement.bounds();
-            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| low + share * (high - low));
-            let at = |start: &Point| places.map(|place| start.with(Parameter::InputOffset, place));
-            starts = starts.iter().flat_map(at).collect();
-        }
-        starts
-    }
-
-    /// A point, and the same with each of the usual ratios, if they are searched.
-    pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
-        let others =
-            USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
-        std::iter::once(*point).chain(others).collect()
-    }
-
-    /// Dead times worth a look: doubling from one sample, if it is searched.
-    pub(crate) fn dead_times(&self) -> Vec<f64> {
-        let upper = self.axis(Parameter::DeadTime).map_or(0.0, |axis| axis.upper);
-        let first = Some(self.intervals.smallest());
-        std::iter::successors(first, |dead_time| Some(2.0 * dead_time)).take_while(|d| *d <= upper).collect()
-    }
-
     /// The bounds of a parameter, if it is searched.
     pub(crate) fn axis(&self, parameter: Parameter) -> Option<&Axis> {
         self.axes.iter().find(|axis| axis.parameter == parameter)
     }
 
-    fn searches(&self, parameter: Parameter) -> bool {
+    pub(super) fn searches(&self, parameter: Parameter) -> bool {
         self.axis(parameter).is_some()
     }
-}
-
-fn coefficients() -> core::ops::Range<usize> {
-    0..COEFFICIENTS
-}
-
-fn coefficient(parameter: Parameter) -> Axis {
-    Axis { parameter, lower: -COEFFICIENT_BOUND, upper: COEFFICIENT_BOUND, scale: 1.0 }
 }
 
 /// The columns of a loop shift, limited to what the records have; none without seconds.
@@ -452,21 +392,4 @@ fn shift_columns(
     let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
     let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
     Ok(columns.map(|columns| columns.limited_by(inputs)))
-}
-
-/// Frequency, damping and amplitudes of creep.
-fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
-    let mut axes = Vec::new();
-    if dynamics.is_some() {
-        let (lower, upper) =
-            (MIN_CYCLES_PER_RECORD / intervals.longest_record(), MAX_CYCLES_PER_SAMPLE / intervals.smallest());
-        axes.push(Axis { parameter: Parameter::LogFrequency, lower: lower.ln(), upper: upper.ln(), scale: 1.0 });
-    }
-    if dynamics == Some(Order::Second) {
-        let (lower, upper) = (DAMPINGS.0.ln(), DAMPINGS.1.ln());
-        axes.push(Axis { parameter: Parameter::LogDamping, lower, upper, scale: 4.0 });
-    }
-    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: MAX_AMPLITUDE, scale: 0.1 };
-    axes.extend((0..creep.directions.len()).map(amplitude));
-    axes
 }

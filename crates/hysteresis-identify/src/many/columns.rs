@@ -171,8 +171,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::fit::bank::OperatorBank;
     use crate::fit::course::Course;
-    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
+    use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::record::Record;
 
     proptest! {

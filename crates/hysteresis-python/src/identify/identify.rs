@@ -207,7 +207,7 @@ pub(crate) fn identify(
 }
 
 /// Tells Python how far the search is, and stops it on Ctrl-C or when the caller's function raises.
-fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+pub(super) fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
     Python::attach(|py| {
         py.check_signals()?;
         progress.map_or(Ok(()), |progress| progress.call1(py, (now.fraction, now.best_rmse)).map(drop))

@@ -239,6 +239,13 @@ _MAPS = click.Choice(["auto", "none", "smooth"])
         help="Smooth map of the position behind the hysteresis. auto: if cross-validation asks for "
         "it.  [default: auto]",
     ),
+    click.option(
+        "--compare",
+        is_flag=True,
+        help="Compare models: conventional, polynomial + plays, modified, and modified with each "
+        "extension. Each is judged on held-out stretches of the fitted rows; the table and the "
+        "report show what each buys.",
+    ),
     limits("none"),
     slew("none"),
     click.option(
@@ -256,11 +263,11 @@ _MAPS = click.Choice(["auto", "none", "smooth"])
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
-    The stage is written with -o: hysteresis, maps, dead time, dynamics, amplifier, creep and
-    loop shift as far as the records tell them, and the limits and slew rate of its drive if they are given. A record
-    must start from rest, or its start must be skipped with --skip. The first line is the verdict
-    on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial is given; the
-    exit status is 130.
+    The stage is written with -o: hysteresis, maps, dead time, dynamics, amplifier, creep and loop
+    shift as far as the records tell them, and the limits and slew rate of its drive if they are
+    given. A record must start from rest, or its start must be skipped with --skip. The first line
+    is the verdict on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial
+    is given; the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run

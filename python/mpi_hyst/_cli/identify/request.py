@@ -36,6 +36,7 @@ class Request:
     limits: tuple[float, float] | None = None
     slew: float | None = None
     negate_output: bool = False
+    compare: bool = False
     keep_partial: bool = False
     units: Mapping[str, str] = field(default_factory=dict)
     """The units of the columns that the first file states, known once it is read."""
