@@ -47,6 +47,51 @@ pub(super) fn backwards(record: &Record<'_>) -> Option<Finding> {
     Some(Finding::new(FindingCode::LoopBackwards, value, LIMIT, message))
 }
 
+/// How many samples the position turns after the drive does, where it does so alike all over the record.
+///
+/// A position without dynamics turns with the drive, whatever the hysteresis: loops may hide a lead, turns cannot.
+pub(super) fn turns_late(record: &Record<'_>) -> Option<f64> {
+    const FEWEST: usize = 5;
+    /// The turns of most are alike within so many samples, or this share of the delay.
+    const ALIKE: f64 = 1.0;
+    const SHARE: f64 = 0.5;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let sign = signal::correlation(input, output)?.signum();
+    let position: Vec<f64> = output.iter().map(|y| sign * y).collect();
+    let later = |three: &[usize]| {
+        let (from, to) = (usize::midpoint(three[0], three[1]), usize::midpoint(three[1], three[2]));
+        let is_peak = input[three[1]] > input[three[0]];
+        let top = |values: &[f64]| middle_of_the_top(&values[from..to], is_peak);
+        Some(top(&position)? - top(input)?)
+    };
+    let delays: Vec<f64> = turns.windows(3).filter_map(later).collect();
+    let delay = signal::median(&delays);
+    let spread = signal::median(&delays.iter().map(|one| (one - delay).abs()).collect::<Vec<f64>>());
+    (delays.len() >= FEWEST && spread <= ALIKE.max(SHARE * delay.abs())).then_some(delay)
+}
+
+/// Where a peak or a valley is: the middle of the samples at its very end, none if it lies at an edge of the part.
+fn middle_of_the_top(values: &[f64], is_peak: bool) -> Option<f64> {
+    let (low, high) = signal::bounds(values);
+    let end = if is_peak { high } else { low };
+    let (first, last) = (values.iter().position(|x| *x == end)?, values.iter().rposition(|x| *x == end)?);
+    (first > 0 && last + 1 < values.len()).then(|| 0.5 * (as_f64(first) + as_f64(last)))
+}
+
+/// The position turns before the drive does.
+pub(super) fn early(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = -0.5;
+    let value = turns_late(record)?;
+    let message = format!("the position turns {:.1} samples before the drive does", -value);
+    let hint = format!(
+        "rows seem to hold a position that was read later: shift the position column down by {:.0} rows",
+        -value
+    );
+    Some(Finding::new(FindingCode::NegativeDeadTime, value, LIMIT, message).try_next(hint))
+}
+
 /// The input hardly ever turns inside its range.
 pub(super) fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
     const LIMIT: f64 = 2.0;

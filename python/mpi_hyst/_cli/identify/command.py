@@ -9,6 +9,7 @@ import click
 from mpi_hyst._cli.interrupts import STATUS
 from mpi_hyst._cli.options import FILE, limits, numbers, options, report, slew, time_column
 from mpi_hyst._cli.terminal import say
+from mpi_hyst._quantity import SECONDS
 
 _MOST_OPERATORS = 100_000
 _MOST_TERMS = 100
@@ -76,6 +77,25 @@ def _loop_shift(
         raise click.BadParameter(message, context, option) from None
 
 
+def _stretches(
+    context: click.Context, option: click.Parameter, values: tuple[str, ...]
+) -> tuple[tuple[int, int], ...]:
+    """Read stretches of rows, each as in 700:706."""
+    found = []
+    for value in values:
+        first, colon, last = value.partition(":")
+        if not (
+            colon and first.isascii() and first.isdigit() and last.isascii() and last.isdigit()
+        ):
+            found = []
+            break
+        found.append((int(first), int(last)))
+    if len(found) < len(values) or any(first >= last for first, last in found):
+        message = f"expected rows FROM:TO, the first and the one behind the last, got {values!r}"
+        raise click.BadParameter(message, context, option)
+    return tuple(sorted(found))
+
+
 @click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
@@ -101,7 +121,28 @@ def _loop_shift(
         type=click.IntRange(min=1),
         help="Number of rows to read. Once for all files, or once per file.  [default: all]",
     ),
+    click.option(
+        "--leave-out",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose position is not fitted, as in 700:706: from row 700, counted from 0, up to "
+        "706. What is behind them has a zero of its own. Repeatable.",
+    ),
+    click.option(
+        "--mend",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose drive was recorded wrong: a straight line takes its place, and the "
+        "position is not fitted. Repeatable.",
+    ),
     time_column,
+    click.option(
+        "--time-unit",
+        type=click.Choice(tuple(SECONDS)),
+        help="Unit of the time column.  [default: that in its name or in the file, else s]",
+    ),
     click.option(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),
