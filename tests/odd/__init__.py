@@ -1,1 +1,1 @@
-"""Odd inputs: records as they come from benches, what is said of them, and what following that leads to."""
+"""Odd inputs: records as benches leave them, and where what is said of them leads to."""

@@ -26,7 +26,7 @@ class Record:
     def spoilt(self, change: Callable[[Array], Array], column: str = "y") -> Record:
         """Return the record with another column."""
         values: Array = change(getattr(self, column).copy())
-        return replace(self, **{column: values})
+        return replace(self, u=values) if column == "u" else replace(self, y=values)
 
     def at(self, samples: Array | slice) -> Record:
         """Return the record of these samples."""

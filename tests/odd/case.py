@@ -18,8 +18,20 @@ Write = Callable[[Path], Sequence[Path]]
 """Writes the files of a trial into a directory."""
 
 # Where neither creep nor dynamics is the point: a fit of a quarter of a second.
-PLAIN = ("--operators", "8", "--weights", "free", "--smoothness", "0", "--creep", "none",
-         "--loop-shift", "none", "--dynamics", "none")  # fmt: skip
+PLAIN = (
+    "--operators",
+    "8",
+    "--weights",
+    "free",
+    "--smoothness",
+    "0",
+    "--creep",
+    "none",
+    "--loop-shift",
+    "none",
+    "--dynamics",
+    "none",
+)
 WITH_DYNAMICS = PLAIN[:-2]
 
 _ROUNDS = 3  # a defect may hide another one
@@ -64,7 +76,7 @@ class Outcome:
     """green, amber, red or refused."""
     text: str
     error: float
-    """Of the prediction of an unseen trajectory, rms, as a share of its range; inf without a stage."""
+    """Of the prediction of an unseen trajectory, rms over its range; inf without a stage."""
 
 
 def attempt(case: Case, trial: Trial, place: Path) -> Outcome:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 from support import Array
 
 from odd.bench import BIPOLAR, MAGNET, STACK, Bench, Record
@@ -14,7 +15,7 @@ from odd.positions import hinted, same, then
 RECORD = STACK.record()
 SPAN = RECORD.span
 SIZE = RECORD.u.size
-Places = list[int] | slice | Array
+Places = list[int] | slice | npt.NDArray[np.int_]
 
 
 def put(places: Places, value: float | Array, column: str = "y", record: Record = RECORD) -> Record:
@@ -58,22 +59,46 @@ GLITCHES = [
 STUCK = [
     hinted("a frozen sensor", frozen(640, 760), "stuck_output", "--leave-out 640:"),
     hinted("a sensor that fails at the end", frozen(1700, SIZE), "stuck_output"),
-    hinted("a sensor that freezes twice", put(slice(1400, 1500), RECORD.y[1400], "y", frozen(500, 600)),
-           "stuck_output"),
+    hinted(
+        "a sensor that freezes twice",
+        put(slice(1400, 1500), RECORD.y[1400], "y", frozen(500, 600)),
+        "stuck_output",
+    ),
     hinted("a frozen monitor of the drive", frozen(640, 700, "u"), "stuck_input", "--mend 640:"),
-    hinted("a frozen sensor, bipolar", frozen(640, 760, "y", of(BIPOLAR)), "stuck_output", bench=BIPOLAR),
-]  # fmt: skip
+    hinted(
+        "a frozen sensor, bipolar",
+        frozen(640, 760, "y", of(BIPOLAR)),
+        "stuck_output",
+        bench=BIPOLAR,
+    ),
+]
 JUMPS = [
     hinted("another zero in the middle", after(1000, 0.3), "output_jump", "--leave-out 999:1000"),
     hinted("a small step of the zero", after(800, 0.05), "output_jump"),
     hinted("micrometres, then nanometres", put(slice(1100, SIZE), 1e3 * RECORD.y[1100:]), "red"),
 ]
 CLIPPED = [
-    hinted("clipped position", RECORD.spoilt(lambda y: np.minimum(y, 0.8 * SPAN)), "clipped_output"),
-    hinted("clipped at both ends", RECORD.spoilt(lambda y: np.clip(y, 0.1 * SPAN, 0.85 * SPAN)), "clipped_output"),
-    hinted("clipped position, magnet", of(MAGNET).spoilt(lambda y: np.minimum(y, 0.8 * np.ptp(y))), "clipped_output", bench=MAGNET),
-    then("clipped monitor of the drive", RECORD.spoilt(lambda u: np.minimum(u, 120.0), "u"), ["red", "clipped_input", "record the drive that was sent"], RECORD),
-]  # fmt: skip
+    hinted(
+        "clipped position", RECORD.spoilt(lambda y: np.minimum(y, 0.8 * SPAN)), "clipped_output"
+    ),
+    hinted(
+        "clipped at both ends",
+        RECORD.spoilt(lambda y: np.clip(y, 0.1 * SPAN, 0.85 * SPAN)),
+        "clipped_output",
+    ),
+    hinted(
+        "clipped position, magnet",
+        of(MAGNET).spoilt(lambda y: np.minimum(y, 0.8 * np.ptp(y))),
+        "clipped_output",
+        bench=MAGNET,
+    ),
+    then(
+        "clipped monitor of the drive",
+        RECORD.spoilt(lambda u: np.minimum(u, 120.0), "u"),
+        ["red", "clipped_input", "record the drive that was sent"],
+        RECORD,
+    ),
+]
 
 
 def settling(share: float, seconds: float, record: Record = RECORD) -> Record:
@@ -93,7 +118,12 @@ STARTS = [
     same("electronics settle", STACK, settling(0.1, 0.3)),
     hinted("electronics settle slowly", settling(0.15, 1.0), "start_up_transient", "--skip"),
     hinted("electronics settle from far away", settling(-0.5, 0.3), "start_up_transient"),
-    hinted("electronics of a magnet settle", settling(0.5, 0.3, of(MAGNET)), "start_up_transient", bench=MAGNET),
+    hinted(
+        "electronics of a magnet settle",
+        settling(0.5, 0.3, of(MAGNET)),
+        "start_up_transient",
+        bench=MAGNET,
+    ),
     same("an unknown history", STACK, offset_start()),
-]  # fmt: skip
+]
 CASES: list[Case] = [*GLITCHES, *STUCK, *JUMPS, *CLIPPED, *STARTS]

@@ -89,7 +89,6 @@ def read(name: str, write: Write, options: list[str] = VOLTS) -> Case:
 
 
 HEADER = "time_s,drive_v,position_um"
-NPZ = {"t": RECORD.t, "u": RECORD.u, "y": RECORD.y, "note": np.array("rig 3")}
 STRUCT = {"d": {"time_s": RECORD.t, "u": RECORD.u, "y": RECORD.y, "fs": RATE}}
 TABLE = np.column_stack([RECORD.t, RECORD.u, RECORD.y])
 DATES = columns()
@@ -98,25 +97,48 @@ READ = [
     read("plain csv", text(RECORD)),
     read("semicolons and decimal comma", text(RECORD, change=comma)),
     read("tabs", text(RECORD, change=lambda c: c.replace(",", "\t"))),
-    read("white space", text(RECORD, change=lambda c: "  " + c.replace(",", "   ")),),
+    read(
+        "white space",
+        text(RECORD, change=lambda c: "  " + c.replace(",", "   ")),
+    ),
     read("comments", text(RECORD, change=lambda c: f"# rig 3\n% by hand\n{c}# the end\n")),
-    read("a preamble and units", text(
-        RECORD, "Time;Amp;Gauge\ns;V;um",
-        change=lambda c: "Scope X200\nSerial;77\n\n" + comma(c)), columns("Amp", "Gauge")),
+    read(
+        "a preamble and units",
+        text(
+            RECORD,
+            "Time;Amp;Gauge\ns;V;um",
+            change=lambda c: "Scope X200\nSerial;77\n\n" + comma(c),
+        ),
+        columns("Amp", "Gauge"),
+    ),
     read("no header", text(RECORD, ""), columns("1", "2")),
-    read("byte order mark, CRLF",
-         text(RECORD, change=lambda c: c.replace("\n", "\r\n"), encoding="utf-8-sig")),
+    read(
+        "byte order mark, CRLF",
+        text(RECORD, change=lambda c: c.replace("\n", "\r\n"), encoding="utf-8-sig"),
+    ),
     read("UTF-16", text(RECORD, encoding="utf-16")),
-    read("quoted cells", text(
-        RECORD, change=lambda c: '"' + c.replace(",", '","').replace("\n", '"\n"')[:-1])),
-    read("trailing separators and empty lines",
-         text(RECORD, change=lambda c: c.replace("\n", ",,\n\n"))),
-    read("a text column in front", text(
-        RECORD, f"state,{HEADER}", change=lambda c: c.replace("\n", "\nok,").removesuffix("ok,"))),
+    read(
+        "quoted cells",
+        text(RECORD, change=lambda c: '"' + c.replace(",", '","').replace("\n", '"\n"')[:-1]),
+    ),
+    read(
+        "trailing separators and empty lines",
+        text(RECORD, change=lambda c: c.replace("\n", ",,\n\n")),
+    ),
+    read(
+        "a text column in front",
+        text(
+            RECORD, f"state,{HEADER}", change=lambda c: c.replace("\n", "\nok,").removesuffix("ok,")
+        ),
+    ),
     read("rounded to four digits", text(RECORD, digits=5)),
     read("gzip", raw(gzip.compress(f"{HEADER}\n{table(list(TABLE.T))}".encode()), "r.csv.gz")),
     read("npy, three columns", file("r.npy", lambda p: np.save(p, TABLE)), columns("1", "2")),
-    read("npz with a note", file("r.npz", lambda p: np.savez(p, **NPZ)), columns("u", "y")),
+    read(
+        "npz with a note",
+        file("r.npz", lambda p: np.savez(p, u=RECORD.u, y=RECORD.y, note=np.array("rig 3"))),
+        columns("u", "y"),
+    ),
     read("MATLAB 5", file("r.mat", lambda p: scipy.io.savemat(p, STRUCT)), columns("d.u", "d.y")),
     read("MATLAB 7.3", file("r.mat", matlab73), columns("scan.u", "scan.y")),
     read("HDF5 with units", file("r.h5", hdf5), columns("run1/u", "run1/y")),
@@ -125,13 +147,13 @@ READ = [
     read("ISO dates", raw(stamped("{0}T{1}").encode()), DATES),
     read("ISO dates, UTC", raw(stamped("{0} {1}Z").encode()), DATES),
     read("times of day", raw(stamped("{1}").encode()), DATES),
-]  # fmt: skip
+]
 
 
 def refused(name: str, first: Write, said: str, then: list[str] | None = None) -> Case:
     """Make a case that is refused until the columns are others, or fewer rows are read."""
-    second = "hint" if then is None else Trial(first, then)
-    return Case(name, STACK, Trial(first, VOLTS), (said,), second)
+    second = None if then is None else Trial(first, then)
+    return Case(name, STACK, Trial(first, VOLTS), (said,), second or "hint")
 
 
 def in_row(number: int, old: str, new: str) -> Callable[[str], str]:
@@ -159,14 +181,23 @@ def cell(value: str, row: int = 1900) -> Callable[[str], str]:
 LATE_ROW = 1900
 POINTS = in_row(LATE_ROW, ",", ".")
 REFUSED = [
-    refused("headers of the same name", text(RECORD, "time_s,volt_v,volt_v"), "no column",
-            columns("1", "2")),
+    refused(
+        "headers of the same name",
+        text(RECORD, "time_s,volt_v,volt_v"),
+        "no column",
+        columns("1", "2"),
+    ),
     refused("a cell of NaN", text(RECORD, change=cell("NaN")), "not finite"),
     refused("a cell that is empty", text(RECORD, change=cell("")), "empty cell"),
     refused("a cell of words", text(RECORD, change=cell("overload")), "not a number"),
-    refused("a row cut short", text(RECORD, change=in_row(LATE_ROW, "", "3.5,20")), "expected 3 cells"),
-    refused("a row of another decimal mark", text(RECORD, change=lambda c: POINTS(comma(c))),
-            "expected a decimal comma"),
-]  # fmt: skip
+    refused(
+        "a row cut short", text(RECORD, change=in_row(LATE_ROW, "", "3.5,20")), "expected 3 cells"
+    ),
+    refused(
+        "a row of another decimal mark",
+        text(RECORD, change=lambda c: POINTS(comma(c))),
+        "expected a decimal comma",
+    ),
+]
 
 CASES = [*READ, *REFUSED]

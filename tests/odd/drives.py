@@ -48,25 +48,39 @@ RESTS = [
     dwelling("rests everywhere", [0, 200, 400, 555, 700, 900, LAST], 3.0),
     dwelling("a rest of a creeping stage", [150, 600], 5.0, CREEPING),
     then("a constant drive", replace(GOOD, u=np.full_like(GOOD.u, 42.0)), ["column drive_v"], GOOD),
-    then("a constant position", replace(GOOD, y=np.full_like(GOOD.y, 3.3)), ["column position_um"], GOOD),
-]  # fmt: skip
+    then(
+        "a constant position",
+        replace(GOOD, y=np.full_like(GOOD.y, 3.3)),
+        ["column position_um"],
+        GOOD,
+    ),
+]
 SHAPES = [
     same("steps of random height", STACK, STACK.measured(STACK.steps(60, 20))),
     same("jumps of one sample", STACK, STACK.measured(STACK.steps(600, 2))),
     same("a chirp", STACK, STACK.measured(chirp())),
-    same("a decaying triangle", BIPOLAR, BIPOLAR.measured(mh.signals.decaying_triangle(500.0, 0.5, cycles=8, rate=RATE))),
-    then("one and the same sine", STACK.measured(STACK.sine(6)), ["no_minor_loops", "decaying sweep"], GOOD),
+    same(
+        "a decaying triangle",
+        BIPOLAR,
+        BIPOLAR.measured(mh.signals.decaying_triangle(500.0, 0.5, cycles=8, rate=RATE)),
+    ),
+    then(
+        "one and the same sine",
+        STACK.measured(STACK.sine(6)),
+        ["no_minor_loops", "decaying sweep"],
+        GOOD,
+    ),
     then("half a loop", STACK.measured(np.linspace(0.0, 150.0, 400)), ["no_minor_loops"], GOOD),
     same("a drive on one side of a bipolar stage", ONE_SIDE, ONE_SIDE.record()),
     same("random ramps", STACK, STACK.measured(ramps())),
     same("one hundred sines and a sweep", STACK, STACK.measured(np.r_[DRIVE, STACK.sine(60, 80)])),
-]  # fmt: skip
+]
 SIZES = [
     then("thirty samples", GOOD.at(slice(0, None, GOOD.u.size // 30)), ["too_few_samples"], GOOD),
     then("two samples", GOOD.at(slice(0, 2)), ["error"], GOOD),
     same("every tenth sample", STACK, GOOD.at(slice(0, None, 10))),
     same("forty thousand samples", STACK, STACK.measured(STACK.excitation(6, 6000.0), 6000.0)),
-]  # fmt: skip
+]
 
 
 def of_columns() -> list[Case]:
@@ -74,14 +88,42 @@ def of_columns() -> list[Case]:
     rows = table([GOOD.t, GOOD.u, GOOD.y, 20.0 + 1e-3 * GOOD.t])
     write = raw(f"time_s,drive_v,position_um,temperature_c\n{rows}".encode())
     return [
-        Case("the temperature as the position", STACK, Trial(write, columns("drive_v", "temperature_c")),
-             ["red"], Trial(write, VOLTS)),
-        Case("the time as the drive", STACK, Trial(write, columns("time_s", "position_um")), ["red"], Trial(write, VOLTS)),
-        Case("a column that is not there", STACK, Trial(write, columns("drive", "position_um")),
-             ["the columns are"], Trial(write, VOLTS)),
-        Case("one column twice", STACK, Trial(write, columns("drive_v", "drive_v")), ["both are"], Trial(write, VOLTS)),
-        Case("drive as position by number", STACK, Trial(write, columns("2", "1")), ["loop_backwards"], Trial(write, columns("1", "2"))),
-    ]  # fmt: skip
+        Case(
+            "the temperature as the position",
+            STACK,
+            Trial(write, columns("drive_v", "temperature_c")),
+            ["red"],
+            Trial(write, VOLTS),
+        ),
+        Case(
+            "the time as the drive",
+            STACK,
+            Trial(write, columns("time_s", "position_um")),
+            ["red"],
+            Trial(write, VOLTS),
+        ),
+        Case(
+            "a column that is not there",
+            STACK,
+            Trial(write, columns("drive", "position_um")),
+            ["the columns are"],
+            Trial(write, VOLTS),
+        ),
+        Case(
+            "one column twice",
+            STACK,
+            Trial(write, columns("drive_v", "drive_v")),
+            ["both are"],
+            Trial(write, VOLTS),
+        ),
+        Case(
+            "drive as position by number",
+            STACK,
+            Trial(write, columns("2", "1")),
+            ["loop_backwards"],
+            Trial(write, columns("1", "2")),
+        ),
+    ]
 
 
 CASES = [*RESTS, *SHAPES, *SIZES, *of_columns()]

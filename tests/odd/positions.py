@@ -51,8 +51,13 @@ def swapped(bench: Bench, sign: float = 1.0) -> Case:
     write = text(replace(record, y=sign * record.y), "time_s,a,b")
     more = [] if sign > 0.0 else ["--negate-output"]
     name = f"columns swapped, {bench.name}{', and turned' if more else ''}"
-    return Case(name, bench, Trial(write, columns("b", "a")), ["loop_backwards", "swapped"],
-                Trial(write, [*columns("a", "b"), *more]))  # fmt: skip
+    return Case(
+        name,
+        bench,
+        Trial(write, columns("b", "a")),
+        ["loop_backwards", "swapped"],
+        Trial(write, [*columns("a", "b"), *more]),
+    )
 
 
 def spread(values: Array, by: int) -> Array:
@@ -89,12 +94,19 @@ SIGNS = [
     swapped(BIPOLAR),
     swapped(MAGNET),
     swapped(MAGNET, -1.0),
-    then("time reversed, without a clock", replace(RECORD.at(slice(None, None, -1)), t=RECORD.t),
-         ["loop_backwards", "reverse the rows"], RECORD),
-    early(1), early(2), early(5), early(20),
+    then(
+        "time reversed, without a clock",
+        replace(RECORD.at(slice(None, None, -1)), t=RECORD.t),
+        ["loop_backwards", "reverse the rows"],
+        RECORD,
+    ),
+    early(1),
+    early(2),
+    early(5),
+    early(20),
     apart(60),
     same("a late sensor", replace(STACK, dead_time=0.015), RECORD.spoilt(lambda y: spread(y, 3))),
-]  # fmt: skip
+]
 GAUGE = RECORD.spoilt(lambda y: 1000.0 * y - 4e4)
 COUNTS = RECORD.spoilt(lambda y: np.round(3000.0 * y + 8000.0))
 KILO = BIPOLAR.record().spoilt(lambda u: u / 1000.0, "u")
@@ -105,9 +117,10 @@ UNITS = [
     same("kilovolts", BIPOLAR, KILO, "time_s,drive_kv,position_um", (1e-3, 1.0)),
     same("current and field", MAGNET, MAGNET.record(), "time_s,current_a,field_mt"),
     same("counts of a converter", STACK, COUNTS, "time_s,drive_v,adc", (1.0, 3000.0)),
-    same("metres", STACK, RECORD.spoilt(lambda y: 1e-6 * y), "time_s,drive_v,position_m",
-         (1.0, 1e-6)),
-]  # fmt: skip
+    same(
+        "metres", STACK, RECORD.spoilt(lambda y: 1e-6 * y), "time_s,drive_v,position_m", (1.0, 1e-6)
+    ),
+]
 
 
 def more(name: str, added: Array, record: Record = RECORD) -> Case:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from support import Array
+
 from odd.bench import Record
 from odd.case import Write
-from support import Array
 
 Change = Callable[[str], str]
 

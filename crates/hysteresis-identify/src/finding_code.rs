@@ -89,6 +89,10 @@ pub enum FindingCode {
     /// The residual goes on at another level from one sample to the next. Value: by how much, over the range; limit 0.01 and
     /// seven robust standard deviations of its steps.
     OutputJump,
+    /// The position moves by another factor of the drive from some reversal on: another unit, gain or range. Value: the ratio of
+    /// the median gains of three swings before and after that are about as high; all gains before are beyond all after. Limit
+    /// 1.6.
+    GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,
     /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position;
@@ -143,7 +147,7 @@ pub(crate) enum Red {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 35] = [
         Self::WrongSign,
         Self::LoopBackwards,
         Self::NegativeDeadTime,
@@ -152,6 +156,7 @@ impl FindingCode {
         Self::StuckOutput,
         Self::StuckInput,
         Self::InputOutliers,
+        Self::GainChange,
         Self::Unrelated,
         Self::TimeGap,
         Self::RateChange,
@@ -277,6 +282,7 @@ impl FindingCode {
             Self::InputOutliers => {
                 ("input_outliers", From(0.5), "put straight lines in the place of these samples of the drive (--mend)")
             }
+            Self::GainChange => ("gain_change", Always, "fit the part before or after the change (--rows, --skip)"),
             Self::RateChange => ("rate_change", Never, "fit the part before or after the change (--rows, --skip)"),
             Self::Unrelated => (
                 "unrelated",

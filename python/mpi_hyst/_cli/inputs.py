@@ -89,8 +89,8 @@ def _check_unit(columns: Columns, dt: float) -> None:
     assert column is not None
     if not columns.quantity(column).suffix and not _SHORTEST <= dt < _LONGEST:
         raise CommandError(
-            f"{columns.source}: time column {column} has no unit and steps of {digits(dt)}, which "
-            "are hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "
+            f"{columns.source}: time column {column} has no unit and steps of {digits(dt)}, "
+            "hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "
             "out with --time none --rate HZ"
         )
 
@@ -98,8 +98,8 @@ def _check_unit(columns: Columns, dt: float) -> None:
 def _interval_of(rate: float, columns: Columns) -> float:
     if columns.time_column is not None:
         raise CommandError(
-            f"--rate: {columns.source} has the time column {columns.time_column}; give one of both, "
-            "or --time none"
+            f"--rate: {columns.source} has the time column {columns.time_column}; give one of "
+            "both, or --time none"
         )
     if not (math.isfinite(rate) and rate > 0.0):
         raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")

@@ -20,7 +20,7 @@ def is_stamp(cell: str) -> bool:
 
 
 class Clock:
-    """Turns stamps into seconds since the first one. Past midnight goes on where no date says so."""
+    """Turns stamps into seconds since the first one; those without a date go on past midnight."""
 
     def __init__(self) -> None:
         """Begin with the first stamp."""

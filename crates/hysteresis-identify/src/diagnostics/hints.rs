@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::record::Record;
+
 /// So many stretches are named; of more, the first.
 const NAMED: usize = 20;
 
@@ -13,6 +15,15 @@ pub(super) fn leave_out(stretches: &[Range<usize>]) -> String {
 /// The options that put straight lines in the place of stretches of the drive.
 pub(super) fn mend(stretches: &[Range<usize>]) -> String {
     format!("put straight lines in the place of these samples of the drive:{}", options("--mend", stretches))
+}
+
+/// What to do about something that parts a record in two: fit the longer part.
+pub(super) fn one_part(what: &str, sample: usize, record: &Record<'_>) -> String {
+    let before = format!("the part before {what}: --rows {sample}");
+    let after = format!("the part after it: --skip {sample}");
+    let is_late = 2 * sample > record.input().len();
+    let (first, second) = if is_late { (before, after) } else { (after, before) };
+    format!("fit {first}; or {second}")
 }
 
 fn options(name: &str, stretches: &[Range<usize>]) -> String {

@@ -1,5 +1,6 @@
 //! The loops of records: their sign, their direction, and which there are.
 
+use super::hints::one_part;
 use super::{input_bounds, named_sample};
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -90,6 +91,39 @@ pub(super) fn early(record: &Record<'_>) -> Option<Finding> {
         -value
     );
     Some(Finding::new(FindingCode::NegativeDeadTime, value, LIMIT, message).try_next(hint))
+}
+
+/// The position moves by another factor of the drive from some reversal on: another unit, gain or range.
+pub(super) fn gain_change(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = 1.6;
+    /// Swings on either side that tell the gain, and within which factor they are as high.
+    const SWINGS: usize = 3;
+    const AS_HIGH: f64 = 1.5;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let heights = |signal: &[f64]| turns.windows(2).map(|pair| (signal[pair[1]] - signal[pair[0]]).abs()).collect();
+    let (drive, position): (Vec<f64>, Vec<f64>) = (heights(input), heights(output));
+    let gains: Vec<f64> = drive.iter().zip(&position).map(|(u, y)| y / u).collect();
+    let ratio = |values: &[f64], place: usize| {
+        let ratio = signal::median(&values[place..place + SWINGS]) / signal::median(&values[place - SWINGS..place]);
+        ratio.max(ratio.recip())
+    };
+    // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie beyond all of the other.
+    let is_apart = |place: &usize| {
+        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..*place]), signal::bounds(&gains[*place..]));
+        (lower > high || low > higher) && ratio(&drive, *place) < AS_HIGH
+    };
+    let places = SWINGS..(gains.len() + 1).checked_sub(SWINGS)?;
+    let changes = places.filter(is_apart).map(|place| (place, ratio(&gains, place)));
+    let (place, value) = changes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let sample = record.skip() + turns[place];
+    let message = format!(
+        "from about {} on the position moves by another factor of the drive, {value:.3} times larger or smaller",
+        named_sample(record, sample)
+    );
+    let finding = Finding::new(FindingCode::GainChange, value, LIMIT, message).at(sample);
+    Some(finding.try_next(one_part("the change", sample, record)))
 }
 
 /// The input hardly ever turns inside its range.

@@ -102,6 +102,7 @@ fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
         worst(records, |_, record| loops::early(record)),
+        worst(records, |_, record| loops::gain_change(record)),
         worst(records, |_, record| local::input_outliers(record)),
         worst(records, |_, record| Stays::of(record).stuck(record)),
         worst(records, |_, record| times::gap(record)),

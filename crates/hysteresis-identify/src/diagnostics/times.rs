@@ -1,5 +1,6 @@
 //! When samples were taken: gaps and jitter.
 
+use super::hints::one_part;
 use super::named_sample;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -60,15 +61,6 @@ pub(super) fn rate_change(record: &Record<'_>) -> Option<Finding> {
 fn first_other(steps: &[f64], usual: f64) -> usize {
     const FAR: f64 = 0.1;
     steps.iter().position(|step| (step / usual - 1.0).abs() > FAR).unwrap_or(0)
-}
-
-/// What to do about something that parts a record in two: fit the longer part.
-fn one_part(what: &str, sample: usize, record: &Record<'_>) -> String {
-    let before = format!("the part before {what}: --rows {sample}");
-    let after = format!("the part after it: --skip {sample}");
-    let is_late = 2 * sample > record.input().len();
-    let (first, second) = if is_late { (before, after) } else { (after, before) };
-    format!("fit {first}; or {second}")
 }
 
 /// Uneven intervals: how far times are from their grid, gaps left out.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Literal
 
 import click
@@ -13,6 +14,7 @@ from mpi_hyst._quantity import SECONDS
 
 _MOST_OPERATORS = 100_000
 _MOST_TERMS = 100
+_STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
 
 
 def _operators(
@@ -83,16 +85,11 @@ def _stretches(
     """Read stretches of rows, each as in 700:706."""
     found = []
     for value in values:
-        first, colon, last = value.partition(":")
-        if not (
-            colon and first.isascii() and first.isdigit() and last.isascii() and last.isdigit()
-        ):
-            found = []
-            break
-        found.append((int(first), int(last)))
-    if len(found) < len(values) or any(first >= last for first, last in found):
-        message = f"expected rows FROM:TO, the first and the one behind the last, got {values!r}"
-        raise click.BadParameter(message, context, option)
+        match = _STRETCH.fullmatch(value)
+        if match is None or int(match["first"]) >= int(match["end"]):
+            message = f"expected rows FROM:TO, the first and the one behind the last, got {value!r}"
+            raise click.BadParameter(message, context, option)
+        found.append((int(match["first"]), int(match["end"])))
     return tuple(sorted(found))
 
 
@@ -126,8 +123,8 @@ def _stretches(
         multiple=True,
         metavar="FROM:TO",
         callback=_stretches,
-        help="Rows whose position is not fitted, as in 700:706: from row 700, counted from 0, up to "
-        "706. What is behind them has a zero of its own. Repeatable.",
+        help="Rows whose position is not fitted: 700:706 are rows 700 to 705, counted from 0. What "
+        "is behind them has a zero of its own. Repeatable.",
     ),
     click.option(
         "--mend",

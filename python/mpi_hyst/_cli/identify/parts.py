@@ -1,4 +1,4 @@
-"""Parts of a record that are not fitted: it becomes several records, each with a zero of its own."""
+"""Rows that are not fitted: a record becomes several, each with a zero of its own."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._report.identify.records import Record
+from mpi_hyst._types import Samples
 
 _SHORTEST = 10  # samples; what is shorter tells little beside a zero of its own
 
@@ -16,7 +17,7 @@ Stretch = tuple[int, int]
 
 
 def parted(record: Record, left_out: Sequence[Stretch], mended: Sequence[Stretch]) -> list[Record]:
-    """Return the parts between what is left out, each with all samples before it to set the memory."""
+    """Return what lies between, each part with all samples before it: they set the memory."""
     for option, stretches in (("--leave-out", left_out), ("--mend", mended)):
         for first, last in stretches:
             if last > record.input.size:
@@ -34,9 +35,7 @@ def parted(record: Record, left_out: Sequence[Stretch], mended: Sequence[Stretch
     return found
 
 
-def _mended(
-    record: Record, stretches: Sequence[Stretch]
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _mended(record: Record, stretches: Sequence[Stretch]) -> Samples:
     """Return the drive with straight lines over the stretches."""
     known = np.ones(record.input.size, dtype=bool)
     for first, last in stretches:
