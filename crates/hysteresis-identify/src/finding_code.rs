@@ -90,8 +90,8 @@ pub enum FindingCode {
     /// seven robust standard deviations of its steps.
     OutputJump,
     /// The position moves by another factor of the drive from some reversal on: another unit, gain or range. Value: the ratio of
-    /// the median gains of three swings before and after that are about as high; all gains before are beyond all after. Limit
-    /// 1.6.
+    /// the median gains of three swings before and after that are about as high; any gain before is apart from any after by a
+    /// factor of 1.25. Limit 1.6.
     GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,

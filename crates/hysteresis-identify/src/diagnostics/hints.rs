@@ -17,11 +17,11 @@ pub(super) fn mend(stretches: &[Range<usize>]) -> String {
     format!("put straight lines in the place of these samples of the drive:{}", options("--mend", stretches))
 }
 
-/// What to do about something that parts a record in two: fit the longer part.
-pub(super) fn one_part(what: &str, sample: usize, record: &Record<'_>) -> String {
-    let before = format!("the part before {what}: --rows {sample}");
-    let after = format!("the part after it: --skip {sample}");
-    let is_late = 2 * sample > record.input().len();
+/// What to do about something between two samples that parts a record in two: fit the longer part.
+pub(super) fn one_part(what: &str, place: Range<usize>, record: &Record<'_>) -> String {
+    let before = format!("the part before {what}: --rows {}", place.start);
+    let after = format!("the part after it: --skip {}", place.end);
+    let is_late = 2 * place.start > record.input().len();
     let (first, second) = if is_late { (before, after) } else { (after, before) };
     format!("fit {first}; or {second}")
 }

@@ -99,31 +99,36 @@ pub(super) fn gain_change(record: &Record<'_>) -> Option<Finding> {
     /// Swings on either side that tell the gain, and within which factor they are as high.
     const SWINGS: usize = 3;
     const AS_HIGH: f64 = 1.5;
+    /// The least factor between any gain before and any after.
+    const APART: f64 = 1.25;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (low, high) = signal::bounds(input);
     let turns = signal::turns(input, SWING * (high - low));
     let heights = |signal: &[f64]| turns.windows(2).map(|pair| (signal[pair[1]] - signal[pair[0]]).abs()).collect();
     let (drive, position): (Vec<f64>, Vec<f64>) = (heights(input), heights(output));
     let gains: Vec<f64> = drive.iter().zip(&position).map(|(u, y)| y / u).collect();
-    let ratio = |values: &[f64], place: usize| {
-        let ratio = signal::median(&values[place..place + SWINGS]) / signal::median(&values[place - SWINGS..place]);
+    // The change may lie within a swing, so the one between both sides does not count.
+    let sides = |values: &[f64], place: usize| {
+        let (before, after) = (&values[place - 1 - SWINGS..place - 1], &values[place..place + SWINGS]);
+        let ratio = signal::median(after) / signal::median(before);
         ratio.max(ratio.recip())
     };
-    // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie beyond all of the other.
+    // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie well beyond all of the other.
     let is_apart = |place: &usize| {
-        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..*place]), signal::bounds(&gains[*place..]));
-        (lower > high || low > higher) && ratio(&drive, *place) < AS_HIGH
+        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..place - 1]), signal::bounds(&gains[*place..]));
+        (low / higher).max(lower / high) > APART && sides(&drive, *place) < AS_HIGH
     };
-    let places = SWINGS..(gains.len() + 1).checked_sub(SWINGS)?;
-    let changes = places.filter(is_apart).map(|place| (place, ratio(&gains, place)));
+    let places = SWINGS + 1..(gains.len() + 1).checked_sub(SWINGS)?;
+    let changes = places.filter(is_apart).map(|place| (place, sides(&gains, place)));
     let (place, value) = changes.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let sample = record.skip() + turns[place];
+    let (from, to) = (record.skip() + turns[place - 1], record.skip() + turns[place]);
     let message = format!(
-        "from about {} on the position moves by another factor of the drive, {value:.3} times larger or smaller",
-        named_sample(record, sample)
+        "between {} and sample {to} the position begins to move by another factor of the drive, {value:.3} times larger or \
+         smaller",
+        named_sample(record, from)
     );
-    let finding = Finding::new(FindingCode::GainChange, value, LIMIT, message).at(sample);
-    Some(finding.try_next(one_part("the change", sample, record)))
+    let finding = Finding::new(FindingCode::GainChange, value, LIMIT, message).at(to);
+    Some(finding.try_next(one_part("the change", from..to, record)))
 }
 
 /// The input hardly ever turns inside its range.

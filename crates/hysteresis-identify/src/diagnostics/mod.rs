@@ -86,6 +86,10 @@ pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
     found.extend(of_residuals(records, chain, &survey));
+    // Where the gain changes, the position jumps as well.
+    if found.iter().any(|finding| finding.code == FindingCode::GainChange) {
+        found.retain(|finding| finding.code != FindingCode::OutputJump);
+    }
     found
 }
 

@@ -29,7 +29,7 @@ pub(super) fn gap(record: &Record<'_>) -> Option<Finding> {
         named_sample(record, sample)
     );
     let finding = Finding::new(FindingCode::TimeGap, value, LIMIT, message).at(sample);
-    Some(finding.try_next(one_part("the gap", sample, record)))
+    Some(finding.try_next(one_part("the gap", sample..sample, record)))
 }
 
 /// Another sampling interval from some sample on: a record of two rates.
@@ -54,7 +54,7 @@ pub(super) fn rate_change(record: &Record<'_>) -> Option<Finding> {
         named_sample(record, sample)
     );
     let finding = Finding::new(FindingCode::RateChange, value, LIMIT, message).at(sample);
-    Some(finding.try_next(one_part("the change", sample, record)))
+    Some(finding.try_next(one_part("the change", sample..sample, record)))
 }
 
 /// Where in these steps the interval leaves the usual one.
