@@ -75,7 +75,7 @@ STUCK = [
 JUMPS = [
     hinted("another zero in the middle", after(1000, 0.3), "output_jump", "--leave-out 999:1000"),
     hinted("a small step of the zero", after(800, 0.05), "output_jump"),
-    hinted("micrometres, then nanometres", put(slice(1100, SIZE), 1e3 * RECORD.y[1100:]), "red"),
+    hinted("micrometres, then nanometres", put(slice(1300, SIZE), 1e3 * RECORD.y[1300:]), "red"),
 ]
 CLIPPED = [
     hinted(

@@ -114,13 +114,14 @@ pub(super) fn gain_change(record: &Record<'_>) -> Option<Finding> {
         ratio.max(ratio.recip())
     };
     // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie well beyond all of the other.
-    let is_apart = |place: &usize| {
-        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..place - 1]), signal::bounds(&gains[*place..]));
-        (low / higher).max(lower / high) > APART && sides(&drive, *place) < AS_HIGH
+    let apart = |place: usize| {
+        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..place - 1]), signal::bounds(&gains[place..]));
+        (place, (low / higher).max(lower / high))
     };
     let places = SWINGS + 1..(gains.len() + 1).checked_sub(SWINGS)?;
-    let changes = places.filter(is_apart).map(|place| (place, sides(&gains, place)));
-    let (place, value) = changes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let changes = places.filter(|place| sides(&drive, *place) < AS_HIGH).map(apart);
+    let (place, _) = changes.filter(|(_, factor)| *factor > APART).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let value = sides(&gains, place);
     let (from, to) = (record.skip() + turns[place - 1], record.skip() + turns[place]);
     let message = format!(
         "between {} and sample {to} the position begins to move by another factor of the drive, {value:.3} times larger or \
