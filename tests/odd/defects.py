@@ -9,8 +9,9 @@ import numpy.typing as npt
 from support import Array
 
 from odd.bench import BIPOLAR, MAGNET, STACK, Bench, Record
-from odd.case import Case
-from odd.positions import hinted, same, then
+from odd.case import Case, Trial
+from odd.positions import VOLTS, hinted, same, then
+from odd.texts import text
 
 RECORD = STACK.record()
 SPAN = RECORD.span
@@ -72,10 +73,18 @@ STUCK = [
         bench=BIPOLAR,
     ),
 ]
+NANOMETRES = put(slice(1300, SIZE), 1e3 * RECORD.y[1300:])
 JUMPS = [
     hinted("another zero in the middle", after(1000, 0.3), "output_jump", "--leave-out 999:1000"),
     hinted("a small step of the zero", after(800, 0.05), "output_jump"),
-    hinted("micrometres, then nanometres", put(slice(1300, SIZE), 1e3 * RECORD.y[1300:]), "red"),
+    # The part in micrometres is the one before; the hint names both.
+    Case(
+        "micrometres, then nanometres",
+        STACK,
+        Trial(text(NANOMETRES), VOLTS),
+        ["red gain_change", "--rows 992"],
+        Trial(text(NANOMETRES), [*VOLTS, "--rows", "992"]),
+    ),
 ]
 CLIPPED = [
     hinted(
