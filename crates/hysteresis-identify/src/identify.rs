@@ -115,7 +115,11 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let are_given = matches!(options.thresholds, Thresholds::Given(_));
     warnings.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
     match &linear {
-        Some(linear) => warnings.extend(joint_findings(&space, &fit, &standard_errors, linear)),
+        Some(linear) => {
+            let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
+            let found = joint_findings(&space, &fit, &standard_errors, linear);
+            warnings.extend(found.into_iter().filter(|finding| !told.contains(&finding.code)));
+        }
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
     let quality = |(place, record): (usize, &Record<'_>)| {

@@ -1,9 +1,12 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
 mod dead_time;
+mod hints;
+mod local;
 mod loops;
 mod remainder;
 mod residual;
+mod stuck;
 mod survey;
 mod times;
 
@@ -23,6 +26,7 @@ use crate::numeric::as_f64;
 use crate::options::{Options, Setting};
 use crate::record::Record;
 use crate::signal;
+use stuck::Stays;
 use survey::Survey;
 
 /// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead time
@@ -83,6 +87,10 @@ pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
     found.extend(of_residuals(records, chain, &survey));
+    // Where the gain changes, the position jumps as well.
+    if found.iter().any(|finding| finding.code == FindingCode::GainChange) {
+        found.retain(|finding| finding.code != FindingCode::OutputJump);
+    }
     found
 }
 
@@ -98,7 +106,12 @@ fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
     let checks = [
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
+        worst(records, |_, record| loops::early(record)),
+        worst(records, |_, record| loops::gain_change(record)),
+        worst(records, |_, record| local::input_outliers(record)),
+        worst(records, |_, record| Stays::of(record).stuck(record)),
         worst(records, |_, record| times::gap(record)),
+        worst(records, |_, record| times::rate_change(record)),
         worst(records, |_, record| times::jitter(record)),
         too_few_samples(records, survey),
         minor_loops,
@@ -117,14 +130,19 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
     for code in remainder::CODES {
         found.extend(worst(records, |place, _| followed[place].iter().find(|found| found.code == code).cloned()));
     }
+    let unexplained = |place: usize| {
+        let explains_motion = !chain.linear.is_dead_time_alone();
+        if explains_motion { of(place) } else { &records[place].output()[records[place].skip()..] }
+    };
+    let bursts: Vec<_> = records.iter().enumerate().map(|(place, record)| local::bursts(record, of(place))).collect();
     let last = [
-        worst(records, |place, record| residual::outliers(record, of(place))),
-        worst(records, |_, record| Some(residual::clipped_output(record))),
-        worst(records, |place, record| {
-            let output = &record.output()[record.skip()..];
-            let explains_motion = !chain.linear.is_dead_time_alone();
-            Some(residual::clipped_input(record, if explains_motion { of(place) } else { output }, of(place)))
-        }),
+        worst(records, |place, record| Some(local::unrelated(record, of(place)))),
+        worst(records, |place, record| local::outliers(record, of(place))),
+        worst(records, |place, record| local::bad_stretch(record, of(place), &bursts[place])),
+        worst(records, |place, record| local::jump(record, of(place), &bursts[place])),
+        worst(records, |place, record| stuck::input(record, unexplained(place), of(place))),
+        worst(records, |_, record| Stays::of(record).clipped(record)),
+        worst(records, |place, record| Some(residual::clipped_input(record, unexplained(place), of(place)))),
     ];
     found.extend(last.into_iter().flatten());
     found

@@ -46,14 +46,19 @@ impl LinearPart {
         self.dynamics.is_none() && self.time_constants.is_empty()
     }
 
-    /// How much later slow motion is seen: the dead time and the lag of the dynamics, 2 zeta / w or tau.
+    /// The lag of the amplifier.
+    pub(crate) fn amplifier_lag(&self) -> f64 {
+        self.bandwidth.map_or(0.0, |bandwidth| 1.0 / (TAU * bandwidth))
+    }
+
+    /// How much later slow motion is seen: the dead time and the lags of the amplifier and of the dynamics, 2 zeta / w or tau.
     pub(crate) fn lag(&self) -> f64 {
         let dynamics = match self.dynamics {
             None => 0.0,
             Some(Dynamics::FirstOrder(lag)) => lag.time_constant(),
             Some(Dynamics::SecondOrder(resonance)) => 2.0 * resonance.damping() / (TAU * resonance.frequency()),
         };
-        self.dead_time + dynamics
+        self.dead_time + self.amplifier_lag() + dynamics
     }
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Literal
 
 import click
@@ -9,9 +10,12 @@ import click
 from mpi_hyst._cli.interrupts import STATUS
 from mpi_hyst._cli.options import FILE, limits, numbers, options, report, slew, time_column
 from mpi_hyst._cli.terminal import say
+from mpi_hyst._quantity import SECONDS
 
 _MOST_OPERATORS = 100_000
 _MOST_TERMS = 100
+_MAPS = click.Choice(["auto", "none", "smooth"])
+_STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
 
 
 def _operators(
@@ -89,7 +93,18 @@ def _amplifier(
         raise click.BadParameter(message, context, option) from None
 
 
-_MAPS = click.Choice(["auto", "none", "smooth"])
+def _stretches(
+    context: click.Context, option: click.Parameter, values: tuple[str, ...]
+) -> tuple[tuple[int, int], ...]:
+    """Read stretches of rows, each as in 700:706."""
+    found = []
+    for value in values:
+        match = _STRETCH.fullmatch(value)
+        if match is None or int(match["first"]) >= int(match["end"]):
+            message = f"expected rows FROM:TO, the first and the one behind the last, got {value!r}"
+            raise click.BadParameter(message, context, option)
+        found.append((int(match["first"]), int(match["end"])))
+    return tuple(sorted(found))
 
 
 @click.command()
@@ -117,7 +132,28 @@ _MAPS = click.Choice(["auto", "none", "smooth"])
         type=click.IntRange(min=1),
         help="Number of rows to read. Once for all files, or once per file.  [default: all]",
     ),
+    click.option(
+        "--leave-out",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose position is not fitted: 700:706 are rows 700 to 705, counted from 0. What "
+        "is behind them has a zero of its own. Repeatable.",
+    ),
+    click.option(
+        "--mend",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose drive was recorded wrong: a straight line takes its place, and the "
+        "position is not fitted. Repeatable.",
+    ),
     time_column,
+    click.option(
+        "--time-unit",
+        type=click.Choice(tuple(SECONDS)),
+        help="Unit of the time column.  [default: that in its name or in the file, else s]",
+    ),
     click.option(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),

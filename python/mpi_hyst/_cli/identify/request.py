@@ -28,7 +28,10 @@ class Request:
     report_path: Path | None = None
     skip: tuple[str, ...] = ()
     rows: tuple[int, ...] = ()
-    time: str | None = None
+    leave_out: tuple[tuple[int, int], ...] = ()
+    mend: tuple[tuple[int, int], ...] = ()
+    time: str | Literal[False] | None = None
+    time_unit: str | None = None
     rate: float | None = None
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
@@ -89,6 +92,11 @@ class Request:
             raise CommandError("--weights: the conventional model has no split weights")
         if self.validate and self.validate_from:
             raise CommandError("--validate and --validate-from: give one of both")
+        for option, stretches in (("--leave-out", self.leave_out), ("--mend", self.mend)):
+            if stretches and len(self.data) > 1:
+                raise CommandError(f"{option}: expected one file, got {len(self.data)}")
+            if stretches and self.validate_from:
+                raise CommandError(f"{option} and --validate-from: give one of both")
         if self.validate_skip and not self.validate:
             raise CommandError("--validate-skip: no --validate file is given")
         try:

@@ -125,7 +125,10 @@ def _check_time(records: Records, request: Request) -> None:
 def _stage(found: mh.results.Identification, records: Records, request: Request) -> mh.Stage:
     """Return the stage with units, limits, and the names and SHA-256 of its records."""
     units = (request.input.suffix or "V", request.output.suffix or "um")
-    sources = [(printable(record.name), record.sha256) for record in records.fitted]
+    # Parts of one file have one source.
+    sources = list(
+        dict.fromkeys((printable(record.name), record.sha256) for record in records.fitted)
+    )
     with warnings.catch_warnings():
         # The library warns of a dead time in samples, which a stage cannot hold: _left_out says it.
         warnings.simplefilter("ignore")
