@@ -23,6 +23,8 @@ const SAME_EVIDENCE: f64 = 4.0;
 pub(crate) struct LinearEvidence {
     /// The standard error of a dead time that was searched beside dynamics, in samples.
     pub(crate) dead_time_error: Option<f64>,
+    /// By how many samples an amplifier that is not told from a dead time would change the latter.
+    pub(crate) amplifier_instead: f64,
     /// The evidence for dynamics, if it is too little, and what noise alone may pretend.
     pub(crate) too_little: Option<(f64, f64)>,
     /// How the residuals follow from each other.
@@ -75,7 +77,7 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        let found = self.with_amplifier_if_told(found, monitor)?;
+        let found = self.with_amplifier_if_told(found, linear, monitor)?;
         monitor.begin(Span { from: 0.66, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
@@ -95,8 +97,13 @@ impl JointSearch<'_> {
     }
 
     /// The fit, or that with an amplifier in front of the hysteresis if the records tell one.
-    fn with_amplifier_if_told(&self, found: JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let is_open = self.problem.options.amplifier == AmplifierModel::Auto;
+    fn with_amplifier_if_told(
+        &self,
+        found: JointFit,
+        linear: &mut LinearEvidence,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let is_open = self.problem.options.amplifier == AmplifierModel::Auto && !found.fit.is_exact();
         if !is_open || found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
             return Ok(found);
         }
@@ -112,7 +119,11 @@ impl JointSearch<'_> {
             evidence,
             self.needed_evidence(&with)
         );
-        Ok(if evidence >= self.needed_evidence(&with) { with } else { found })
+        if evidence >= self.needed_evidence(&with) {
+            return Ok(with);
+        }
+        linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
+        Ok(found)
     }
 
     /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what

@@ -153,7 +153,7 @@ fn with_structure(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let JointFit { space, fit, .. } = &found.fit;
-    monitor.within(0, 2);
+    monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let maps = MapProblem { records, asked, options: &found.options, basis: &found.basis, smoothness: usual };
     let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;

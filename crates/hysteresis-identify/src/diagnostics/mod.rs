@@ -99,17 +99,26 @@ pub(crate) fn causes_of_wrong_sign(findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
 }
 
+/// What a model explains leaves less than that share of the range.
+const EXPLAINED: f64 = 2e-3;
+
 /// What the records show by themselves.
 fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
     let minor_loops = loops::no_minor_loops(records);
     let identical = if minor_loops.is_none() { loops::identical(records) } else { None };
+    // Dynamics make a position turn elsewhere and move by another factor, too: what the model explains is no defect.
+    let unexplained =
+        |place: usize, record: &Record<'_>| signal::rms(&survey.residuals[place]) > EXPLAINED * record.output_range();
+    let doubted = |measure: fn(&Record<'_>) -> Option<Finding>| {
+        worst(records, |place, record| measure(record).filter(|_| unexplained(place, record)))
+    };
     let checks = [
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
-        worst(records, |_, record| loops::early(record)),
-        worst(records, |_, record| loops::gain_change(record)),
-        worst(records, |_, record| local::input_outliers(record)),
-        worst(records, |_, record| Stays::of(record).stuck(record)),
+        doubted(loops::early),
+        doubted(loops::gain_change),
+        doubted(local::input_outliers),
+        doubted(|record| Stays::of(record).stuck(record)),
         worst(records, |_, record| times::gap(record)),
         worst(records, |_, record| times::rate_change(record)),
         worst(records, |_, record| times::jitter(record)),

@@ -4,8 +4,9 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::factor::triangle_of;
+use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Parameter;
-use crate::fit::projection::{ProjectedFit, Projection, below_own, own_values, penalised};
+use crate::fit::projection::{ProjectedFit, Projection, penalised};
 use crate::fit::weight_basis::{WeightBasis, combined};
 use crate::loop_shift_model::LoopShiftModel;
 use crate::numeric::as_f64;

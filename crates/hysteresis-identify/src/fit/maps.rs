@@ -74,8 +74,9 @@ impl MapProblem<'_> {
             if has_output { space.with_output_map(self.output_map(found, fit)) } else { space }
         };
         let given = (*input_map == MapModel::Smooth, *output_map == MapModel::Smooth);
-        let output = (*output_map == MapModel::Auto).then_some((given.0, true));
-        let input = (*input_map == MapModel::Auto).then_some((true, given.1));
+        let is_open = |map: &MapModel| *map == MapModel::Auto && !fit.is_exact();
+        let output = is_open(output_map).then_some((given.0, true));
+        let input = is_open(input_map).then_some((true, given.1));
         [Some(given), output, input].into_iter().flatten().map(with).collect()
     }
 

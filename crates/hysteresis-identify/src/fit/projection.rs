@@ -4,7 +4,8 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::course::Course;
-use crate::fit::factor::{TriangularFactor, back_substitute};
+use crate::fit::factor::TriangularFactor;
+use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Point;
 use crate::fit::smoothness::{penalty, with_penalty};
 use crate::fit::space::Space;
@@ -12,9 +13,6 @@ use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 use crate::record::Record;
-
-/// A column that varies by less than this share of its size is constant.
-const MIN_VARYING_SHARE: f64 = 1e-11;
 
 /// The best fit at a point.
 #[derive(Clone, Debug)]
@@ -36,6 +34,16 @@ pub(crate) struct ProjectedFit {
     pub(crate) base_squares: f64,
     /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
     pub(crate) kkt_residual: f64,
+}
+
+/// Below this share of the squares of the data nothing is left for another part of the model to explain.
+const EXACT: f64 = 1e-12;
+
+impl ProjectedFit {
+    /// Whether the fit leaves nothing to speak of: without noise, with the true model.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.squares <= EXACT * self.base_squares
+    }
 }
 
 /// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a triangle.
@@ -265,32 +273,6 @@ fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
     let inputs = || (0..course.len()).map(|row| record.input()[course.sample(row)]);
     let mean = inputs().sum::<f64>() / as_f64(course.len());
     inputs().map(|u| (u - mean).powi(2)).sum()
-}
-
-/// What goes with these unknowns of the records' own.
-pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec<f64> {
-    let left = |i: usize| {
-        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, own + j)]).sum();
-        factor[(i, factor.ncols() - 1)] - modelled
-    };
-    let mut values: Vec<f64> = (0..own).map(left).collect();
-    back_substitute(factor.get(..own, ..own), &mut values);
-    values
-}
-
-/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
-///
-/// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
-/// enormous weight would fit noise with it. Such columns become exactly zero.
-pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
-    let last = factor.ncols() - 1;
-    let mut a = factor.get(own.., own..last).to_owned();
-    for j in 0..a.ncols() {
-        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(own + j).norm_l2() {
-            a.col_mut(j).fill(0.0);
-        }
-    }
-    (a, (own..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
 /// Those that are not at their bound, zero.
