@@ -21,6 +21,10 @@ use crate::record::Record;
 /// How many passes over the records a map may take to find its shape.
 const PASSES: usize = 8;
 
+/// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
+/// stage that is harder to read cost something.
+const MUST_GAIN: f64 = 1.2;
+
 /// Where a fit is, and what is fitted there.
 #[derive(Clone)]
 pub(crate) struct Place {
@@ -60,7 +64,7 @@ impl MapProblem<'_> {
             tried.push(validation);
             places.push(place);
         }
-        let good: Vec<usize> = CrossValidation::good(&tried, 1.0).collect();
+        let good: Vec<usize> = CrossValidation::good(&tried, MUST_GAIN).collect();
         let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
         let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
         Ok(places.swap_remove(best.unwrap_or(0)))
