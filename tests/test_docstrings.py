@@ -20,6 +20,8 @@ WITHOUT_EXAMPLES = {
     "results.Identification": "made by identify, whose example reads it",
     "plant.Metrics": "made by Run, whose example reads it",
     "results.ManyIdentifications": "made by identify_many, whose example reads it",
+    "results.ComparedModel": "made by compare, whose example reads it",
+    "results.Comparison": "made by compare, whose example reads it",
     "results.LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
     "results.Quality": "made by identify: numbers without arguments",
     "control.Margins": "made by tune, whose example reads it",

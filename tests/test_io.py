@@ -197,6 +197,42 @@ def test_the_time_is_in_seconds(
     assert record.sample_time == pytest.approx(dt)
 
 
+STAMPS = {
+    "ISO": ["2026-03-01T23:59:59.5", "2026-03-02T00:00:00", "2026-03-02T00:00:00.5"],
+    "ISO with zones": [
+        "2026-03-01 23:59:59.5Z",
+        "2026-03-02 01:00:00+01:00",
+        "2026-03-02 00:00:00.5Z",
+    ],
+    "day first": ["01.03.2026 23:59:59.500", "02.03.2026 00:00:00.000", "02.03.2026 00:00:00.500"],
+    "month first": ["3/1/2026 11:59:59.5 PM", "3/2/2026 12:00:00 AM", "3/2/2026 12:00:00.5 AM"],
+    "days above twelve": ["27/3/2026 23:59:59.5", "28/3/2026 0:00:00", "28/3/2026 0:00:00.5"],
+    "past midnight": ["23:59:59.5", "00:00:00.0", "00:00:00.5"],
+}
+
+
+@pytest.mark.parametrize("form", STAMPS)
+def test_dates_are_seconds_since_the_first_row(tmp_path: Path, form: str) -> None:
+    path = tmp_path / "record.csv"
+    rows = "".join(f"{stamp},{value}\n" for value, stamp in enumerate(STAMPS[form]))
+    path.write_text(f"Timestamp,u\n{rows}", encoding="utf-8")
+    record = mh.io.read(path)
+    assert record.time_column == "Timestamp"
+    np.testing.assert_allclose(record["Timestamp"], [0.0, 0.5, 1.0], rtol=0.0, atol=1e-9)
+    assert mh.io.read(path, ["u"], time=False).time_column is None
+
+
+def test_a_date_that_is_none_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    stamps = [f"2026-03-01T00:00:{second:02d}" for second in range(40)]
+    stamps[30] = "2026-02-30T00:00:30"
+    path.write_text("time,u\n" + "".join(f"{one},1\n" for one in stamps), encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match="line 32, column time: not a number") as caught:
+        mh.io.read(path)
+    assert caught.value.rows == 30
+    assert mh.io.read(path, rows=30).samples == 30
+
+
 def test_units_of_the_file_go_before_those_of_names(tmp_path: Path) -> None:
     path = tmp_path / "record.csv"
     path.write_text("drive,gauge_raw,x_um\nkV,counts,nm\n0,1,2\n1,2,3\n", encoding="utf-8")

@@ -125,7 +125,8 @@ def test_a_time_that_stands_and_cells_without_numbers_are_told(there: Path) -> N
 def test_a_time_in_an_unsaid_unit_is_doubted(there: Path, scale: float) -> None:
     table(there / "ms.csv", "time,drive_v,pos_um", [scale * SECONDS, DRIVE, POSITION])
     result = run("look", "ms.csv")
-    assert "time has no unit and steps of 5" in result.stdout and "rename it" in result.stdout
+    assert "time has no unit and steps of 5" in result.stdout
+    assert "--time-unit ms" in result.stdout
 
 
 def test_a_record_without_time_needs_a_rate(there: Path) -> None:

@@ -97,6 +97,8 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Finding": lambda: mh.diagnose(U[:20], Y[:20], MODEL)[0],
     "Identification": identified,
     "DynamicsIdentification": dynamics,
+    "Comparison": lambda: mh.compare(U, Y, operators=4),
+    "ComparedModel": lambda: mh.compare(U, Y, operators=4).rows[1],
     "ManyIdentifications": lambda: mh.identify_many(U, np.column_stack([Y, Y]), operators=4),
     "Metrics": lambda: run().metrics,
     "Run": run,

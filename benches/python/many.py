@@ -117,7 +117,9 @@ def main() -> None:
     shape = f"{asked.samples} samples, {asked.operators} operators, {asked.threads} threads"
 
     def single(pair: tuple[Array, Array]) -> mh.results.Identification:
-        return mh.identify(*pair, dynamics=None, creep=None, loop_shift=None, **options)
+        alone = {"dynamics": None, "creep": None, "loop_shift": None}
+        alone |= {"input_map": None, "output_map": None}
+        return mh.identify(*pair, **alone, **options)
 
     def in_parallel(pairs: list[tuple[Array, Array]]) -> list[mh.results.Identification]:
         with ThreadPoolExecutor(asked.threads) as pool:

@@ -24,6 +24,8 @@ __all__ = [
     "ActuatorArray",
     "Antiresonance",
     "Bracket",
+    "ComparedModel",
+    "Comparison",
     "ControllerTerms",
     "CoupledPlay",
     "Creep",
@@ -67,6 +69,7 @@ __all__ = [
     "StateSpace",
     "Tuning",
     "chirp",
+    "compare",
     "decaying_triangle",
     "demagnetize",
     "diagnose",
@@ -840,6 +843,18 @@ class Identification:
     @property
     def creep(self) -> Creep | None:
         """The creep, if there is any."""
+    @property
+    def amplifier_bandwidth(self) -> float | None:
+        """The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found."""
+
+    @property
+    def input_map(self) -> tuple[list[float], list[float]] | None:
+        """The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out."""
+
+    @property
+    def output_map(self) -> tuple[list[float], list[float]] | None:
+        """The points (x, y) of the map behind the hysteresis, if there is one: position in, position out."""
+
     @property
     def dead_time(self) -> float | None:
         """What the output lags the input besides, in seconds; None for records without dt."""
@@ -1789,6 +1804,9 @@ def identify(
     dynamics: Literal["auto", 1, 2] | None = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
+    amplifier: Literal["auto"] | float | None = "auto",
+    input_map: Literal["auto", "smooth"] | None = "auto",
+    output_map: Literal["auto", "smooth"] | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
@@ -1841,6 +1859,12 @@ def identify(
     loop_shift : "auto", None or float
         How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
         holds at the rates of the records only.
+    amplifier : "auto", None or float
+        The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz. "auto" fits one beside second-order
+        dynamics if the records tell its lag from a dead time.
+    input_map, output_map : "auto", None or "smooth"
+        A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
+        logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" is at most one of the two.
     thresholds : "uniform", "quantiles" or array, optional
         The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
     smoothness : float or "auto"
@@ -1877,6 +1901,180 @@ def identify(
     >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, dead_time=0.0)
     >>> [round(ratio, 4) for ratio in found.ratios]
     [0.95, 0.3, 0.35]
+    """
+
+@final
+class ComparedModel:
+    """One model of a comparison, with its errors on what it was fitted to and on stretches held out."""
+
+    @property
+    def model(self) -> str:
+        """The name of the model, as `compare` lists them."""
+    @property
+    def weights_law(self) -> Literal["free", "quadratic", "split"]:
+        """What its weights might be: as given, or as cross-validation chose."""
+    @property
+    def unknowns(self) -> int:
+        """How many numbers were fitted: those of the weight law, of polynomial or loop shift, output offsets and creep under way of the
+        records, and everything that was searched.
+        """
+    @property
+    def kept(self) -> list[Literal["creep", "loop shift", "dynamics"]]:
+        """The extensions in it: "creep", "loop shift", "dynamics". One that was "auto" is there if cross-validation kept it."""
+    @property
+    def fit(self) -> Quality:
+        """The errors over the fitted samples of all records."""
+    @property
+    def held_out(self) -> float:
+        """Root mean square error on the held-out stretches, in the unit of the output: the mean of the squares over the stretches."""
+    @property
+    def held_out_percent(self) -> float:
+        """The same in % of `fit.range`, the peak-to-peak of the measured output."""
+    @property
+    def worst_stretch(self) -> float:
+        """The largest of `stretches`."""
+    @property
+    def worst_stretch_percent(self) -> float:
+        """The same in % of `fit.range`."""
+    @property
+    def stretches(self) -> list[float]:
+        """Root mean square error on every held-out stretch, in the unit of the output. Stretch i is the i-th eighth of every record."""
+    def residuals(self, u: ArrayLike, y: ArrayLike, *, record: int = 0) -> _Vector:
+        """Measured minus modelled output of a record that was fitted, all its samples: (n,) in the unit of y.
+
+        The model is that of all stretches, with the output offset of the record and the creep that was under way in it.
+
+        Parameters
+        ----------
+        u, y : arrays of n floats
+            Input and measured output, as they were given to `compare`.
+        record : int
+            The number of the record among those that were fitted.
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+        >>> y = mh.paper.table_1_recovered().forward().run(u)
+        >>> row = mh.compare(u, y, operators=8).rows[0]
+        >>> bool(abs((row.residuals(u, y) ** 2).mean() ** 0.5 - row.fit.rmse) < 1e-12)
+        True
+        """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Comparison:
+    """What `compare` found: a row for each model, the simplest first."""
+
+    @property
+    def rows(self) -> list[ComparedModel]:
+        """One row for each model, the simplest first."""
+    @property
+    def simplest(self) -> str:
+        """The name of the simplest model that predicts held-out stretches as well as the best one.
+
+        As well: the factor between their mean square errors, over the stretches, is 1 within its standard error.
+        """
+    @property
+    def omitted(self) -> dict[str, str]:
+        """The extensions that were not tried, each with the reason."""
+    @property
+    def creep_under_way(self) -> bool:
+        """Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
+        None. It is in all models alike, and no extension.
+        """
+    def table(self, unit: str = "") -> str:
+        """All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
+
+        `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.
+        """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+def compare(
+    u: _Records,
+    y: ArrayLike | None = None,
+    *,
+    dt: float | Sequence[float] | None = None,
+    operators: int | Literal["auto"] | None = 20,
+    weights: Literal["auto", "free", "quadratic", "split"] = "auto",
+    ratios: Literal["fit"] | tuple[float, float, float] = "fit",
+    input_offset: Literal["fit"] | float = "fit",
+    dead_time: Literal["fit"] | float = "fit",
+    dynamics: Literal["auto", 1, 2] | None = "auto",
+    creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
+    loop_shift: Literal["auto"] | float | None = "auto",
+    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    smoothness: Literal["auto"] | float = "auto",
+    skip: _Samples | Sequence[_Samples] = 0,
+    progress: Callable[[float, float], object] | None = None,
+) -> Comparison:
+    """Fits several models to the same records and judges each on held-out stretches: what does each buy on these data?
+
+    | model | y |
+    | --- | --- |
+    | conventional | sum_i w_i p_i[u], p_i plays |
+    | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
+    | modified | sum_i w_i z_i[u], z_i coupled plays |
+    | modified + creep, modified + loop shift, modified + dynamics | the same with one extension |
+    | modified + all | with all extensions, as `identify` fits them |
+
+    Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
+    exact inverse here: it is for comparison only. Every model has a dead time, and every record an output offset; where creep is
+    "auto", a record whose start is skipped also has the creep that was under way, in all models alike.
+
+    The judge is the same for all. Every record is cut into eight stretches, and the i-th stretch of all records is predicted from a
+    fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead time, dynamics
+    and creep to first order about their values for all stretches. What "auto" stands for is chosen once, on all stretches, as in
+    `identify`. All modified models have the weight law, the smoothness and the operators of the last of them, so that they differ
+    by their extensions alone.
+
+    Parameters
+    ----------
+    u, y : arrays of n floats
+        Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs as the only argument.
+    dt : float or list of float, optional
+        Sampling interval in seconds. Without it there are no extensions, and times are in samples.
+    operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
+        As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
+    creep, loop_shift, dynamics
+        As in `identify`, for the extensions. None leaves one out.
+    skip : int or list of int
+        Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
+    progress : callable, optional
+        Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+
+    Returns
+    -------
+    Comparison
+        One row for each model.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+    >>> y = mh.paper.table_1_recovered().forward().run(u)  # coupled plays
+    >>> found = mh.compare(u, y, operators=8)
+    >>> ", ".join(row.model for row in found.rows)
+    'conventional, polynomial + plays, modified'
+    >>> found.simplest
+    'modified'
+    >>> conventional, polynomial, modified = found.rows
+    >>> modified.held_out < 0.2 * min(conventional.held_out, polynomial.held_out)
+    True
+    >>> found.omitted.get("creep")
+    'needs a sampling interval'
     """
 
 @final

@@ -9,14 +9,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
-TIME_NAMES = ("time", "t", "x_value", "timestamp", "elapsed time", "zeit", "temps", "tiempo")
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+TIME_NAMES = ("time", "t", "x_value", "timestamp", "elapsed time", "zeit", "temps", "tiempo",
+              "datetime", "date time", "date/time", "time stamp")  # fmt: skip
 
 _UNITS = {
     unit.lower(): unit
     for unit in (
         *("V", "mV", "kV", "A", "mA", "C", "nC", "uC"),
-        *("m", "mm", "um", "nm", "pm", "rad", "mrad", "urad", "deg", "N", "mN"),
+        *("m", "mm", "um", "nm", "pm", "rad", "mrad", "urad", "deg", "N", "mN", "mT", "uT"),
         *SECONDS,
     )
 }
@@ -26,9 +27,9 @@ _WORDS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds", "sekunden"), "s"),
     **{"msec": "ms", "usec": "us", "microseconds": "us", "milliseconds": "ms", "minutes": "min"},
 }
-_MICRO = ("um", "us", "urad", "uC")
+_MICRO = ("um", "us", "urad", "uC", "uT")
 # A column `position_min` holds a minimum and `gain_h` no hours: so only behind a name of time.
-_ONLY_OF_TIME = ("ns", "min", "h")
+_ONLY_OF_TIME = ("ns", "min", "h", "d")
 _BEHIND = re.compile(r"(?P<name>.*?\S)[\s_]*(\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))")
 
 

@@ -1,10 +1,13 @@
 """What identification and diagnosis return: models with their errors, findings, verdicts.
 
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
-`identify_dynamics` a `DynamicsIdentification`, `diagnose` a list of `Finding`.
+`identify_dynamics` a `DynamicsIdentification`, `compare` a `Comparison`, `diagnose` a list of
+`Finding`.
 """
 
 from mpi_hyst._core import (
+    ComparedModel,
+    Comparison,
     DynamicsIdentification,
     Finding,
     Identification,
@@ -16,6 +19,8 @@ from mpi_hyst._core import (
 )
 
 __all__ = [
+    "ComparedModel",
+    "Comparison",
     "DynamicsIdentification",
     "Finding",
     "Identification",

@@ -66,12 +66,38 @@ pub enum FindingCode {
     /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
     Outliers,
     /// The output stays at its highest or lowest value while the input moves on. Value: how far the input moves
-    /// meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
+    /// meanwhile, over its range, if that is more than three times what it does while a coarse or slow sensor stays at other
+    /// values; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
     /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
     /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
     /// noise do while an input is held.
     ClippedInput,
+    /// The position stands still while the drive moves on, at any value. Value: how far the drive moves meanwhile, over its
+    /// range, if that is more than three times what it does while a coarse or slow sensor stays at its other values; limit
+    /// 0.03.
+    StuckOutput,
+    /// The recorded drive stands still while the position moves on, and then catches up with a jump. Value: how far the
+    /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
+    StuckInput,
+    /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
+    /// median of eleven, over the range of the medians; limit 0.03.
+    InputOutliers,
+    /// Stretches of three samples and more, up to a tenth of the record, that lie far from the model while those about them
+    /// do not. Value: how far the furthest residual is, over the range; limit 0.02 and ten robust standard deviations.
+    BadStretch,
+    /// The residual goes on at another level from one sample to the next. Value: by how much, over the range; limit 0.01 and
+    /// seven robust standard deviations of its steps.
+    OutputJump,
+    /// The position moves by another factor of the drive from some reversal on: another unit, gain or range. Value: the ratio of
+    /// the median gains of three swings before and after that are about as high; any gain before is apart from any after by a
+    /// factor of 1.25. Limit 1.6.
+    GainChange,
+    /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
+    RateChange,
+    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position;
+    /// limit 0.6.
+    Unrelated,
     /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, dead time)
     /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
     TooFewSamples,
@@ -121,13 +147,19 @@ pub(crate) enum Red {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 35] = [
         Self::WrongSign,
         Self::LoopBackwards,
         Self::NegativeDeadTime,
         Self::ClippedOutput,
         Self::ClippedInput,
+        Self::StuckOutput,
+        Self::StuckInput,
+        Self::InputOutliers,
+        Self::GainChange,
+        Self::Unrelated,
         Self::TimeGap,
+        Self::RateChange,
         Self::TimeJitter,
         Self::StartUpTransient,
         Self::TooFewSamples,
@@ -141,6 +173,8 @@ impl FindingCode {
         Self::AmplitudeEffects,
         Self::InputEffects,
         Self::Outliers,
+        Self::BadStretch,
+        Self::OutputJump,
         Self::Extrapolation,
         Self::ImplausibleDeadTime,
         Self::DeadTimeConfounded,
@@ -181,6 +215,9 @@ impl FindingCode {
                 | Self::AmplitudeEffects
                 | Self::InputEffects
                 | Self::Outliers
+                | Self::BadStretch
+                | Self::OutputJump
+                | Self::Unrelated
         );
         let of_model = matches!(self, Self::UnreachedThreshold | Self::CollinearOperators | Self::ImplausibleDeadTime);
         of_residual || of_model || self.is_of_linear_part()
@@ -206,8 +243,8 @@ impl FindingCode {
             Self::LoopBackwards => (
                 "loop_backwards",
                 Always,
-                "exchange drive and position if their columns are swapped; if each row holds a position that was read after \
-                 the drive had moved on, shift the position column down by one row",
+                "exchange drive and position if their columns are swapped; reverse the rows if they run from the last to the \
+                 first; if each row holds a position that was read after the drive had moved on, shift the position column down",
             ),
             Self::PoorFit => (
                 "poor_fit",
@@ -231,7 +268,27 @@ impl FindingCode {
                 Never,
                 "split weights (--weights split), or loops of the amplitudes that you will use",
             ),
-            Self::Outliers => ("outliers", Never, "look at these samples, and record again or skip them"),
+            Self::Outliers => ("outliers", Never, "leave these samples out of the fit (--leave-out)"),
+            Self::BadStretch => ("bad_stretch", From(0.2), "leave these samples out of the fit (--leave-out)"),
+            Self::OutputJump => (
+                "output_jump",
+                From(0.1),
+                "give both parts a zero of their own (--leave-out), or fit one of them (--rows, --skip)",
+            ),
+            Self::StuckOutput => ("stuck_output", From(0.2), "leave these samples out of the fit (--leave-out)"),
+            Self::StuckInput => {
+                ("stuck_input", From(0.2), "put a straight line in the place of this part of the drive (--mend)")
+            }
+            Self::InputOutliers => {
+                ("input_outliers", From(0.5), "put straight lines in the place of these samples of the drive (--mend)")
+            }
+            Self::GainChange => ("gain_change", Always, "fit the part before or after the change (--rows, --skip)"),
+            Self::RateChange => ("rate_change", Never, "fit the part before or after the change (--rows, --skip)"),
+            Self::Unrelated => (
+                "unrelated",
+                From(0.8),
+                "check that these are the columns of one drive and its position, or record less noise",
+            ),
             Self::ClippedOutput => {
                 ("clipped_output", From(0.1), "drive less far, or widen the range of the sensor or its converter")
             }

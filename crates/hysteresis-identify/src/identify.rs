@@ -118,7 +118,11 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let are_given = matches!(options.thresholds, Thresholds::Given(_));
     warnings.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
     match &linear {
-        Some(linear) => warnings.extend(joint_findings(&space, &fit, &standard_errors, linear)),
+        Some(linear) => {
+            let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
+            let found = joint_findings(&space, &fit, &standard_errors, linear);
+            warnings.extend(found.into_iter().filter(|finding| !told.contains(&finding.code)));
+        }
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
     let quality = |(place, record): (usize, &Record<'_>)| {
@@ -176,8 +180,9 @@ pub(crate) fn model(
     fit: &ProjectedFit,
     chain: &Chain,
 ) -> Result<Model, Error> {
-    let crept: f64 = chain.linear.amplitudes.iter().sum();
-    let output = fit.output_offsets[0] / (1.0 + crept);
+    // An output map has the output offset.
+    let has_offset = chain.operators.output_map.is_none();
+    let output = if has_offset { chain.rest_of(fit.output_offsets[0]) } else { 0.0 };
     let (ratios, thresholds) = (space.ratios(&fit.point), space.thresholds(&fit.point));
     let offsets = Offsets { input: fit.point.get(Parameter::InputOffset), output };
     Ok(match (options.model, basis.families(&fit.weights)) {
@@ -201,7 +206,7 @@ fn creep(space: &Space, point: &Point, chain: &Chain) -> Result<(Option<Creep>, 
 
 /// The loop shift, if there is one.
 fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<LoopShift>, Error> {
-    let Some(ShiftColumns { center, half_range, filters }) = space.shift() else { return Ok(None) };
+    let Some(ShiftColumns { center, half_range, filters, .. }) = space.shift() else { return Ok(None) };
     let amplitudes = basis.amplitudes(&fit.weights);
     let second = amplitudes.get(1).copied().unwrap_or(0.0);
     let [filter] = &filters[..] else { return Ok(None) };

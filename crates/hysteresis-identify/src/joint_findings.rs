@@ -13,7 +13,11 @@ use crate::result::standard_errors::StandardErrors;
 const MAX_FREQUENCY_ERROR: f64 = 0.05;
 const MAX_DAMPING_ERROR: f64 = 0.25;
 const MAX_CREEP_ERROR: f64 = 0.5;
-const MAX_DEAD_TIME_ERROR: f64 = 0.25;
+const MAX_DEAD_TIME_ERROR: f64 = 0.1;
+
+/// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which errors of
+/// the model blur first.
+const MIN_AMPLIFIER_LAG: f64 = 1.0;
 
 /// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
 const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
@@ -59,7 +63,8 @@ pub(crate) fn joint_findings(
             errors.damping,
             MAX_DAMPING_ERROR,
         ),
-        confounded(space, fit, errors, evidence.dead_time_error),
+        confounded(space, fit, errors, evidence.dead_time_error)
+            .or_else(|| with_amplifier(space, fit, errors, evidence)),
         negative(space, fit),
     ];
     for (number, error) in errors.creep.iter().enumerate() {
@@ -82,6 +87,33 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
     );
     let code = FindingCode::DeadTimeConfounded;
     (error.is_nan() || error > MAX_DEAD_TIME_ERROR).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+}
+
+/// A dead time that an amplifier may have a part of.
+fn with_amplifier(
+    space: &Space,
+    fit: &ProjectedFit,
+    errors: &StandardErrors,
+    evidence: &LinearEvidence,
+) -> Option<Finding> {
+    space.axis(Parameter::DeadTime)?;
+    let part = space.linear_part(&fit.point);
+    let lag = part.amplifier_lag() / space.intervals().smallest();
+    let (value, limit, is_doubtful) = match part.bandwidth {
+        Some(_) if space.axis(Parameter::LogBandwidth).is_some() => (lag, MIN_AMPLIFIER_LAG, lag < MIN_AMPLIFIER_LAG),
+        Some(_) => return None,
+        None => {
+            let instead = evidence.amplifier_instead;
+            (instead, MAX_DEAD_TIME_ERROR, instead > MAX_DEAD_TIME_ERROR)
+        }
+    };
+    let message = format!(
+        "dead time is confounded with the lag of an amplifier: the records tell the sum of all lags, {:.4} ms to {:.4} ms, but \
+         hardly a lag of {value:.2} samples in front of the hysteresis from a dead time",
+        1e3 * part.lag(),
+        1e3 * errors.lag
+    );
+    is_doubtful.then(|| Finding::new(FindingCode::DeadTimeConfounded, value, limit, message))
 }
 
 /// A dead time without dynamics that the records do not tell.

@@ -1,5 +1,6 @@
 //! The search for hysteresis and linear part together, from the hysteresis alone.
 
+use crate::amplifier_model::AmplifierModel;
 use crate::colour::Colour;
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -22,6 +23,8 @@ const SAME_EVIDENCE: f64 = 4.0;
 pub(crate) struct LinearEvidence {
     /// The standard error of a dead time that was searched beside dynamics, in samples.
     pub(crate) dead_time_error: Option<f64>,
+    /// By how many samples an amplifier that is not told from a dead time would change the latter.
+    pub(crate) amplifier_instead: f64,
     /// The evidence for dynamics, if it is too little, and what noise alone may pretend.
     pub(crate) too_little: Option<(f64, f64)>,
     /// How the residuals follow from each other.
@@ -74,7 +77,8 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        monitor.begin(Span { from: 0.6, to: 0.7 });
+        let found = self.with_amplifier_if_told(found, linear, monitor)?;
+        monitor.begin(Span { from: 0.66, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
         if self.is_open {
@@ -90,6 +94,36 @@ impl JointSearch<'_> {
             linear.dead_time_error = None;
         }
         Ok(simple.fit)
+    }
+
+    /// The fit, or that with an amplifier in front of the hysteresis if the records tell one.
+    fn with_amplifier_if_told(
+        &self,
+        found: JointFit,
+        linear: &mut LinearEvidence,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let is_open = self.problem.options.amplifier == AmplifierModel::Auto && !found.fit.is_exact();
+        if !is_open || found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
+            return Ok(found);
+        }
+        monitor.begin(Span { from: 0.6, to: 0.66 });
+        let with = self.problem.with_amplifier(&found, monitor)?;
+        let evidence = (found.fit.squares - with.fit.squares) / self.noise(&with);
+        eprintln!(
+            "AMP {} dead {} -> {} bw {} evidence {} needed {}",
+            evidence,
+            found.dead_time_samples(),
+            with.dead_time_samples(),
+            with.fit.point.get(Parameter::LogBandwidth).exp(),
+            evidence,
+            self.needed_evidence(&with)
+        );
+        if evidence >= self.needed_evidence(&with) {
+            return Ok(with);
+        }
+        linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
+        Ok(found)
     }
 
     /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what

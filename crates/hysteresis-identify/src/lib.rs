@@ -10,7 +10,9 @@
 
 #![forbid(unsafe_code)]
 
+mod amplifier_model;
 mod colour;
+mod compare;
 mod creep_model;
 mod diagnostics;
 mod dynamics;
@@ -23,6 +25,7 @@ mod joint_findings;
 mod joint_search;
 mod loop_shift_model;
 mod many;
+mod map_model;
 mod numeric;
 mod options;
 mod record;
@@ -34,6 +37,8 @@ mod search;
 mod signal;
 mod turned_sign;
 
+pub use amplifier_model::AmplifierModel;
+pub use compare::{ComparedModel, Comparison, Extension, Omission, compare};
 pub use creep_model::CreepModel;
 pub use diagnostics::diagnose;
 pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
@@ -44,6 +49,7 @@ pub use fit::{CrossValidation, Progress, SearchStage, Stop};
 pub use identify::identify;
 pub use loop_shift_model::LoopShiftModel;
 pub use many::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords, identify_many, settled_options};
+pub use map_model::MapModel;
 pub use options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};

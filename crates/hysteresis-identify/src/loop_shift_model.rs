@@ -6,6 +6,9 @@ use crate::fit::shift::{ShiftColumns, ShiftFilter};
 /// The time constants that cross-validation chooses from, in seconds.
 const CANDIDATES: [f64; 5] = [0.02, 0.05, 0.1, 0.3, 1.0];
 
+/// The one of them that stands for all while the rest of the model is searched.
+const USUAL: f64 = 0.1;
+
 /// The shortest time constant, in samples: its follower, four times as fast, needs one.
 const SHORTEST_SAMPLES: f64 = 4.0;
 
@@ -35,23 +38,36 @@ pub enum LoopShiftModel {
 }
 
 impl LoopShiftModel {
+    /// The candidate nearest to the usual one that records of this length and sampling interval tell; none if they tell none.
+    pub(crate) fn usual(longest: f64, dt: f64) -> Self {
+        let distance = |tau: &f64| (tau / USUAL).ln().abs();
+        let told = CANDIDATES.into_iter().filter(|tau| is_told(*tau, longest, dt));
+        told.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(Self::None, Self::Both)
+    }
+
     /// The columns for records whose inputs lie between `low` and `high`; for [`Auto`](Self::Auto) those of all candidates.
     ///
     /// `longest` is the length of the longest record and `dt` the smallest sampling interval, both in seconds.
     pub(crate) fn columns(self, (low, high): (f64, f64), longest: f64, dt: f64) -> Result<Option<ShiftColumns>, Error> {
         let filter = |time_constant, both| ShiftFilter { time_constant, limit: f64::INFINITY, both };
-        let is_told = |tau: &f64| *tau >= SHORTEST_SAMPLES * dt && *tau <= LONGEST_SHARE * longest;
         let filters = match self {
             Self::None => Vec::new(),
-            Self::Auto => CANDIDATES.into_iter().filter(is_told).map(|tau| filter(tau, true)).collect(),
+            Self::Auto => {
+                let told = CANDIDATES.into_iter().filter(|tau| is_told(*tau, longest, dt));
+                told.map(|tau| filter(tau, true)).collect()
+            }
             Self::Square(tau) => vec![filter(checked(tau)?, false)],
             Self::Both(tau) => vec![filter(checked(tau)?, true)],
         };
         if filters.is_empty() || low >= high {
             return Ok(None);
         }
-        Ok(Some(ShiftColumns { center: 0.5 * (low + high), half_range: 0.5 * (high - low), filters }))
+        Ok(Some(ShiftColumns { center: 0.5 * (low + high), half_range: 0.5 * (high - low), powers: 0, filters }))
     }
+}
+
+fn is_told(time_constant: f64, longest: f64, dt: f64) -> bool {
+    time_constant >= SHORTEST_SAMPLES * dt && time_constant <= LONGEST_SHARE * longest
 }
 
 fn checked(time_constant: f64) -> Result<f64, Error> {
@@ -74,6 +90,10 @@ mod tests {
         assert_eq!(taus(40.0, 0.005), [0.02, 0.05, 0.1, 0.3, 1.0]);
         assert_eq!(taus(2.0, 0.02), [0.1]);
         assert!(taus(0.1, 1e-4).is_empty());
+        let usual = |longest, dt| LoopShiftModel::usual(longest, dt);
+        assert_eq!(usual(40.0, 0.005), LoopShiftModel::Both(0.1));
+        assert_eq!(usual(0.5, 0.001), LoopShiftModel::Both(0.05));
+        assert_eq!(usual(0.1, 1e-4), LoopShiftModel::None);
     }
 
     #[test]

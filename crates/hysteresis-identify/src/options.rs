@@ -2,11 +2,13 @@
 
 use hysteresis_core::{Ratios, is_admissible};
 
+use crate::amplifier_model::AmplifierModel;
 use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::intervals::Intervals;
 use crate::fit::variety::Variety;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
 use crate::record::Record;
 
 /// The most operators: no record tells more thresholds apart.
@@ -140,6 +142,12 @@ pub struct Options {
     pub creep: CreepModel,
     /// Which loop shift to fit beside the hysteresis.
     pub loop_shift: LoopShiftModel,
+    /// Which amplifier to fit in front of the hysteresis.
+    pub amplifier: AmplifierModel,
+    /// Which map of the drive to fit in front of the hysteresis.
+    pub input_map: MapModel,
+    /// Which map of the position to fit behind the hysteresis.
+    pub output_map: MapModel,
     /// What the output lags the input besides, in seconds; in samples for records without a sampling interval.
     ///
     /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead time
@@ -169,6 +177,9 @@ impl Default for Options {
             dynamics: DynamicsModel::default(),
             creep: CreepModel::default(),
             loop_shift: LoopShiftModel::default(),
+            amplifier: AmplifierModel::default(),
+            input_map: MapModel::default(),
+            output_map: MapModel::default(),
             dead_time: Setting::Fit,
             smoothness: Setting::Fit,
         }
@@ -222,7 +233,8 @@ impl Options {
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
         let intervals = Intervals::of(records, self)?;
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
-        let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
+        let are_many = samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
+        let tells = intervals.are_seconds() && are_many;
         let variety = Variety::of(records);
         let creeps = tells && (variety.apart_from_time || variety.start);
         let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
@@ -236,12 +248,17 @@ impl Options {
         if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
             resolved.loop_shift = LoopShiftModel::None;
         }
+        // Loops that are all alike tell a map from weights as little.
+        for map in [&mut resolved.input_map, &mut resolved.output_map] {
+            if !(are_many && variety.amplitudes) && *map == MapModel::Auto {
+                *map = MapModel::None;
+            }
+        }
         Ok(resolved)
     }
 
-    /// The same with dynamics and creep that are left open in the model; a loop shift that is left open has the columns of all
-    /// candidates.
-    pub(crate) fn with_open_terms(&self) -> Self {
+    /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time constant.
+    pub(crate) fn with_open_terms(&self, intervals: &Intervals) -> Self {
         let mut all = self.clone();
         if self.dynamics == DynamicsModel::Auto {
             all.dynamics = DynamicsModel::Order(Order::Second);
@@ -249,13 +266,23 @@ impl Options {
         if self.creep == CreepModel::Auto {
             all.creep = CreepModel::SlowAndFast;
         }
+        if self.loop_shift == LoopShiftModel::Auto {
+            all.loop_shift = LoopShiftModel::usual(intervals.longest_record(), intervals.smallest());
+        }
         all
     }
 
-    /// The same without dynamics, creep and loop shift.
+    /// The same with the hysteresis and a dead time alone.
     pub(crate) fn hysteresis_and_dead_time(&self) -> Self {
-        let (dynamics, creep, loop_shift) = (DynamicsModel::None, CreepModel::None, LoopShiftModel::None);
-        Self { dynamics, creep, loop_shift, ..self.clone() }
+        Self {
+            dynamics: DynamicsModel::None,
+            creep: CreepModel::None,
+            loop_shift: LoopShiftModel::None,
+            amplifier: AmplifierModel::None,
+            input_map: MapModel::None,
+            output_map: MapModel::None,
+            ..self.clone()
+        }
     }
 
     /// The same with a dead time that is searched: it takes the place of their lag.
@@ -296,6 +323,7 @@ impl Options {
             }
             _ => {}
         }
+        self.amplifier.check(self.order() == Some(Order::Second))?;
         self.dt.map_or(Ok(()), check_interval)
     }
 }

@@ -4,14 +4,16 @@ use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::choice::{OperatorChoice, choose_operators, levels};
 use crate::fit::folds::CrossValidation;
+use crate::fit::intervals::Intervals;
 use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::maps::{MapProblem, Place};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
 use crate::fit::space::Space;
-use crate::fit::structure::{Structure, StructureProblem, is_open, with_creep_amplitudes};
+use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
-use crate::options::{DynamicsModel, Options};
+use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
 /// The fit, and how it was found.
@@ -34,7 +36,7 @@ pub(crate) fn search_all(
     asked: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let all = asked.with_open_terms();
+    let all = asked.with_open_terms(&Intervals::of(records, asked)?);
     let (is_joint, chooses) = (all.is_joint(), is_open(asked));
     monitor.begin(Span {
         from: 0.0,
@@ -73,9 +75,38 @@ pub(crate) fn search_hysteresis(
     options: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
+    search_beside(records, options, |space| space, monitor)
+}
+
+/// The square and the cube of the drive beside the operators, and a dead time.
+pub(crate) fn search_polynomial(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let chooses = is_open(asked);
+    monitor.begin(Span { from: 0.0, to: if chooses { 0.8 } else { 1.0 } });
+    let found = search_beside(records, asked, |space| space.with_powers(), monitor)?;
+    if !chooses || found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.8, to: 1.0 });
+    let thresholds = found.options.thresholds.clone();
+    with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)
+}
+
+/// Hysteresis, a dead time, and what `beside` puts beside the operators.
+fn search_beside(
+    records: &[Record<'_>],
+    options: &Options,
+    beside: fn(Space) -> Space,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
     let OperatorChoice { options, tried, start } = choose_operators(records, options, monitor)?;
-    let space = Space::new(records, &options)?;
+    let space = beside(Space::new(records, &options)?);
     let basis = WeightBasis::new(&options, space.shift_len());
+    // The number of operators is chosen without anything beside them.
+    let start = start.filter(|fit| fit.weights.len() == basis.columns());
     let smoothness = options.given_smoothness();
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {
@@ -122,10 +153,14 @@ fn with_structure(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let JointFit { space, fit, .. } = &found.fit;
-    let structure = StructureProblem { records, asked, space, point: &fit.point }.choose()?;
+    monitor.begin_structure();
+    let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
+    let maps = MapProblem { records, asked, options: &found.options, basis: &found.basis, smoothness: usual };
+    let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;
+    let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;
-    let mut point = fit.point;
+    let mut point = point;
     if asked.creep == CreepModel::Auto {
         point = with_creep_amplitudes(&point, &space, structure.creep);
         space = space.with_creep_amplitudes(structure.creep);
@@ -134,7 +169,7 @@ fn with_structure(
     let basis = WeightBasis::new(&options, space.shift_len());
     let smoothness = structure.smoothness;
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
-    monitor.within(0, 1);
+    monitor.within(1, 2);
     let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => {
             (problem.at(&space, &monitor.kept().unwrap_or(point))?, true)

@@ -1,5 +1,7 @@
 //! Statistics of single signals and pairs of them.
 
+use std::ops::Range;
+
 use crate::numeric::as_f64;
 
 pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
@@ -73,6 +75,33 @@ pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     let middle = sorted.len() / 2;
     if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// The value that this share of all is at most; of no values, 0.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length is one")]
+    let place = (share * as_f64(sorted.len().saturating_sub(1))) as usize;
+    if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(place, f64::total_cmp).1 }
+}
+
+/// The median of every sample and so many on either side, as far as there are such.
+pub(super) fn medians(values: &[f64], around: usize) -> Vec<f64> {
+    let of = |k: usize| median(&values[k.saturating_sub(around)..(k + around + 1).min(values.len())]);
+    (0..values.len()).map(of).collect()
+}
+
+/// The stretches of two and more equal values.
+pub(super) fn stays(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
+    let mut from = 0;
+    (1..=values.len()).filter_map(move |k| {
+        let ends = k == values.len() || values[k] != values[k - 1];
+        let stay = from..k;
+        if ends {
+            from = k;
+        }
+        (ends && stay.len() > 1).then_some(stay)
+    })
 }
 
 /// Where the largest magnitude is.
@@ -224,6 +253,15 @@ mod tests {
         assert_eq!(travel_at_the_ends(&clipped, &other, 4.0), (0.25, 2));
         let mirrored: Vec<f64> = clipped.iter().map(|x| -x).collect();
         assert_eq!(travel_at_the_ends(&mirrored, &other, 4.0), (0.25, 2));
+    }
+
+    #[test]
+    fn stays_medians_and_quantiles_by_hand() {
+        let walk = [1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 1.0];
+        assert_eq!(stays(&walk).collect::<Vec<_>>(), [0..2, 3..6]);
+        assert!(stays(&[5.0; 3]).eq(std::iter::once(0..3)));
+        assert_eq!(medians(&[0.0, 9.0, 0.0, 1.0], 1), [9.0, 0.0, 1.0, 1.0]);
+        assert_eq!((quantile(&[3.0, 1.0, 2.0, 4.0], 0.5), quantile(&[], 0.5)), (2.0, 0.0));
     }
 
     #[test]

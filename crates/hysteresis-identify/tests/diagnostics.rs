@@ -121,6 +121,47 @@ fn clipping_is_found() {
 }
 
 #[test]
+fn defects_at_a_place_are_found_there() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    let assert_found = |input: &[f64], output: &[f64], code: FindingCode, sample: usize, hint: &str| {
+        let all = found(input, output);
+        let finding = all.iter().find(|finding| finding.code == code).unwrap_or_else(|| panic!("{code}: {all:?}"));
+        assert_eq!(finding.sample, Some(sample), "{finding:?}");
+        assert!(finding.hint.contains(hint), "{finding:?}");
+    };
+    let spoilt = |values: &[f64], from: usize, to: usize, change: &dyn Fn(f64) -> f64| {
+        let mut spoilt = values.to_vec();
+        spoilt[from..to].iter_mut().for_each(|value| *value = change(*value));
+        spoilt
+    };
+    let frozen = spoilt(&output, 2000, 2200, &|_| output[2000]);
+    assert_found(&input, &frozen, FindingCode::StuckOutput, 2000, "--leave-out 2000:2200");
+    let burst = spoilt(&output, 2500, 2520, &|y| y + 3.0);
+    assert_found(&input, &burst, FindingCode::BadStretch, 2500, "--leave-out 2500:2520");
+    let jump = spoilt(&output, 3000, SAMPLES, &|y| y + 1.0);
+    assert_found(&input, &jump, FindingCode::OutputJump, 3000, "--leave-out 2999:3000");
+    let glitch = spoilt(&input, 3333, 3334, &|_| -900.0);
+    assert_found(&glitch, &output, FindingCode::InputOutliers, 3333, "--mend 3333:3334");
+    let held = spoilt(&input, 1600, 1690, &|_| input[1600]);
+    assert_found(&held, &output, FindingCode::StuckInput, 1600, "--mend 1600:1690");
+    // from the middle of a swing on: the drive turns at 75, 225, 375, and so on
+    let other_unit = spoilt(&output, 3100, SAMPLES, &|y| 3.0 * y);
+    assert_found(&input, &other_unit, FindingCode::GainChange, 3225, "--rows 3075");
+}
+
+#[test]
+fn two_rates_are_found_where_they_change() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    let times: Vec<f64> = (0..SAMPLES).map(|k| if k < 4000 { number(k) } else { 3200.0 + 0.2 * number(k) }).collect();
+    let record = Record::new(&input, &output, SKIP).unwrap().at_times(&times).unwrap();
+    let all = diagnose(&[record], &paper::table_1_recovered().into(), 0.0).unwrap();
+    let finding = all.iter().find(|finding| finding.code == FindingCode::RateChange).unwrap();
+    assert!((finding.value - 5.0).abs() < 1e-9 && finding.hint.contains("--rows 40"), "{finding:?}");
+}
+
+#[test]
 fn eight_bits_are_no_clipping() {
     let rounded =
         |values: &[f64], step: f64| values.iter().map(|value| (value / step).round() * step).collect::<Vec<_>>();

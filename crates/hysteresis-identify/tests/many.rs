@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, noise, output, run};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords, Options, Order,
-    Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many, settled_options,
+    CreepModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords, MapModel, Options,
+    Order, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many, settled_options,
 };
 use proptest::prelude::*;
 
@@ -26,6 +26,8 @@ fn options() -> Options {
         dynamics: DynamicsModel::None,
         creep: CreepModel::None,
         loop_shift: LoopShiftModel::None,
+        input_map: MapModel::None,
+        output_map: MapModel::None,
         smoothness: Setting::Fixed(0.0),
         ..Options::default()
     }

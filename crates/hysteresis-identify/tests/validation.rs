@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Error, FindingCode, Identification, Options, Quality, Record, RecordError, Setting, Stop, Thresholds, WeightLaw,
-    diagnose, identify,
+    Error, FindingCode, Identification, MapModel, Options, Quality, Record, RecordError, Setting, Stop, Thresholds,
+    WeightLaw, diagnose, identify,
 };
 
 const NOISE: f64 = 0.015;
@@ -32,6 +32,8 @@ fn known(weights: WeightLaw) -> Options {
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(1.3),
         smoothness: Setting::Fixed(0.0),
+        input_map: MapModel::None,
+        output_map: MapModel::None,
         ..Options::default()
     }
 }

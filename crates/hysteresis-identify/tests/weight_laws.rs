@@ -4,7 +4,9 @@ mod common;
 
 use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
-use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{
+    Error, Identification, MapModel, ModelKind, Options, Record, Setting, Thresholds, WeightLaw,
+};
 
 fn given() -> Thresholds {
     Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect())
@@ -24,6 +26,8 @@ fn known() -> Options {
         ratios: Setting::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(0.0),
+        input_map: MapModel::None,
+        output_map: MapModel::None,
         ..Options::default()
     }
 }

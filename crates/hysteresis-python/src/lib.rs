@@ -61,6 +61,10 @@ mod _core {
     #[pymodule_export]
     use crate::convert::files::write_file;
     #[pymodule_export]
+    use crate::identify::compare::compare;
+    #[pymodule_export]
+    use crate::identify::comparison::{ComparedModel, Comparison};
+    #[pymodule_export]
     use crate::identify::diagnose::{diagnose, loop_width};
     #[pymodule_export]
     use crate::identify::dynamics::{DynamicsIdentification, identify_dynamics};

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import click
 import numpy as np
 
 from mpi_hyst._cli.errors import CommandError, short_line
+from mpi_hyst._text import digits
 from mpi_hyst.io import Columns
 
 _AVERAGED = 50  # samples
+# Seconds. Steps outside are hardly those of a record of hysteresis.
+_SHORTEST, _LONGEST = 1e-7, 0.5
 
 
 class UnevenTimesError(CommandError):
@@ -58,18 +62,44 @@ def fitted_interval(columns: Columns, rate: float | None = None) -> float | None
     It is the median of mean intervals over many samples, which neither gaps nor rounded times move.
     """
     try:
-        return known_interval(columns, rate)
+        dt = known_interval(columns, rate)
     except UnevenTimesError:
         seconds = columns.seconds
+    else:
+        if rate is None and dt is not None:
+            _check_unit(columns, dt)
+        return dt
     assert seconds is not None
     over = min(_AVERAGED, seconds.size - 1)
     return float(np.median(seconds[over:] - seconds[:-over])) / over
 
 
+def in_unit(columns: Columns, unit: str | None) -> Columns:
+    """Return the columns with the time in the unit that was given, if one was."""
+    if unit is None:
+        return columns
+    if columns.time_column is None:
+        raise CommandError(f"--time-unit: {columns.source} has no time column; name it with --time")
+    return replace(columns, units={**columns.units, columns.time_column: unit})
+
+
+def _check_unit(columns: Columns, dt: float) -> None:
+    """Refuse a time without a unit whose steps are hardly those of a record in seconds."""
+    column = columns.time_column
+    assert column is not None
+    if not columns.quantity(column).suffix and not _SHORTEST <= dt < _LONGEST:
+        raise CommandError(
+            f"{columns.source}: time column {column} has no unit and steps of {digits(dt)}, "
+            "hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "
+            "out with --time none --rate HZ"
+        )
+
+
 def _interval_of(rate: float, columns: Columns) -> float:
     if columns.time_column is not None:
         raise CommandError(
-            f"--rate: {columns.source} has the time column {columns.time_column}; give one of both"
+            f"--rate: {columns.source} has the time column {columns.time_column}; give one of "
+            "both, or --time none"
         )
     if not (math.isfinite(rate) and rate > 0.0):
         raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")

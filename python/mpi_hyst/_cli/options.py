@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import click
 
@@ -66,12 +66,22 @@ def slew(default: str) -> Callable[[Function], Function]:
     )
 
 
+def _time_column(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> str | Literal[False] | None:
+    """Read the name of a column; none stands for no column."""
+    del context, option
+    return False if value == "none" else value
+
+
 def time_column(function: Function) -> Function:
     """Add the option that names the time column."""
     return click.option(
         "--time",
-        help="Time column, by name or number.  [default: time_s, time, or a name with a "
-        "unit such as t_ms, if present]",
+        metavar="NAME|none",
+        callback=_time_column,
+        help="Time column, by name or number; none uses none.  [default: time_s, time, or a name "
+        "with a unit such as t_ms, if present]",
     )(function)
 
 

@@ -12,7 +12,23 @@ from mpi_hyst._types import Samples
 
 
 class ReadError(ValueError):
-    """A file or an object without the requested columns of numbers."""
+    """A file or an object without the requested columns of numbers.
+
+    Attributes
+    ----------
+    rows : int or None
+        The rows before the one that is refused; None where no single row is.
+
+    """
+
+    def __init__(self, message: str, rows: int | None = None) -> None:
+        """Take the message, and how many rows could be read."""
+        super().__init__(message)
+        self.rows = rows
+
+
+class TimeOrderError(ReadError):
+    """A time that does not increase."""
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from mpi_hyst._io.columns import Columns, ReadError, find, key, there_are
 from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.objects import read_object
-from mpi_hyst._io.table import Table, Wrong
+from mpi_hyst._io.table import Table, Wrong, refusal
 from mpi_hyst._quantity import Quantity
 
 TIME_COLUMNS = ("time_s", "time")
@@ -24,7 +24,7 @@ def read(
     source: str | PathLike[str] | Any,
     columns: str | int | _Names | None = None,
     *,
-    time: str | int | None = None,
+    time: str | int | Literal[False] | None = None,
     rows: int | None = None,
 ) -> Columns:
     r"""Read columns of numbers from a file, or from an object with columns by name.
@@ -45,9 +45,9 @@ def read(
     columns : sequence of str or int, optional
         The columns to read, by name or by number from 0. Names in structures are paths:
         "data/drive" or "data.drive". By default all columns of numbers that are equally long.
-    time : str or int, optional
+    time : str, int or False, optional
         The time column; by default `time_s` or `time`, else one that is called so with a unit, as
-        `t_ms` or `Time (us)`, if there is one.
+        `t_ms` or `Time (us)`, if there is one. False: none is.
     rows : int, optional
         Read only so many rows.
 
@@ -80,19 +80,21 @@ def read(
     """
     wanted = [columns] if isinstance(columns, (str, int)) else columns
     with opened(source) as table:
-        return take(table, lambda _: wanted, time, rows)
+        clock = None if time is False else time
+        return take(table, lambda _: wanted, clock, rows, ordered=time is not False)
 
 
 def read_trajectory(
-    path: Path, column: str | None, *, time: str | None = None
+    path: Path, column: str | None, *, time: str | Literal[False] | None = None
 ) -> tuple[Columns, str]:
     """Read one column and the time. Without a name: the only numeric column but the time."""
+    clock = None if time is False else time
 
     def choose(table: Table) -> _Names:
-        return [column] if column is not None else [_only_numeric(table, time)]
+        return [column] if column is not None else [_only_numeric(table, clock)]
 
     with opened(path) as table:
-        found = take(table, choose, time, None)
+        found = take(table, choose, clock, None, ordered=time is not False)
         return found, next(iter(found.values))
 
 
@@ -184,7 +186,8 @@ def _only_numeric(table: Table, time: str | None) -> str:
 
 
 def _refuser(table: Table) -> Wrong:
-    def refuse(index: int, place: str, what: str) -> None:
-        raise ReadError(f"{table.source}, {place}, column {table.names[index]}: {what}")
+    def refuse(index: int, rows: int, place: str, what: str) -> None:
+        message = f"{table.source}, {place}, column {table.names[index]}: {what}"
+        raise refusal(message, what, rows)
 
     return refuse

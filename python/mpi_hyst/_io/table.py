@@ -9,15 +9,16 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mpi_hyst._io.columns import ReadError
+from mpi_hyst._io.columns import ReadError, TimeOrderError
 from mpi_hyst._types import Samples
 
 # The library has the same bound, but cannot name the line.
 MAX_MAGNITUDE = 1e100
 MAX_ROWS = 100_000_000
 
-Wrong = Callable[[int, str, str], None]
-"""What becomes of a wrong number: takes the index of its column, the place, and what is wrong."""
+Wrong = Callable[[int, int, str, str], None]
+"""What becomes of a wrong number: takes the index of its column, the rows before it, the place, and
+what is wrong."""
 
 
 class Table(Protocol):
@@ -106,12 +107,13 @@ class ArrayTable:
         for sample in np.flatnonzero(bad):
             value = float(values[sample])
             problem = "larger than 1e+100" if np.isfinite(value) else "not finite"
-            wrong(index, f"sample {sample}", f"{problem}: {value:g}")
+            wrong(index, int(sample), f"sample {sample}", f"{problem}: {value:g}")
         if bad.any():
             values = np.where(bad, np.nan, values)
         if is_time:
             for sample in np.flatnonzero(~(np.diff(values) > 0.0))[:1] + 1:
-                wrong(index, f"sample {sample}", later(values[sample], values[sample - 1]))
+                what = later(values[sample], values[sample - 1])
+                wrong(index, int(sample), f"sample {sample}", what)
         return values
 
 
@@ -131,9 +133,17 @@ def numbers(column: npt.NDArray[Any]) -> Samples | None:
     return np.ascontiguousarray(column, dtype=np.float64)
 
 
+_NOT_LATER = "time does not increase"
+
+
 def later(time: float, previous: float) -> str:
     """Return the message about a time that does not increase."""
-    return f"time does not increase: {time:g} after {previous:g}"
+    return f"{_NOT_LATER}: {time:g} after {previous:g}"
+
+
+def refusal(message: str, what: str, rows: int) -> ReadError:
+    """Return the error about a wrong number."""
+    return (TimeOrderError if what.startswith(_NOT_LATER) else ReadError)(message, rows)
 
 
 def by_column(name: str, array: npt.NDArray[Any]) -> dict[str, Callable[[], npt.NDArray[Any]]]:

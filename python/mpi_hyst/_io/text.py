@@ -6,12 +6,14 @@ import csv
 import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
 
 from mpi_hyst._io import dialect as dialects
+from mpi_hyst._io.clock import Clock, is_stamp
 from mpi_hyst._io.columns import ReadError
 from mpi_hyst._io.lines import Lines
 from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
@@ -19,6 +21,7 @@ from mpi_hyst._quantity import known_unit
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
+_STAMPS = 20  # rows that tell a column of dates
 _SAMPLE_CHARACTERS = 4_000_000
 
 
@@ -35,8 +38,10 @@ class TextTable:
         self._dialect = dialects.detect(sample)
         self._lines = chain(sample[self._dialect.first :], lines)
         self._number = self._dialect.first
+        self._whole_rows = 0
         self.names: Sequence[str] = self._dialect.names
-        self.numeric: Sequence[int] = self._dialect.numeric
+        self._stamped = _stamped(self._dialect, sample)
+        self.numeric: Sequence[int] = sorted({*self._dialect.numeric, *self._stamped})
         units = zip(self.names, self._dialect.units, strict=False)
         self.units: Mapping[str, str] = {
             name: known_unit(unit) or unit for name, unit in units if unit
@@ -56,22 +61,24 @@ class TextTable:
     ) -> list[Samples]:
         """Read columns of numbers."""
         columns = [array("d") for _ in indices]
-        pairs = list(zip(indices, columns, strict=True))
         decimal, previous, count = self._dialect.decimal, -math.inf, 0
-        for cells in self._rows():
-            if count == rows:
-                break
+        number = partial(_value, decimal=decimal)
+        convert = [Clock().seconds if one in self._stamped else number for one in indices]
+        places = list(zip(indices, columns, convert, strict=True))
+        # What is behind the rows that are asked for may be anything.
+        for cells in islice(self._rows(), rows):
             if count == MAX_ROWS:
                 raise ReadError(f"{self.source}: expected at most {MAX_ROWS} rows")
             count += 1
-            for index, column in pairs:
-                value = _value(cells[index], decimal)
+            for index, column, value_of in places:
+                value = value_of(cells[index])
                 if value is None:
                     value, why = math.nan, dialects.why_no_number(cells[index], decimal)
-                    wrong(index, f"line {self._number}", why)
+                    wrong(index, count - 1, f"line {self._number}", why)
                 elif index == time:
                     if value <= previous:
-                        wrong(index, f"line {self._number}", later(value, previous))
+                        what = later(value, previous)
+                        wrong(index, count - 1, f"line {self._number}", what)
                     previous = value
                 column.append(value)
         if not count:
@@ -88,6 +95,7 @@ class TextTable:
                 if got != width and (got < width or any(map(str.strip, cells[width:]))):
                     self._refuse(got, width, header)
                 yield cells
+                self._whole_rows += 1
         except csv.Error as error:
             raise ReadError(f"{self.source}, line {self._number}: {error}") from error
 
@@ -96,7 +104,8 @@ class TextTable:
             "as in the rows before" if header is None else f"as in the header, line {header + 1}"
         )
         raise ReadError(
-            f"{self.source}, line {self._number}: expected {width} cells {where}, got {got}"
+            f"{self.source}, line {self._number}: expected {width} cells {where}, got {got}",
+            self._whole_rows,
         )
 
     def _texts(self) -> Iterator[str]:
@@ -107,6 +116,20 @@ class TextTable:
             # A blank line is often the last one.
             if line.strip() and not dialects.is_comment(line, delimiter):
                 yield dialects.prepared(line, delimiter)
+
+
+def _stamped(dialect: dialects.Dialect, sample: Sequence[str]) -> set[int]:
+    """Return the columns of dates or times of the day."""
+    lines = [line for line in sample[dialect.first :] if line.strip()][:_STAMPS]
+    rows = [
+        dialect.cells(line) for line in lines if not dialects.is_comment(line, dialect.delimiter)
+    ]
+    columns = [index for index in range(len(dialect.names)) if index not in dialect.numeric]
+    return {
+        index
+        for index in columns
+        if rows and all(index < len(row) and is_stamp(row[index]) for row in rows)
+    }
 
 
 def _sample(lines: Lines) -> Iterator[str]:

@@ -1,5 +1,6 @@
 //! Whether a dead time may be one.
 
+use super::loops::turns_late;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
@@ -24,5 +25,14 @@ pub(super) fn implausible(records: &[Record<'_>], chain: &Chain) -> Option<Findi
         "the dead time is {:.0} % of the period of the drive: creep, loop width or shifted columns may look like it",
         100.0 * value
     );
-    (value > LIMIT).then(|| Finding::new(FindingCode::ImplausibleDeadTime, value, LIMIT, message))
+    let late = records.iter().filter_map(turns_late).reduce(f64::max).filter(|samples| *samples > 1.0);
+    let finding = Finding::new(FindingCode::ImplausibleDeadTime, value, LIMIT, message);
+    let finding = match late {
+        Some(samples) => finding.try_next(format!(
+            "if the two were not recorded from the same moment on, shift the position column up by {samples:.0} rows; else add \
+             minor loops or a faster record"
+        )),
+        None => finding,
+    };
+    (value > LIMIT).then_some(finding)
 }

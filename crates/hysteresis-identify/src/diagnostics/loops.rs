@@ -1,5 +1,6 @@
 //! The loops of records: their sign, their direction, and which there are.
 
+use super::hints::one_part;
 use super::{input_bounds, named_sample};
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -45,6 +46,90 @@ pub(super) fn backwards(record: &Record<'_>) -> Option<Finding> {
         100.0 * value
     );
     Some(Finding::new(FindingCode::LoopBackwards, value, LIMIT, message))
+}
+
+/// How many samples the position turns after the drive does, where it does so alike all over the record.
+///
+/// A position without dynamics turns with the drive, whatever the hysteresis: loops may hide a lead, turns cannot.
+pub(super) fn turns_late(record: &Record<'_>) -> Option<f64> {
+    const FEWEST: usize = 5;
+    /// The turns of most are alike within so many samples, or this share of the delay.
+    const ALIKE: f64 = 1.0;
+    const SHARE: f64 = 0.5;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let sign = signal::correlation(input, output)?.signum();
+    let position: Vec<f64> = output.iter().map(|y| sign * y).collect();
+    let later = |three: &[usize]| {
+        let (from, to) = (usize::midpoint(three[0], three[1]), usize::midpoint(three[1], three[2]));
+        let is_peak = input[three[1]] > input[three[0]];
+        let top = |values: &[f64]| middle_of_the_top(&values[from..to], is_peak);
+        Some(top(&position)? - top(input)?)
+    };
+    let delays: Vec<f64> = turns.windows(3).filter_map(later).collect();
+    let delay = signal::median(&delays);
+    let spread = signal::median(&delays.iter().map(|one| (one - delay).abs()).collect::<Vec<f64>>());
+    (delays.len() >= FEWEST && spread <= ALIKE.max(SHARE * delay.abs())).then_some(delay)
+}
+
+/// Where a peak or a valley is: the middle of the samples at its very end, none if it lies at an edge of the part.
+fn middle_of_the_top(values: &[f64], is_peak: bool) -> Option<f64> {
+    let (low, high) = signal::bounds(values);
+    let end = if is_peak { high } else { low };
+    let (first, last) = (values.iter().position(|x| *x == end)?, values.iter().rposition(|x| *x == end)?);
+    (first > 0 && last + 1 < values.len()).then(|| 0.5 * (as_f64(first) + as_f64(last)))
+}
+
+/// The position turns before the drive does.
+pub(super) fn early(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = -0.5;
+    let value = turns_late(record)?;
+    let message = format!("the position turns {:.1} samples before the drive does", -value);
+    let hint = format!(
+        "rows seem to hold a position that was read later: shift the position column down by {:.0} rows",
+        -value
+    );
+    Some(Finding::new(FindingCode::NegativeDeadTime, value, LIMIT, message).try_next(hint))
+}
+
+/// The position moves by another factor of the drive from some reversal on: another unit, gain or range.
+pub(super) fn gain_change(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = 1.6;
+    /// Swings on either side that tell the gain, and within which factor they are as high.
+    const SWINGS: usize = 3;
+    const AS_HIGH: f64 = 1.5;
+    /// The least factor between any gain before and any after.
+    const APART: f64 = 1.25;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let heights = |signal: &[f64]| turns.windows(2).map(|pair| (signal[pair[1]] - signal[pair[0]]).abs()).collect();
+    let (drive, position): (Vec<f64>, Vec<f64>) = (heights(input), heights(output));
+    let gains: Vec<f64> = drive.iter().zip(&position).map(|(u, y)| y / u).collect();
+    // The change may lie within a swing, so the one between both sides does not count.
+    let sides = |values: &[f64], place: usize| {
+        let (before, after) = (&values[place - 1 - SWINGS..place - 1], &values[place..place + SWINGS]);
+        let ratio = signal::median(after) / signal::median(before);
+        ratio.max(ratio.recip())
+    };
+    // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie well beyond all of the other.
+    let apart = |place: usize| {
+        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..place - 1]), signal::bounds(&gains[place..]));
+        (place, (low / higher).max(lower / high))
+    };
+    let places = SWINGS + 1..(gains.len() + 1).checked_sub(SWINGS)?;
+    let changes = places.filter(|place| sides(&drive, *place) < AS_HIGH).map(apart);
+    let (place, _) = changes.filter(|(_, factor)| *factor > APART).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let value = sides(&gains, place);
+    let (from, to) = (record.skip() + turns[place - 1], record.skip() + turns[place]);
+    let message = format!(
+        "between {} and sample {to} the position begins to move by another factor of the drive, {value:.3} times larger or \
+         smaller",
+        named_sample(record, from)
+    );
+    let finding = Finding::new(FindingCode::GainChange, value, LIMIT, message).at(to);
+    Some(finding.try_next(one_part("the change", from..to, record)))
 }
 
 /// The input hardly ever turns inside its range.

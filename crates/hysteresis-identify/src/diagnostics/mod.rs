@@ -1,9 +1,12 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
 mod dead_time;
+mod hints;
+mod local;
 mod loops;
 mod remainder;
 mod residual;
+mod stuck;
 mod survey;
 mod times;
 
@@ -13,15 +16,17 @@ use crate::creep_model::CreepBasis;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
+use crate::fit::bank::OperatorBank;
 use crate::fit::chain::Chain;
 use crate::fit::intervals::Intervals;
 use crate::fit::linear_part::LinearPart;
-use crate::fit::regressor::{OperatorBank, OperatorsAt};
+use crate::fit::regressor::OperatorsAt;
 
 use crate::numeric::as_f64;
 use crate::options::{Options, Setting};
 use crate::record::Record;
 use crate::signal;
+use stuck::Stays;
 use survey::Survey;
 
 /// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead time
@@ -56,7 +61,7 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     };
     Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let operators = OperatorsAt { bank, input_offset: offsets.input, shift: None };
+    let operators = OperatorsAt::alone(bank, offsets.input);
     let linear = LinearPart::delay(dead_time);
     let found = findings(
         records,
@@ -82,6 +87,10 @@ pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
     found.extend(of_residuals(records, chain, &survey));
+    // Where the gain changes, the position jumps as well.
+    if found.iter().any(|finding| finding.code == FindingCode::GainChange) {
+        found.retain(|finding| finding.code != FindingCode::OutputJump);
+    }
     found
 }
 
@@ -90,14 +99,28 @@ pub(crate) fn causes_of_wrong_sign(findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
 }
 
+/// What a model explains leaves less than that share of the range.
+const EXPLAINED: f64 = 2e-3;
+
 /// What the records show by themselves.
 fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
     let minor_loops = loops::no_minor_loops(records);
     let identical = if minor_loops.is_none() { loops::identical(records) } else { None };
+    // Dynamics make a position turn elsewhere and move by another factor, too: what the model explains is no defect.
+    let unexplained =
+        |place: usize, record: &Record<'_>| signal::rms(&survey.residuals[place]) > EXPLAINED * record.output_range();
+    let doubted = |measure: fn(&Record<'_>) -> Option<Finding>| {
+        worst(records, |place, record| measure(record).filter(|_| unexplained(place, record)))
+    };
     let checks = [
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
+        doubted(loops::early),
+        doubted(loops::gain_change),
+        doubted(local::input_outliers),
+        doubted(|record| Stays::of(record).stuck(record)),
         worst(records, |_, record| times::gap(record)),
+        worst(records, |_, record| times::rate_change(record)),
         worst(records, |_, record| times::jitter(record)),
         too_few_samples(records, survey),
         minor_loops,
@@ -116,14 +139,19 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
     for code in remainder::CODES {
         found.extend(worst(records, |place, _| followed[place].iter().find(|found| found.code == code).cloned()));
     }
+    let unexplained = |place: usize| {
+        let explains_motion = !chain.linear.is_dead_time_alone();
+        if explains_motion { of(place) } else { &records[place].output()[records[place].skip()..] }
+    };
+    let bursts: Vec<_> = records.iter().enumerate().map(|(place, record)| local::bursts(record, of(place))).collect();
     let last = [
-        worst(records, |place, record| residual::outliers(record, of(place))),
-        worst(records, |_, record| Some(residual::clipped_output(record))),
-        worst(records, |place, record| {
-            let output = &record.output()[record.skip()..];
-            let explains_motion = !chain.linear.is_dead_time_alone();
-            Some(residual::clipped_input(record, if explains_motion { of(place) } else { output }, of(place)))
-        }),
+        worst(records, |place, record| Some(local::unrelated(record, of(place)))),
+        worst(records, |place, record| local::outliers(record, of(place))),
+        worst(records, |place, record| local::bad_stretch(record, of(place), &bursts[place])),
+        worst(records, |place, record| local::jump(record, of(place), &bursts[place])),
+        worst(records, |place, record| stuck::input(record, unexplained(place), of(place))),
+        worst(records, |_, record| Stays::of(record).clipped(record)),
+        worst(records, |place, record| Some(residual::clipped_input(record, unexplained(place), of(place)))),
     ];
     found.extend(last.into_iter().flatten());
     found

@@ -76,36 +76,6 @@ fn swings_on(input: &[f64], end: usize) -> bool {
     range(&input[end..next.max(2 * end).min(input.len())]) >= SAME * range(&input[..end])
 }
 
-pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
-    const LIMIT: f64 = 7.0;
-    const SMALLEST: f64 = 1e-5;
-    let deviation = signal::robust_deviation(residual).max(SMALLEST * record.output_range());
-    let distances = signal::distances_from_neighbours(residual);
-    let far = distances.iter().filter(|distance| **distance > LIMIT * deviation).count();
-    let (first, largest) = distances.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    let (value, sample) = (largest / deviation, record.skip() + first);
-    let message = format!(
-        "{far} samples lie far from their neighbours, the furthest {} by {value:.1} standard deviations",
-        named_sample(record, sample)
-    );
-    Some(Finding::new(FindingCode::Outliers, value, LIMIT, message).at(sample))
-}
-
-pub(super) fn clipped_output(record: &Record<'_>) -> Finding {
-    const LIMIT: f64 = 0.02;
-    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (low, high) = signal::bounds(input);
-    let (value, first) = signal::travel_at_the_ends(output, input, high - low);
-    let message = format!(
-        "the output stays at {:.6} from {} on while the input moves by {:.1} % of its range: a sensor or converter at its \
-         end",
-        output[first],
-        named_sample(record, record.skip() + first),
-        100.0 * value
-    );
-    Finding::new(FindingCode::ClippedOutput, value, LIMIT, message).at(record.skip() + first)
-}
-
 /// `unexplained` is what moves while the input stays at its end: the output, or with dynamics and creep the residual.
 pub(super) fn clipped_input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Finding {
     const HELD: f64 = 0.05;

@@ -21,6 +21,11 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
+    /// What of an output offset stands in front of the creep, which creeps with it.
+    pub(crate) fn rest_of(&self, output_offset: f64) -> f64 {
+        output_offset / (1.0 + self.linear.amplitudes.iter().sum::<f64>())
+    }
+
     /// The output but for the output offset.
     pub(crate) fn response(&self, input: &[f64], dt: f64) -> Vec<f64> {
         response(&self.operators, &self.weights, &self.linear, input, dt)

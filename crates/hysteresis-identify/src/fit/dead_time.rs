@@ -13,6 +13,9 @@ use crate::record::Record;
 /// A dead time must lower the sum of squares by this many variances of the noise: three standard errors.
 const MIN_EVIDENCE: f64 = 9.0;
 
+/// A dead time of so many standard errors is told without a fit that has none.
+const SURE: f64 = 20.0;
+
 /// A negative dead time that is shorter, in samples, is none: a record that is off by a row has -1.
 pub(crate) const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
 
@@ -38,6 +41,10 @@ impl JointProblem<'_> {
         let gradients = Gradients { fit: &found.fit, basis: self.basis, space: &found.space };
         let error = root.error_of(&gradients.of(Quantity::DeadTime));
         let samples = found.fit.point.get(Parameter::DeadTime) / dt;
+        let deviations = samples * dt / (error * spread);
+        if samples > 0.0 && deviations > SURE {
+            return Ok((found, Some(error * spread / dt)));
+        }
         let none = self.with_dead_time(&found, 0.0, monitor)?;
         let gained = (none.fit.objective - found.fit.objective) / (root.deviation * spread).powi(2);
         let told =

@@ -4,15 +4,16 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::factor::triangle_of;
+use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Parameter;
-use crate::fit::projection::{ProjectedFit, Projection, below_own, own_values, penalised};
+use crate::fit::projection::{ProjectedFit, Projection, penalised};
 use crate::fit::weight_basis::{WeightBasis, combined};
 use crate::loop_shift_model::LoopShiftModel;
 use crate::numeric::as_f64;
 use crate::options::{Options, WeightLaw};
 
 /// Into how many stretches every record is cut.
-const FOLDS: usize = 8;
+pub(crate) const FOLDS: usize = 8;
 
 /// Below this share of the mean square of the output about its mean an error is rounding.
 const ROUNDING: f64 = 1e-18;

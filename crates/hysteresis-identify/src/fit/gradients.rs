@@ -20,7 +20,7 @@ pub(crate) enum Quantity {
     DeadTime,
     Frequency,
     Damping,
-    /// Dead time and lag of the dynamics together.
+    /// Dead time and lags of amplifier and dynamics together.
     Lag,
     Creep(usize),
 }
@@ -64,8 +64,12 @@ impl Gradients<'_> {
                     Some(Order::First) => 1.0 / (TAU * frequency),
                     Some(Order::Second) => 2.0 * damping / (TAU * frequency),
                 };
-                let slopes =
-                    [(Parameter::DeadTime, 1.0), (Parameter::LogFrequency, -lag), (Parameter::LogDamping, lag)];
+                let slopes = [
+                    (Parameter::DeadTime, 1.0),
+                    (Parameter::LogBandwidth, -self.space.linear_part(point).amplifier_lag()),
+                    (Parameter::LogFrequency, -lag),
+                    (Parameter::LogDamping, lag),
+                ];
                 self.searched(&slopes)
             }
         }

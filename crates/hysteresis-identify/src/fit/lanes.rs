@@ -1,6 +1,7 @@
 //! Creep and dynamics for many signals at once: arrays, so that the compiler works on several signals at a time.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use super::linear_part::{SampledDynamics, SampledPart};
+use super::linear_part::{SampledAmplifier, SampledDynamics, SampledPart};
 
 /// Signals side by side, each with creep of its own. At rest before the record.
 #[derive(Clone, Debug)]
@@ -29,6 +30,7 @@ impl CreepLanes {
     }
 
     /// Takes h(k) of every lane and returns p(k) = h(k) + sum_j c_j q_j(k).
+    #[inline(always)]
     pub(crate) fn put_out(&mut self, h: &[f64]) -> &[f64] {
         let n = self.lanes;
         let (h, p) = (&h[..n], &mut self.p[..n]);
@@ -61,27 +63,35 @@ pub(crate) struct DynamicLanes {
     share: f64,
     p: Vec<f64>,
     before: Vec<f64>,
-    /// x - p and v at t_k.
+    /// x - p and v at t_k, but for what decays with the input behind an amplifier.
     deviation: Vec<f64>,
     v: Vec<f64>,
+    /// Behind an amplifier: how far the input is from where it goes, at t_k.
+    decaying: Vec<f64>,
     is_at_rest: bool,
 }
 
 impl DynamicLanes {
     pub(crate) fn new(part: &SampledPart, lanes: usize) -> Self {
         let zeros = vec![0.0; lanes];
-        let (p, before, deviation, v) = (zeros.clone(), zeros.clone(), zeros.clone(), zeros);
-        Self { dynamics: part.dynamics.clone(), share: part.share, p, before, deviation, v, is_at_rest: true }
+        let (p, before, deviation, v) = (zeros.clone(), zeros.clone(), zeros.clone(), zeros.clone());
+        let (dynamics, share) = (part.dynamics.clone(), part.share);
+        Self { dynamics, share, p, before, deviation, v, decaying: zeros, is_at_rest: true }
     }
 
     /// Puts out p(k) of every lane.
+    #[inline(always)]
     pub(crate) fn put_out(&mut self, p: &[f64]) {
-        std::mem::swap(&mut self.p, &mut self.before);
-        self.p.copy_from_slice(p);
         if self.is_at_rest {
             self.before.copy_from_slice(p);
+            self.p.copy_from_slice(p);
             self.is_at_rest = false;
         }
+        if let Some(amplifier) = self.dynamics.as_ref().and_then(|dynamics| dynamics.amplifier) {
+            return self.lead(p, &amplifier);
+        }
+        std::mem::swap(&mut self.p, &mut self.before);
+        self.p.copy_from_slice(p);
         let Some(dynamics) = &self.dynamics else { return };
         // From t_(k-1) to t_k p(k-1) was held; from now on the distance is that from p(k).
         let (e, n) = (dynamics.step, p.len());
@@ -93,6 +103,30 @@ impl DynamicLanes {
         }
     }
 
+    /// Behind an amplifier the input goes from the last p to this one by the end of the interval. The lanes hold where it would
+    /// go, and of the state what does not decay with it.
+    #[inline(always)]
+    fn lead(&mut self, p: &[f64], amplifier: &SampledAmplifier) {
+        let Some(e) = self.dynamics.as_ref().map(|dynamics| dynamics.step) else { return };
+        let ([x, speed], n) = (amplifier.start, p.len());
+        let (ends, before, decaying) = (&mut self.p[..n], &mut self.before[..n], &mut self.decaying[..n]);
+        let (deviation, v) = (&mut self.deviation[..n], &mut self.v[..n]);
+        for i in 0..n {
+            let end = before[i] + (p[i] - before[i]) * amplifier.reach;
+            let left = before[i] - end;
+            let change = decaying[i] * amplifier.step - left;
+            let moved = e.xx * deviation[i] + e.xv * v[i];
+            v[i] = e.vx * deviation[i] + e.vv * v[i] + speed * change;
+            deviation[i] = moved + (ends[i] - end) + x * change;
+            (ends[i], before[i], decaying[i]) = (end, p[i], left);
+        }
+    }
+
+    /// What of the reading of a lane decays with its input.
+    fn decaying(&self, dynamics: &SampledDynamics, lane: usize) -> f64 {
+        dynamics.amplifier.map_or(0.0, |amplifier| amplifier.start[0] * amplifier.reading * self.decaying[lane])
+    }
+
     /// The readings of the first lanes.
     pub(crate) fn read(&self, y: &mut [f64]) {
         let n = y.len();
@@ -101,6 +135,9 @@ impl DynamicLanes {
             let (e, deviation, v) = (dynamics.reading, &self.deviation[..n], &self.v[..n]);
             for i in 0..n {
                 y[i] = p[i] + (e.xx * deviation[i] + e.xv * v[i]);
+            }
+            if dynamics.amplifier.is_some() {
+                y.iter_mut().enumerate().for_each(|(i, y)| *y += self.decaying(dynamics, i));
             }
         } else {
             let (share, before) = (self.share, &self.before[..n]);
@@ -115,7 +152,10 @@ impl DynamicLanes {
     pub(crate) fn read_one(&self, lane: usize) -> f64 {
         let p = self.p[lane];
         match &self.dynamics {
-            Some(dynamics) => p + (dynamics.reading.xx * self.deviation[lane] + dynamics.reading.xv * self.v[lane]),
+            Some(dynamics) => {
+                let e = dynamics.reading;
+                p + (e.xx * self.deviation[lane] + e.xv * self.v[lane]) + self.decaying(dynamics, lane)
+            }
             None => p + self.share * (self.before[lane] - p),
         }
     }
@@ -123,7 +163,7 @@ impl DynamicLanes {
     /// The derivative of a reading by the dead time, for a sampling interval `dt`.
     pub(crate) fn slope_over_dead_time(&self, lane: usize, dt: f64) -> f64 {
         match &self.dynamics {
-            Some(dynamics) => -dynamics.speed(self.deviation[lane], self.v[lane]),
+            Some(dynamics) => -dynamics.speed(self.deviation[lane], self.v[lane], self.decaying(dynamics, lane)),
             None => (self.before[lane] - self.p[lane]) / dt,
         }
     }
@@ -154,8 +194,13 @@ mod tests {
         ];
         for dynamics in all {
             for dead_time in [0.0, 0.3e-4, 1e-4, 2.65e-4] {
-                let part =
-                    LinearPart { dynamics, amplitudes: vec![0.02, 0.1], time_constants: vec![4e-4, 3e-3], dead_time };
+                let part = LinearPart {
+                    dynamics,
+                    amplitudes: vec![0.02, 0.1],
+                    time_constants: vec![4e-4, 3e-3],
+                    dead_time,
+                    bandwidth: None,
+                };
                 let linear = dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
                 let mut block = linear.with_dead_time(dead_time).unwrap().block(dt).unwrap();
                 let mut q = [signal()[0]; 2];
@@ -166,6 +211,44 @@ mod tests {
                     q[1] += (1.0 - (-dt / 3e-3_f64).exp()) * (h - q[1]);
                     assert!((got - want).abs() < 1e-11, "{dynamics:?} {dead_time} {k}: {got} {want}");
                 }
+            }
+        }
+    }
+
+    /// Behind an amplifier the input goes exponentially from each value to the next: as many small steps.
+    #[test]
+    fn an_amplifier_leads_the_input_from_value_to_value() {
+        let dt = 1e-4;
+        for (bandwidth, zeta) in [(400.0, 0.02), (5000.0, 0.4), (800.0, 1.0)] {
+            let dynamics = SecondOrder::new(800.0, zeta).unwrap();
+            let part = LinearPart {
+                dynamics: Some(dynamics.into()),
+                dead_time: 0.4e-4,
+                bandwidth: Some(bandwidth),
+                ..LinearPart::default()
+            };
+            let signal = signal();
+            let (pieces, sigma) = (1000_u32, core::f64::consts::TAU * bandwidth);
+            let mut block = dynamics.block(dt / f64::from(pieces)).unwrap();
+            let mut fine = vec![block.settle(signal[0])];
+            let mut before = signal[0];
+            for p in &signal {
+                let end = before + (p - before) / -(-sigma * dt).exp_m1();
+                for piece in 0..pieces {
+                    let t = dt * (f64::from(piece) + 0.5) / f64::from(pieces);
+                    fine.push(block.advance(end + (before - end) * (-sigma * t).exp()));
+                }
+                before = *p;
+            }
+            let mut lane = DynamicLanes::new(&SampledPart::new(&part, dt), 1);
+            for (k, p) in signal.iter().enumerate() {
+                lane.put_out(&[*p]);
+                let got = lane.read_one(0);
+                let want = fine[1000 * k + 600];
+                assert!((got - want).abs() < 1e-4, "{bandwidth} {zeta} {k}: {got} {want}");
+                let slope = -(fine[1000 * k + 601] - fine[1000 * k + 599]) / (2e-3 * dt);
+                let bound = 1e-3 * slope.abs().max(1e3);
+                assert!((lane.slope_over_dead_time(0, dt) - slope).abs() < bound, "{k}: {slope}");
             }
         }
     }
@@ -197,6 +280,7 @@ mod tests {
             amplitudes: vec![0.01],
             time_constants: vec![0.1],
             dead_time: 0.3e-4,
+            bandwidth: None,
         };
         let held = through(&part, &[0.3; 40], 1e-4);
         assert!(held.iter().all(|y| *y == held[0]));

@@ -14,6 +14,12 @@ use hysteresis_control::linear::Dynamics;
 /// ```
 ///
 /// Without dynamics y(k) is p(t_k - d), straight between samples.
+///
+/// Behind an amplifier, p(k) is that at the end of the interval, and on the way there from p(k-1) it goes as the voltage does:
+///
+/// ```text
+/// p(t_k + s) = p_end + (p(k-1) - p_end) exp(-s / tau),   p_end = p(k-1) + (p(k) - p(k-1)) / (1 - exp(-T / tau))
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct LinearPart {
@@ -25,6 +31,8 @@ pub(crate) struct LinearPart {
     pub(crate) time_constants: Vec<f64>,
     /// d, in seconds; in samples for records without a sampling interval.
     pub(crate) dead_time: f64,
+    /// Of the amplifier in front of the hysteresis, in Hz; only beside dynamics.
+    pub(crate) bandwidth: Option<f64>,
 }
 
 impl LinearPart {
@@ -38,14 +46,19 @@ impl LinearPart {
         self.dynamics.is_none() && self.time_constants.is_empty()
     }
 
-    /// How much later slow motion is seen: the dead time and the lag of the dynamics, 2 zeta / w or tau.
+    /// The lag of the amplifier.
+    pub(crate) fn amplifier_lag(&self) -> f64 {
+        self.bandwidth.map_or(0.0, |bandwidth| 1.0 / (TAU * bandwidth))
+    }
+
+    /// How much later slow motion is seen: the dead time and the lags of the amplifier and of the dynamics, 2 zeta / w or tau.
     pub(crate) fn lag(&self) -> f64 {
         let dynamics = match self.dynamics {
             None => 0.0,
             Some(Dynamics::FirstOrder(lag)) => lag.time_constant(),
             Some(Dynamics::SecondOrder(resonance)) => 2.0 * resonance.damping() / (TAU * resonance.frequency()),
         };
-        self.dead_time + dynamics
+        self.dead_time + self.amplifier_lag() + dynamics
     }
 }
 
@@ -72,6 +85,21 @@ pub(crate) struct SampledDynamics {
     /// w, in radians per second (or sample).
     w: f64,
     is_lag: bool,
+    pub(crate) amplifier: Option<SampledAmplifier>,
+}
+
+/// An input that does not jump to what it will be, but decays towards it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampledAmplifier {
+    /// 1 / (1 - exp(-T / tau)).
+    pub(crate) reach: f64,
+    /// The state (x, v) for an input exp(-t / tau), at its start.
+    pub(crate) start: [f64; 2],
+    /// exp(-T / tau), and exp(-s / tau) where the output is read.
+    pub(crate) step: f64,
+    pub(crate) reading: f64,
+    /// 1 / tau.
+    sigma: f64,
 }
 
 impl SampledPart {
@@ -82,7 +110,8 @@ impl SampledPart {
         let back = if part.dynamics.is_some() { samples.ceil() } else { samples.floor() };
         #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
         let whole = back as isize;
-        let dynamics = part.dynamics.map(|dynamics| SampledDynamics::new(&dynamics, dt, (back - samples) * dt));
+        let since = (back - samples) * dt;
+        let dynamics = part.dynamics.map(|dynamics| SampledDynamics::new(&dynamics, part.bandwidth, dt, since));
         Self {
             amplitudes: part.amplitudes.clone(),
             decays: part.time_constants.iter().map(|tau| (-dt / tau).exp()).collect(),
@@ -99,22 +128,40 @@ impl SampledPart {
 }
 
 impl SampledDynamics {
-    fn new(dynamics: &Dynamics, dt: f64, since: f64) -> Self {
+    fn new(dynamics: &Dynamics, bandwidth: Option<f64>, dt: f64, since: f64) -> Self {
         let (w, damping) = match dynamics {
             Dynamics::FirstOrder(lag) => (TAU * lag.frequency(), None),
             Dynamics::SecondOrder(resonance) => (TAU * resonance.frequency(), Some(resonance.damping())),
         };
         let transition =
             |t: f64| damping.map_or_else(|| Transition::lag(w * t), |zeta| Transition::resonance(w * t, zeta));
-        Self { step: transition(dt), reading: transition(since), w, is_lag: damping.is_none() }
+        let amplifier = bandwidth.map(|bandwidth| SampledAmplifier::new(TAU * bandwidth, w, damping, dt, since));
+        Self { step: transition(dt), reading: transition(since), w, is_lag: damping.is_none(), amplifier }
     }
 
-    /// x' at the reading, for a state (x - p, v).
+    /// x' at the reading, for a state (x - p, v) and what an amplifier adds to it.
     #[inline]
-    pub(crate) fn speed(&self, deviation: f64, v: f64) -> f64 {
+    pub(crate) fn speed(&self, deviation: f64, v: f64, decaying: f64) -> f64 {
         let e = &self.reading;
         // A lag moves towards its input; of second-order dynamics v is x' / w.
-        self.w * if self.is_lag { -e.xx * deviation } else { e.vx * deviation + e.vv * v }
+        let speed = self.w * if self.is_lag { -e.xx * deviation } else { e.vx * deviation + e.vv * v };
+        self.amplifier.as_ref().map_or(speed, |amplifier| speed - amplifier.sigma * decaying)
+    }
+}
+
+impl SampledAmplifier {
+    /// Of x'' = w^2 (u - x) - 2 zeta w x', or x' = w (u - x), the part that decays with the input.
+    fn new(sigma: f64, w: f64, damping: Option<f64>, dt: f64, since: f64) -> Self {
+        /// Below this share a divisor is near its zero; 1 / tau is then moved by the other share.
+        const SMALL: f64 = 1e-7;
+        const MOVED: f64 = 1.001;
+        // Over w, or w^2.
+        let divisor = |sigma: f64| damping.map_or(1.0 - sigma / w, |zeta| (sigma / w - 2.0 * zeta) * sigma / w + 1.0);
+        let sigma = if divisor(sigma).abs() < SMALL { MOVED * sigma } else { sigma };
+        let x = 1.0 / divisor(sigma);
+        let start = [x, if damping.is_some() { -sigma * x / w } else { 0.0 }];
+        let step = (-sigma * dt).exp();
+        Self { reach: -1.0 / (-sigma * dt).exp_m1(), start, step, reading: (-sigma * since).exp(), sigma }
     }
 }
 
@@ -176,7 +223,7 @@ mod tests {
             let dt = 1e-4;
             let resonance = SecondOrder::new(800.0, zeta).unwrap();
             let mut block = resonance.block(dt).unwrap();
-            let sampled = SampledDynamics::new(&resonance.into(), dt, 0.0);
+            let sampled = SampledDynamics::new(&resonance.into(), None, dt, 0.0);
             let (mut deviation, mut v, mut last) = (0.0, 0.0, 0.0);
             for (k, p) in [1.0, -2.0, 0.5, 0.5, 3.0].into_iter().enumerate() {
                 deviation += last - p;
@@ -189,7 +236,7 @@ mod tests {
             }
         }
         let lag = FirstOrder::new(50.0).unwrap();
-        let sampled = SampledDynamics::new(&lag.into(), 1e-3, 4e-4);
+        let sampled = SampledDynamics::new(&lag.into(), None, 1e-3, 4e-4);
         assert!((sampled.step.xx - (-1e-3 / lag.time_constant()).exp()).abs() < 1e-15);
         assert!((sampled.reading.xx - (-4e-4 / lag.time_constant()).exp()).abs() < 1e-15);
     }

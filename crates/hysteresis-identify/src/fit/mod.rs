@@ -1,13 +1,19 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
+mod amplifier;
 mod autoregression;
+mod axes;
+pub(crate) mod bank;
 pub(crate) mod bounded;
 pub(crate) mod chain;
 pub(crate) mod choice;
 pub(crate) mod coloured;
 pub(crate) mod course;
+pub(crate) mod curve;
 pub(crate) mod dead_time;
+pub(crate) mod drive_path;
 pub(crate) mod factor;
+mod first_points;
 pub(crate) mod folds;
 pub(crate) mod gradients;
 pub(crate) mod intervals;
@@ -15,6 +21,7 @@ pub(crate) mod joint;
 mod lags;
 mod lanes;
 pub(crate) mod linear_part;
+pub(crate) mod maps;
 pub(crate) mod monitor;
 pub(crate) mod own_columns;
 mod placement;

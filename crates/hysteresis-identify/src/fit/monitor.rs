@@ -76,6 +76,12 @@ impl<'a> SearchMonitor<'a> {
         self.enter(SearchStage::Scan);
     }
 
+    /// Begins the choice of the structure, the first half of a part of the work.
+    pub(crate) fn begin_structure(&mut self) {
+        self.span = Span { from: WHOLE.at(0, 2), to: WHOLE.at(1, 2) };
+        self.enter(SearchStage::Refine);
+    }
+
     /// Whether the search was stopped and the best is to be kept.
     pub(crate) fn keeps_best(&self) -> bool {
         self.keeps_best

@@ -1,7 +1,13 @@
 //! What every record has of its own: an output offset, and the creep that was under way when it began.
 
+use faer::Mat;
+
+use super::factor::back_substitute;
 use crate::creep_model::CreepBasis;
 use crate::record::Record;
+
+/// A column that varies by less than this share of its size is constant.
+const MIN_VARYING_SHARE: f64 = 1e-11;
 
 /// The columns of the records' own unknowns, which stand before all others.
 ///
@@ -79,6 +85,32 @@ fn decay(amplitudes: &[f64], time_constants: &[f64], samples: usize, dt: f64) ->
 pub(crate) fn underway(creep: &CreepBasis, samples: usize, dt: f64) -> Vec<f64> {
     let [unit] = &creep.directions[..] else { return Vec::new() };
     decay(unit, &creep.time_constants, samples, dt)
+}
+
+/// What goes with these unknowns of the records' own.
+pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec<f64> {
+    let left = |i: usize| {
+        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, own + j)]).sum();
+        factor[(i, factor.ncols() - 1)] - modelled
+    };
+    let mut values: Vec<f64> = (0..own).map(left).collect();
+    back_substitute(factor.get(..own, ..own), &mut values);
+    values
+}
+
+/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
+///
+/// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
+/// enormous weight would fit noise with it. Such columns become exactly zero.
+pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
+    let last = factor.ncols() - 1;
+    let mut a = factor.get(own.., own..last).to_owned();
+    for j in 0..a.ncols() {
+        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(own + j).norm_l2() {
+            a.col_mut(j).fill(0.0);
+        }
+    }
+    (a, (own..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use hysteresis_core::Ratios;
 
+use super::curve::COEFFICIENTS;
 use crate::creep_model::MAX_AMPLITUDES;
 
 /// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
@@ -14,6 +15,12 @@ pub(crate) enum Parameter {
     DeadTime,
     LogFrequency,
     LogDamping,
+    /// Of the amplifier.
+    LogBandwidth,
+    /// A coefficient of the input map, by its number.
+    InputMap(usize),
+    /// A coefficient of the output map, by its number.
+    OutputMap(usize),
     /// An amplitude of creep, by its number.
     Creep(usize),
 }
@@ -28,18 +35,24 @@ impl Parameter {
             Self::DeadTime => 4,
             Self::LogFrequency => 5,
             Self::LogDamping => 6,
-            Self::Creep(number) => 7 + number,
+            Self::LogBandwidth => 7,
+            Self::InputMap(number) => 8 + number,
+            Self::OutputMap(number) => 8 + COEFFICIENTS + number,
+            Self::Creep(number) => FIRST_AMPLITUDE + number,
         }
     }
 }
 
+/// Where the amplitudes of creep begin.
+const FIRST_AMPLITUDE: usize = 8 + 2 * COEFFICIENTS;
+
 /// A value for every [`Parameter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point([f64; 7 + MAX_AMPLITUDES]);
+pub(crate) struct Point([f64; FIRST_AMPLITUDE + MAX_AMPLITUDES]);
 
 impl Point {
     pub(crate) fn zero() -> Self {
-        Self([0.0; 7 + MAX_AMPLITUDES])
+        Self([0.0; FIRST_AMPLITUDE + MAX_AMPLITUDES])
     }
 
     pub(crate) fn with(mut self, parameter: Parameter, value: f64) -> Self {

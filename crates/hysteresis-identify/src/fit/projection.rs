@@ -4,7 +4,8 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::course::Course;
-use crate::fit::factor::{TriangularFactor, back_substitute};
+use crate::fit::factor::TriangularFactor;
+use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Point;
 use crate::fit::smoothness::{penalty, with_penalty};
 use crate::fit::space::Space;
@@ -12,9 +13,6 @@ use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 use crate::record::Record;
-
-/// A column that varies by less than this share of its size is constant.
-const MIN_VARYING_SHARE: f64 = 1e-11;
 
 /// The best fit at a point.
 #[derive(Clone, Debug)]
@@ -36,6 +34,16 @@ pub(crate) struct ProjectedFit {
     pub(crate) base_squares: f64,
     /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
     pub(crate) kkt_residual: f64,
+}
+
+/// Below this share of the squares of the data nothing is left for another part of the model to explain.
+const EXACT: f64 = 1e-12;
+
+impl ProjectedFit {
+    /// Whether the fit leaves nothing to speak of: without noise, with the true model.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.squares <= EXACT * self.base_squares
+    }
 }
 
 /// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a triangle.
@@ -209,8 +217,8 @@ impl<'a> Projection<'a> {
         for number in 0..course.len() {
             let k = course.sample(number);
             self.space.own().write(place, k, &mut row[..own]);
-            rows.write(k, course.turns(), &mut row[own..last]);
-            row[last] = record.output()[k];
+            let known = rows.write(k, course.turns(), &mut row[own..last]);
+            row[last] = record.output()[k] - known;
             take(number, &row);
         }
     }
@@ -269,32 +277,6 @@ fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
     inputs().map(|u| (u - mean).powi(2)).sum()
 }
 
-/// What goes with these unknowns of the records' own.
-pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec<f64> {
-    let left = |i: usize| {
-        let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, own + j)]).sum();
-        factor[(i, factor.ncols() - 1)] - modelled
-    };
-    let mut values: Vec<f64> = (0..own).map(left).collect();
-    back_substitute(factor.get(..own, ..own), &mut values);
-    values
-}
-
-/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
-///
-/// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
-/// enormous weight would fit noise with it. Such columns become exactly zero.
-pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
-    let last = factor.ncols() - 1;
-    let mut a = factor.get(own.., own..last).to_owned();
-    for j in 0..a.ncols() {
-        if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(own + j).norm_l2() {
-            a.col_mut(j).fill(0.0);
-        }
-    }
-    (a, (own..factor.nrows()).map(|i| factor[(i, last)]).collect())
-}
-
 /// Those that are not at their bound, zero.
 fn free(unknowns: &[f64]) -> Vec<usize> {
     (0..unknowns.len()).filter(|j| unknowns[*j] != 0.0).collect()
@@ -304,8 +286,10 @@ fn free(unknowns: &[f64]) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::creep_model::CreepModel;
+    use crate::fit::bank::OperatorBank;
+    use crate::fit::curve::OutputMap;
     use crate::fit::point::Parameter;
-    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
+    use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::fit::response::response;
     use crate::loop_shift_model::LoopShiftModel;
     use crate::options::{DynamicsModel, Options, Order, Thresholds};
@@ -319,7 +303,7 @@ mod tests {
         let signals = [3.0, 4.5].map(|rate| {
             let input = (0..900).map(|k| f64::from(k) / 30.0).map(|t| (4.0 - t / 10.0) * (rate * t / 3.0).sin());
             let input: Vec<f64> = input.collect();
-            let operators = OperatorsAt { bank: bank.clone(), input_offset: 0.2, shift: None };
+            let operators = OperatorsAt::alone(bank.clone(), 0.2);
             let mut regressor = Regressor::new(&operators, &input, 0.0, 1.0);
             let output = input.iter().enumerate().map(|(k, u)| {
                 regressor.go_to(k, None);
@@ -344,20 +328,28 @@ mod tests {
             loop_shift: LoopShiftModel::None,
             ..joint.clone()
         };
-        for options in [plain, joint, lag] {
-            check_derivatives(&records, &options);
+        let spaces = [&plain, &joint, &lag].map(|options| Space::new(&records, options).unwrap());
+        let map = OutputMap { bounds: (-4.0, 5.0), reference: [0.3; 4].into() };
+        let maps = |space: &Space| space.with_input_map().with_output_map(map.clone());
+        check_derivatives(&records, &plain, &maps(&spaces[0]));
+        check_derivatives(&records, &joint, &maps(&spaces[1]).with_amplifier());
+        for (options, space) in [plain, joint, lag].iter().zip(&spaces) {
+            check_derivatives(&records, options, space);
         }
     }
 
-    fn check_derivatives(records: &[Record<'_>], options: &Options) {
-        let space = Space::new(records, options).unwrap();
+    fn check_derivatives(records: &[Record<'_>], options: &Options, space: &Space) {
         let basis = WeightBasis::new(options, space.shift_len());
-        let projection = Projection::new(records, &space, &basis, 0.0, 1);
+        let projection = Projection::new(records, space, &basis, 0.0, 1);
         let dt = space.intervals().of_record(0);
         let point = space.starts()[1]
             .with(Parameter::DeadTime, 1.3 * dt)
             .with(Parameter::LogFrequency, 25.0_f64.ln())
             .with(Parameter::LogDamping, -1.0)
+            .with(Parameter::LogBandwidth, 15.0_f64.ln())
+            .with(Parameter::InputMap(1), 0.3)
+            .with(Parameter::OutputMap(0), -0.2)
+            .with(Parameter::OutputMap(2), 0.1)
             .with(Parameter::Creep(0), 0.02)
             .with(Parameter::Creep(1), 0.04);
         let unread = space.unread_samples();
@@ -370,7 +362,10 @@ mod tests {
             };
             records.iter().zip(&fit.output_offsets).map(of_record).sum::<f64>()
         };
-        let fit = projection.fit(&point, None);
+        // An output map is linear about the last weights: a few times the best ones are those of the whole.
+        let settled = (0..30)
+            .fold(projection.fit(&point, None), |fit, _| projection.linearise(&point, &fit.weights, Some(&fit)).0);
+        let fit = projection.linearise(&point, &settled.weights, None).0;
         assert!((fit.squares - squares(&fit, &point)).abs() < 1e-10 * fit.squares);
         let (again, linearised) = projection.linearise(&point, &fit.weights, None);
         assert!((again.squares - fit.squares).abs() < 1e-12 * fit.squares);
@@ -380,7 +375,7 @@ mod tests {
             let small = 1e-4 * space.axes()[axis].scale;
             bounds[axis] = (small, small);
             let step = linearised.step(&bounds, &basis);
-            let there = projection.fit(&space.moved(&point, &step.along), None);
+            let there = projection.linearise(&space.moved(&point, &step.along), &step.weights, None).0;
             let (change, expected) = (there.squares - fit.squares, step.objective - fit.squares);
             let parameter = space.axes()[axis].parameter;
             let close = (change - expected).abs() < 0.05 * expected.abs();

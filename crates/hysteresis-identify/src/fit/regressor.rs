@@ -1,94 +1,34 @@
 //! The regressor: one row of operator outputs per sample, made on the fly.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
-
+use super::bank::{OperatorBank, max, min};
+use super::curve::Curve;
+use super::drive_path::{DrivePath, PathLane};
 use super::shift::{ShiftColumns, ShiftLane};
 
-/// The thresholds of all operators, one array per kind, so that the compiler works on several operators at a time.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct OperatorBank {
-    r: Vec<f64>,
-    ra: Vec<f64>,
-    rb: Vec<f64>,
-    rc: Vec<f64>,
-}
-
-impl OperatorBank {
-    /// The operators of thresholds `r` in these proportions: the same products as in the core.
-    pub(crate) fn from_ratios(r: &[f64], ratios: Ratios) -> Self {
-        let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
-        Self { r: r.to_vec(), ra: scaled(ratios.ra), rb: scaled(ratios.rb), rc: scaled(ratios.rc) }
-    }
-
-    pub(crate) fn from_operators(operators: impl Iterator<Item = CoupledPlay> + Clone) -> Self {
-        Self {
-            r: operators.clone().map(|z| z.r()).collect(),
-            ra: operators.clone().map(|z| z.ra()).collect(),
-            rb: operators.clone().map(|z| z.rb()).collect(),
-            rc: operators.map(|z| z.rc()).collect(),
-        }
-    }
-
-    /// The operators of a model, its weights as [`Regressor::output`] takes them, and its offsets.
-    pub(crate) fn of_model(model: &Model) -> (Self, Vec<f64>, Offsets) {
-        match model {
-            Model::Conventional(model) => {
-                let plays = model.operators().iter().map(|play| CoupledPlay::from(*play));
-                (Self::from_operators(plays), model.weights().to_vec(), model.offsets())
-            }
-            Model::Modified(model) => {
-                let below = if model.is_split() { model.weights_negative() } else { &[] };
-                let operators = model.operators().iter().copied();
-                (Self::from_operators(operators), [model.weights(), below].concat(), model.offsets())
-            }
-        }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.r.len()
-    }
-
-    /// The threshold r of every operator.
-    pub(crate) fn thresholds(&self) -> &[f64] {
-        &self.r
-    }
-
-    /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.
-    fn next(&self, last: &[f64], x: f64, z: &mut [f64]) {
-        let n = z.len();
-        let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
-        for i in 0..n {
-            let lo = max(x - r[i], min(x - rc[i], 0.0));
-            let hi = min(x + ra[i], max(x + rb[i], 0.0));
-            z[i] = max(lo, min(hi, last[i]));
-        }
-    }
-}
-
-/// `f64::max` without its care for NaN, of which a record has none: one instruction, and it vectorises.
-#[inline]
-fn max(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// `f64::min` likewise.
-#[inline]
-fn min(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The operators at a point, and the loop shift beside them.
+/// The operators at a point with what the drive passes before them, the output map behind them, and the loop shift.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct OperatorsAt {
     pub(crate) bank: OperatorBank,
     pub(crate) input_offset: f64,
+    pub(crate) path: DrivePath,
+    pub(crate) output_map: Option<Curve>,
     pub(crate) shift: Option<ShiftColumns>,
+}
+
+impl OperatorsAt {
+    /// Operators and nothing else.
+    pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
+        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None }
+    }
 }
 
 /// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the columns
 /// of the loop shift.
+///
+/// Behind an output map phi the rows are those of phi(h) linearised: with h the output for the weights of reference, the
+/// columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier, row k is that at the end of the interval in which u(k) is held.
 ///
 /// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
 /// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.
@@ -108,10 +48,12 @@ pub(crate) struct Regressor<'a> {
     before: Vec<f64>,
     /// Where the terms of a weighed sum are put.
     terms: Vec<f64>,
+    path: PathLane<'a>,
+    output_map: Option<&'a Curve>,
     shift: Option<Shift<'a>>,
 }
 
-/// The loop shift beside the operators: its columns now and one sample earlier.
+/// The columns beside the operators, now and one sample earlier.
 struct Shift<'a> {
     lane: ShiftLane<'a>,
     now: Vec<f64>,
@@ -121,7 +63,7 @@ struct Shift<'a> {
 impl<'a> Regressor<'a> {
     /// The regressor before the record's first sample; `delay` in samples, not negative, `dt` in seconds.
     pub(crate) fn new(operators: &'a OperatorsAt, input: &'a [f64], delay: f64, dt: f64) -> Self {
-        let OperatorsAt { bank, input_offset, shift } = operators;
+        let OperatorsAt { bank, input_offset, path, output_map, shift } = operators;
         let shift = shift.as_ref().map(|columns| {
             let rest = vec![0.0; columns.len()];
             Shift { lane: ShiftLane::new(columns, dt), now: rest.clone(), before: rest }
@@ -132,19 +74,25 @@ impl<'a> Regressor<'a> {
         let fraction = delay - delay.floor();
         let (now, before, terms) = (rest.clone(), rest.clone(), rest);
         let input_offset = *input_offset;
-        Self { bank, input, input_offset, whole, fraction, seen: None, turned: 0, now, before, terms, shift }
+        let (path, output_map) = (path.lane(dt), output_map.as_ref());
+        let (seen, turned) = (None, 0);
+        Self { bank, input, input_offset, whole, fraction, seen, turned, now, before, terms, path, output_map, shift }
     }
 
     /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
-    /// round, the operators see only those on the way, and the two that the row is made of; a loop shift needs all.
+    /// round, the operators see only those on the way, and the two that the row is made of; a loop shift and an amplifier need
+    /// all.
+    #[inline(always)]
     pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
         let last = sample.saturating_sub(self.whole);
-        let turns = turns.filter(|_| self.shift.is_none());
+        let turns = turns.filter(|_| self.shift.is_none() && self.path.keeps_turns());
         if self.seen.is_none() {
-            self.bank.next(&self.before, self.input[0] - self.input_offset, &mut self.now);
+            let x = self.path.next(self.input[0]) - self.input_offset;
+            self.bank.next(&self.before, x, &mut self.now);
             self.before.copy_from_slice(&self.now);
             if let Some(shift) = &mut self.shift {
-                shift.lane.next(self.input[0]);
+                shift.next(self.input[0]);
+                shift.before.copy_from_slice(&shift.now);
             }
         }
         let mut seen = self.seen.unwrap_or(0);
@@ -160,60 +108,93 @@ impl<'a> Regressor<'a> {
                 }
             };
             std::mem::swap(&mut self.before, &mut self.now);
-            self.bank.next(&self.before, self.input[seen] - self.input_offset, &mut self.now);
+            let x = self.path.next(self.input[seen]) - self.input_offset;
+            self.bank.next(&self.before, x, &mut self.now);
             if let Some(shift) = &mut self.shift {
-                shift.next(self.input[seen]);
+                shift.next(self.path.voltage(self.input[seen]));
             }
         }
         self.seen = Some(seen);
     }
 
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
-    /// output above zero and one for that below; then those of the loop shift.
-    pub(crate) fn row(&self, row: &mut [f64]) {
+    /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
+    /// without an output map, which is taken as linear about the output for the weights of `reference`.
+    #[inline(always)]
+    pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
-        let (row, shifts) = row.split_at_mut(row.len() - self.shift.as_ref().map_or(0, |shift| shift.now.len()));
+        let (row, shifts) = row.split_at_mut(row.len() - self.shift_len());
         if let Some(shift) = &self.shift {
             for ((place, now), before) in shifts.iter_mut().zip(&shift.now).zip(&shift.before) {
                 *place = self.between(*now, *before);
             }
         }
+        let (slopes, known) = self.about(reference);
+        let between = |now: f64, before: f64| interpolated(slopes.0 * now, slopes.1 * before, self.fraction);
         if row.len() == n {
             for ((z, now), before) in row.iter_mut().zip(&self.now).zip(&self.before) {
-                *z = self.between(*now, *before);
+                *z = between(*now, *before);
             }
-            return;
+            return known;
         }
         let (above, below) = row.split_at_mut(n);
         for (i, (now, before)) in self.now.iter().zip(&self.before).enumerate() {
-            above[i] = self.between(max(*now, 0.0), max(*before, 0.0));
-            below[i] = self.between(min(*now, 0.0), min(*before, 0.0));
+            above[i] = between(max(*now, 0.0), max(*before, 0.0));
+            below[i] = between(min(*now, 0.0), min(*before, 0.0));
         }
+        known
     }
 
-    /// The row of the current sample times the weights, of which there may be one or two for each operator, and those of the
-    /// loop shift.
+    /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
+    fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
+        let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
+        let (now, before) = (self.operators(reference, |now, _| now), self.operators(reference, |_, before| before));
+        let ((value, slope), (value_before, slope_before)) = (map.at(now), map.at(before));
+        let known = self.between(value - slope * now, value_before - slope_before * before);
+        ((slope, slope_before), known)
+    }
+
+    fn shift_len(&self) -> usize {
+        self.shift.as_ref().map_or(0, |shift| shift.now.len())
+    }
+
+    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift: their
+    /// sum behind the output map, and the shift.
+    #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
-        self.weigh(weights, |now, before| interpolated(now, before, fraction))
+        let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
+        let Some(map) = self.output_map else {
+            return shift + self.operators(weights, |now, before| interpolated(now, before, fraction));
+        };
+        let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
+        shift + self.between(map.at(now).0, map.at(before).0)
     }
 
     /// The derivative of [`output`](Self::output) by the delay.
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
-        self.weigh(weights, |now, before| before - now)
+        let shift = self.shifted(weights, |now, before| before - now);
+        let Some(map) = self.output_map else {
+            return shift + self.operators(weights, |now, before| before - now);
+        };
+        let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
+        shift + map.at(before).0 - map.at(now).0
+    }
+
+    /// The weighed sum of a value of every column of the loop shift.
+    fn shifted(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let Some(shift) = &self.shift else { return 0.0 };
+        let amplitudes = &weights[weights.len() - shift.now.len()..];
+        let both = shift.now.iter().zip(&shift.before);
+        amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
     }
 
     /// The weighed sum of a value of every operator: first all terms, then their sum, so that the compiler works on
     /// several operators at a time.
-    #[inline]
-    fn weigh(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+    #[inline(always)]
+    fn operators(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let n = self.now.len();
-        let (above, rest) = weights.split_at(n);
-        let (below, shifts) = rest.split_at(rest.len() - self.shift.as_ref().map_or(0, |shift| shift.now.len()));
-        let shifted = self.shift.as_ref().map_or(0.0, |shift| {
-            let both = shift.now.iter().zip(&shift.before);
-            shifts.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
-        });
+        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(n);
         let (terms, now, before) = (&mut self.terms[..n], &self.now[..n], &self.before[..n]);
         if below.is_empty() {
             for i in 0..n {
@@ -226,7 +207,7 @@ impl<'a> Regressor<'a> {
                     + below[i] * value(min(now[i], 0.0), min(before[i], 0.0));
             }
         }
-        shifted + sum(terms)
+        sum(terms)
     }
 
     fn between(&self, now: f64, before: f64) -> f64 {
@@ -262,13 +243,13 @@ fn sum(terms: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use hysteresis_core::Operator;
+    use hysteresis_core::{CoupledPlay, Operator, Ratios};
     use proptest::prelude::*;
 
     use super::*;
 
     fn at(bank: OperatorBank, input_offset: f64) -> OperatorsAt {
-        OperatorsAt { bank, input_offset, shift: None }
+        OperatorsAt::alone(bank, input_offset)
     }
 
     proptest! {
@@ -297,7 +278,7 @@ mod tests {
                     }
                     taken += 1;
                 }
-                regressor.row(&mut row);
+                regressor.row(&[], &mut row);
                 prop_assert_eq!(&row, &z, "sample {}", k);
             }
         }
@@ -318,8 +299,8 @@ mod tests {
             for k in rows.into_iter().filter(|k| *k < input.len()) {
                 every.go_to(k, None);
                 some.go_to(k, Some(&turns));
-                every.row(&mut one);
-                some.row(&mut other);
+                every.row(&[], &mut one);
+                some.row(&[], &mut other);
                 prop_assert_eq!(one, other, "sample {}", k);
                 let (weights, whole) = ([1.0, 0.3, 0.2, 1.0, 0.3, 0.2], every.output(&[1.0, 0.3, 0.2]));
                 prop_assert!((every.output(&weights) - whole).abs() < 1e-12);
@@ -336,7 +317,7 @@ mod tests {
             let mut row = [0.0; 2];
             [0, 1, 2, 3].map(|k| {
                 regressor.go_to(k, None);
-                regressor.row(&mut row);
+                regressor.row(&[], &mut row);
                 row
             })
         };

@@ -1,8 +1,10 @@
-//! The loop shift as columns: how far the centre of a loop moves with what the drive did before.
+//! What is added to the operators: the loop shift as columns, which is how far the centre of a loop moves with what the drive
+//! did before, and powers of the drive.
 
 use crate::loop_shift_model::LoopShiftModel;
 
-/// Which columns of a loop shift there are, with everything that is not linear in their amplitudes.
+/// Which columns there are beside the operators, with everything that is not linear in their amplitudes: first the powers of
+/// x, then those of the loop shift.
 ///
 /// With x(k) = (u(k) - center) / half_range, e(k) the difference of x(k) and a follower of time constant tau / 4, bounded
 /// by `limit`, the columns are one-pole means of time constant tau: m of e^2 and n of x |e|. Both know the drives before the
@@ -12,6 +14,9 @@ use crate::loop_shift_model::LoopShiftModel;
 pub(crate) struct ShiftColumns {
     pub(crate) center: f64,
     pub(crate) half_range: f64,
+    /// How many powers of x there are, from x^2 on. Only a comparison of models has any.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) powers: usize,
     pub(crate) filters: Vec<ShiftFilter>,
 }
 
@@ -36,7 +41,7 @@ impl ShiftFilter {
 impl ShiftColumns {
     /// How many columns there are.
     pub(crate) fn len(&self) -> usize {
-        self.filters.iter().map(ShiftFilter::columns).sum()
+        self.powers + self.filters.iter().map(ShiftFilter::columns).sum::<usize>()
     }
 
     /// Which columns a model has.
@@ -50,7 +55,8 @@ impl ShiftColumns {
             };
             [Some(square), filter.both.then_some(product)].into_iter().flatten()
         };
-        self.filters.iter().flat_map(of_filter).collect()
+        let powers = std::iter::repeat_n(true, self.powers);
+        powers.chain(self.filters.iter().flat_map(of_filter)).collect()
     }
 
     /// The same with the largest |e| of these inputs, each with its sampling interval, as limits.
@@ -118,6 +124,12 @@ impl<'a> ShiftLane<'a> {
 
     /// The columns of the newest sample.
     pub(crate) fn write(&self, row: &mut [f64]) {
+        let (powers, row) = row.split_at_mut(self.columns.powers);
+        let mut power = self.x;
+        for place in powers {
+            power *= self.x;
+            *place = power;
+        }
         let mut row = row.iter_mut();
         for (memory, filter) in self.memories.iter().zip(&self.columns.filters) {
             let both = [Some(memory.m), filter.both.then_some(memory.n)];
@@ -149,7 +161,7 @@ mod tests {
 
     fn columns() -> ShiftColumns {
         let filter = |time_constant, both| ShiftFilter { time_constant, limit: 1.0, both };
-        ShiftColumns { center: 2.0, half_range: 4.0, filters: vec![filter(0.1, true), filter(0.4, false)] }
+        ShiftColumns { center: 2.0, half_range: 4.0, powers: 0, filters: vec![filter(0.1, true), filter(0.4, false)] }
     }
 
     fn last(columns: &ShiftColumns, input: impl Iterator<Item = f64>, dt: f64) -> Vec<f64> {
@@ -158,6 +170,18 @@ mod tests {
         let mut row = vec![0.0; columns.len()];
         lane.write(&mut row);
         row
+    }
+
+    #[test]
+    fn powers_stand_first_and_have_no_memory() {
+        let both = ShiftColumns { powers: 2, ..columns() };
+        let input = || (0..50_u32).map(|k| f64::from(k * k % 7));
+        let (row, alone) = (last(&both, input(), 0.01), last(&columns(), input(), 0.01));
+        assert_eq!((both.len(), columns().len()), (5, 3));
+        assert_eq!(both.used_by(LoopShiftModel::None), [true, true, false, false, false]);
+        let x = (f64::from(49_u32 * 49 % 7) - 2.0) / 4.0;
+        assert_eq!(row[..2], [x * x, x * x * x]);
+        assert_eq!(row[2..], alone);
     }
 
     /// On a long ramp of x the follower is tau / 4 times the speed behind, and so are the means.

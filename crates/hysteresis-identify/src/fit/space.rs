@@ -5,14 +5,19 @@ use std::sync::Arc;
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
+use super::axes;
+use super::bank::OperatorBank;
+use super::curve::{Curve, OutputMap};
+use super::drive_path::DrivePath;
 use super::intervals::Intervals;
 use super::linear_part::LinearPart;
 use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
-use super::regressor::{OperatorBank, OperatorsAt};
+use super::regressor::OperatorsAt;
 use super::shift::ShiftColumns;
 use super::tangent::{Slope, Tangent};
+use crate::amplifier_model::AmplifierModel;
 use crate::creep_model::CreepBasis;
 use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
@@ -22,30 +27,8 @@ use crate::record::Record;
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
 
-/// Where ratios are searched first.
-const USUAL_RATIOS: [Ratios; 5] = [
-    Ratios::PAPER,
-    Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
-    Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
-    Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
-    Ratios::PLAY,
-];
-
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
-
-/// The damping ratios that are searched.
-const DAMPINGS: (f64, f64) = (1e-4, 10.0);
-
-/// The highest frequency that is searched, in cycles per sample of the fastest record.
-const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;
-
-/// The lowest frequency that is searched, in cycles per longest record.
-const MIN_CYCLES_PER_RECORD: f64 = 1.0;
-
-/// The largest amplitude of creep that is searched, per unit of its parameter: as a share of the position, per decade for
-/// log-type creep.
-const MAX_AMPLITUDE: f64 = 1.0;
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
@@ -60,6 +43,9 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    has_amplifier: bool,
+    has_input_map: bool,
+    output_map: Option<OutputMap>,
     own: Arc<OwnColumns>,
     underway: CreepBasis,
     axes: Vec<Axis>,
@@ -115,10 +101,15 @@ impl Space {
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(linear_axes(&intervals, options.order(), &creep));
+        axes.extend(axes::linear(&intervals, options.order(), &creep));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
+        let bandwidth = match options.amplifier {
+            AmplifierModel::Bandwidth(bandwidth) => Some(bandwidth).filter(|_| options.order().is_some()),
+            AmplifierModel::None | AmplifierModel::Auto => None,
+        };
+        origin = bandwidth.map_or(origin, |bandwidth| origin.with(Parameter::LogBandwidth, bandwidth.ln()));
         Ok(Self {
             placement,
             fixed_ratios,
@@ -128,6 +119,9 @@ impl Space {
             creep,
             intervals,
             shift,
+            has_amplifier: bandwidth.is_some(),
+            has_input_map: false,
+            output_map: None,
             axes,
             origin,
             unread: if searches_negative { 2 } else { 0 },
@@ -140,10 +134,42 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
-    /// The same with the loop shift of other options.
+    /// The same with the loop shift of other options; a space with powers has none.
     pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
+            return Ok(self.clone());
+        }
         let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with an amplifier whose bandwidth is searched.
+    pub(crate) fn with_amplifier(&self) -> Self {
+        Self { has_amplifier: true, ..self.with_axes([axes::bandwidth(&self.intervals)]) }
+    }
+
+    /// The same with an input map that is searched.
+    pub(crate) fn with_input_map(&self) -> Self {
+        Self { has_input_map: true, ..self.with_axes(axes::coefficients(Parameter::InputMap)) }
+    }
+
+    /// The same with an output map that is searched.
+    pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
+        Self { output_map: Some(map), ..self.with_axes(axes::coefficients(Parameter::OutputMap)) }
+    }
+
+    fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
+        let mut space = self.clone();
+        space.axes.extend(more);
+        space
+    }
+
+    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
+    pub(crate) fn with_powers(&self) -> Self {
+        let (low, high) = self.placement.bounds();
+        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
+        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
+        Self { shift, ..self.clone() }
     }
 
     /// The same with the first amplitudes of creep alone.
@@ -224,6 +250,11 @@ impl Space {
         self.unread
     }
 
+    /// Between what the inputs of the records lie.
+    pub(super) fn input_bounds(&self) -> (f64, f64) {
+        self.placement.bounds()
+    }
+
     pub(crate) fn intervals(&self) -> &Intervals {
         &self.intervals
     }
@@ -246,8 +277,24 @@ impl Space {
 
     /// The operators at a point.
     pub(crate) fn operators(&self, point: &Point) -> OperatorsAt {
-        let bank = OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point));
-        OperatorsAt { bank, input_offset: point.get(Parameter::InputOffset), shift: self.shift.clone() }
+        let curve = |bounds, parameter: fn(usize) -> Parameter| {
+            Curve::new(bounds, core::array::from_fn(|number| point.get(parameter(number))))
+        };
+        OperatorsAt {
+            bank: OperatorBank::from_ratios(&self.thresholds(point), self.ratios(point)),
+            input_offset: point.get(Parameter::InputOffset),
+            path: DrivePath {
+                bandwidth: self.bandwidth(point),
+                map: self.has_input_map.then(|| curve(self.placement.bounds(), Parameter::InputMap)),
+            },
+            output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
+            shift: self.shift.clone(),
+        }
+    }
+
+    /// Of the amplifier, if there is one.
+    fn bandwidth(&self, point: &Point) -> Option<f64> {
+        self.has_amplifier.then(|| point.get(Parameter::LogBandwidth).exp())
     }
 
     /// What follows the operators at a point.
@@ -263,6 +310,7 @@ impl Space {
             amplitudes: self.creep.amplitudes(|number| point.get(Parameter::Creep(number))),
             time_constants: self.creep.time_constants.clone(),
             dead_time: point.get(Parameter::DeadTime),
+            bandwidth: self.bandwidth(point),
         }
     }
 
@@ -271,6 +319,9 @@ impl Space {
         let slope = |(parameter, neighbour, distance): (Parameter, Point, f64)| match parameter {
             Parameter::DeadTime => Slope::DeadTime,
             Parameter::LogFrequency | Parameter::LogDamping => Slope::Dynamics(self.linear_part(&neighbour), distance),
+            Parameter::LogBandwidth => {
+                Slope::Amplifier(self.operators(&neighbour), self.linear_part(&neighbour), distance)
+            }
             Parameter::Creep(number) => Slope::Creep(self.creep.directions[number].clone()),
             _ => Slope::Operators(self.operators(&neighbour), distance),
         };
@@ -279,9 +330,16 @@ impl Space {
             operators: self.operators(point),
             linear: self.linear_part(point),
             columns,
-            weights: weights.unwrap_or(&[]).to_vec(),
+            weights: weights.map_or_else(|| self.reference(columns), <[f64]>::to_vec),
             slopes,
         }
+    }
+
+    /// Weights about whose output an output map is linear, one for each column; none without such a map.
+    fn reference(&self, columns: usize) -> Vec<f64> {
+        let Some(map) = &self.output_map else { return Vec::new() };
+        let weights = map.reference.iter().cycle().take(columns - self.shift_len());
+        weights.copied().chain((0..self.shift_len()).map(|_| 0.0)).collect()
     }
 
     /// The point moved by `step` along the axes, each within its bounds.
@@ -311,46 +369,16 @@ impl Space {
         self.axes.iter().map(neighbour).collect()
     }
 
-    /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
-    pub(crate) fn starts(&self) -> Vec<Point> {
-        let mut starts = vec![self.origin];
-        if self.searches(Parameter::Ra) {
-            starts = USUAL_RATIOS.iter().map(|ratios| self.origin.with_ratios(*ratios)).collect();
-        }
-        if self.searches(Parameter::InputOffset) {
-            let (low, high) = self.placement.bounds();
-            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| low + share * (high - low));
-            let at = |start: &Point| places.map(|place| start.with(Parameter::InputOffset, place));
-            starts = starts.iter().flat_map(at).collect();
-        }
-        starts
-    }
-
-    /// A point, and the same with each of the usual ratios, if they are searched.
-    pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
-        let others =
-            USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
-        std::iter::once(*point).chain(others).collect()
-    }
-
-    /// Dead times worth a look: doubling from one sample, if it is searched.
-    pub(crate) fn dead_times(&self) -> Vec<f64> {
-        let upper = self.axis(Parameter::DeadTime).map_or(0.0, |axis| axis.upper);
-        let first = Some(self.intervals.smallest());
-        std::iter::successors(first, |dead_time| Some(2.0 * dead_time)).take_while(|d| *d <= upper).collect()
-    }
-
     /// The bounds of a parameter, if it is searched.
     pub(crate) fn axis(&self, parameter: Parameter) -> Option<&Axis> {
         self.axes.iter().find(|axis| axis.parameter == parameter)
     }
 
-    fn searches(&self, parameter: Parameter) -> bool {
+    pub(super) fn searches(&self, parameter: Parameter) -> bool {
         self.axis(parameter).is_some()
     }
 }
 
-/// Frequency, damping and amplitudes of creep.
 /// The columns of a loop shift, limited to what the records have; none without seconds.
 fn shift_columns(
     records: &[Record<'_>],
@@ -364,20 +392,4 @@ fn shift_columns(
     let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
     let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
     Ok(columns.map(|columns| columns.limited_by(inputs)))
-}
-
-fn linear_axes(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
-    let mut axes = Vec::new();
-    if dynamics.is_some() {
-        let (lower, upper) =
-            (MIN_CYCLES_PER_RECORD / intervals.longest_record(), MAX_CYCLES_PER_SAMPLE / intervals.smallest());
-        axes.push(Axis { parameter: Parameter::LogFrequency, lower: lower.ln(), upper: upper.ln(), scale: 1.0 });
-    }
-    if dynamics == Some(Order::Second) {
-        let (lower, upper) = (DAMPINGS.0.ln(), DAMPINGS.1.ln());
-        axes.push(Axis { parameter: Parameter::LogDamping, lower, upper, scale: 4.0 });
-    }
-    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: MAX_AMPLITUDE, scale: 0.1 };
-    axes.extend((0..creep.directions.len()).map(amplitude));
-    axes
 }

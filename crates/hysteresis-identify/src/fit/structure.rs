@@ -10,6 +10,7 @@ use crate::fit::space::Space;
 use crate::fit::variety::Variety;
 use crate::fit::weight_basis::WeightBasis;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
 use crate::options::{ModelKind, Options, Setting, WeightLaw};
 use crate::record::Record;
 
@@ -18,7 +19,7 @@ const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::
 
 /// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
 /// a term leaves.
-const USUAL_SMOOTHNESS: f64 = 1e-3;
+pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
 
 /// How smooth the weights are where all loops are alike.
 const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
@@ -154,6 +155,8 @@ pub(crate) fn is_open(options: &Options) -> bool {
         || options.smoothness == Setting::Fit
         || options.creep == CreepModel::Auto
         || options.loop_shift == LoopShiftModel::Auto
+        || options.input_map != MapModel::None
+        || options.output_map != MapModel::None
 }
 
 /// A point with only the first amplitudes of creep.

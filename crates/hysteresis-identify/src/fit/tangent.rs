@@ -1,4 +1,7 @@
 //! The output of the model and its derivatives, row by row.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use pulp::Arch;
 
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, SampledPart};
@@ -8,8 +11,11 @@ use super::regressor::{OperatorsAt, Regressor};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Slope {
-    /// By a parameter of the operators: those of a neighbour, and how far away it is.
+    /// By a parameter of the operators or of the maps and the amplifier beside them: those of a neighbour, and how far away it
+    /// is.
     Operators(OperatorsAt, f64),
+    /// By the bandwidth of the amplifier: the operators of a neighbour, the dynamics that it has, and how far away it is.
+    Amplifier(OperatorsAt, LinearPart, f64),
     /// By the dead time.
     DeadTime,
     /// By a parameter of the dynamics: those of a neighbour, and how far away it is.
@@ -26,7 +32,7 @@ pub(crate) struct Tangent {
     pub(crate) linear: LinearPart,
     /// How many columns there are.
     pub(crate) columns: usize,
-    /// One for each column: those at which the derivatives are taken; none where there are no derivatives.
+    /// One for each column: those at which derivatives and the slope of an output map are taken; none where there are neither.
     pub(crate) weights: Vec<f64>,
     pub(crate) slopes: Vec<Slope>,
 }
@@ -53,8 +59,9 @@ pub(crate) enum TangentRows<'a> {
 }
 
 impl TangentRows<'_> {
-    /// Goes to a sample, not before the last one, and writes its row. `turns` as for [`Regressor::go_to`].
-    pub(crate) fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) {
+    /// Goes to a sample, not before the last one, and writes its row. `turns` as for [`Regressor::go_to`]. Returns what is known
+    /// beside the columns, as [`Regressor::row`].
+    pub(crate) fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) -> f64 {
         match self {
             Self::Plain(rows) => rows.write(sample, turns, row),
             Self::Filtered(rows) => rows.write(sample, row),
@@ -81,13 +88,13 @@ impl<'a> PlainRows<'a> {
         Self { tangent, dt, here: start(&tangent.operators), there: tangent.slopes.iter().map(there).collect() }
     }
 
-    fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) {
+    fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) -> f64 {
         let weights = &self.tangent.weights;
         let (columns, slopes) = row.split_at_mut(self.tangent.columns);
         self.here.go_to(sample, turns);
-        self.here.row(columns);
+        let known = self.here.row(weights, columns);
         if slopes.is_empty() {
-            return;
+            return known;
         }
         let output = self.here.output(weights);
         for (slope, there) in slopes.iter_mut().zip(&mut self.there) {
@@ -96,10 +103,11 @@ impl<'a> PlainRows<'a> {
                     there.go_to(sample, turns);
                     (there.output(weights) - output) / *distance
                 }
-                // Only the dead time has no neighbour here.
+                // Only the dead time has no neighbour here: an amplifier comes with dynamics.
                 None => self.here.slope_over_delay(weights) / self.dt,
             };
         }
+        known
     }
 }
 
@@ -112,7 +120,7 @@ pub(crate) struct FilteredRows<'a> {
     here: Regressor<'a>,
     /// The operators of the neighbours, and how far away they are.
     there: Vec<(Regressor<'a>, f64)>,
-    /// \[columns, their weighted sum, its derivatives by parameters of the operators\], and then through creep.
+    /// \[columns, their weighted sum, its derivatives by parameters of the operators, what is known\], and then through creep.
     signals: Vec<f64>,
     creep: CreepLanes,
     /// The same, and the derivatives by amplitudes of creep: through the dynamics.
@@ -123,6 +131,7 @@ pub(crate) struct FilteredRows<'a> {
     readings: Vec<f64>,
     /// How many samples were put out.
     taken: usize,
+    arch: Arch,
 }
 
 impl<'a> FilteredRows<'a> {
@@ -136,12 +145,18 @@ impl<'a> FilteredRows<'a> {
                 Slope::Dynamics(linear, distance) => {
                     neighbours.push((DynamicLanes::new(&SampledPart::new(linear, dt), 1), *distance));
                 }
+                Slope::Amplifier(at, linear, distance) => {
+                    there.push((start(at), *distance));
+                    neighbours.push((DynamicLanes::new(&SampledPart::new(linear, dt), 1), *distance));
+                }
                 Slope::Creep(_) => amplitudes += 1,
                 Slope::DeadTime => {}
             }
         }
         // Without derivatives there is no need of the weighted sum.
-        let creeping = tangent.columns + if tangent.slopes.is_empty() { 0 } else { 1 + there.len() };
+        let derivatives = if tangent.slopes.is_empty() { 0 } else { 1 + there.len() };
+        let known = usize::from(tangent.operators.output_map.is_some());
+        let creeping = tangent.columns + derivatives + known;
         let lanes = creeping + amplitudes;
         Self {
             tangent,
@@ -156,11 +171,12 @@ impl<'a> FilteredRows<'a> {
             neighbours,
             readings: vec![0.0; lanes],
             taken: 0,
+            arch: Arch::new(),
             part,
         }
     }
 
-    fn write(&mut self, sample: usize, row: &mut [f64]) {
+    fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
         // Before the record, and behind its end, the first and the last sample are held.
         let source = self.part.source(sample);
         let last = source.map_or(1, |source| source + 1);
@@ -179,26 +195,39 @@ impl<'a> FilteredRows<'a> {
         columns.copy_from_slice(&readings[..n]);
         let (mut operators, mut amplitudes) = (n + 1, self.signals.len());
         let mut neighbours = self.neighbours.iter();
+        let along = |neighbour: Option<&(DynamicLanes, f64)>| {
+            neighbour.filter(|_| !before).map_or(0.0, |(lane, distance)| (lane.read_one(0) - readings[n]) / distance)
+        };
         for (value, slope) in slopes.iter_mut().zip(&self.tangent.slopes) {
             *value = match slope {
                 Slope::Operators(..) => next(readings, &mut operators),
                 Slope::Creep(_) => next(readings, &mut amplitudes),
                 Slope::DeadTime if before => 0.0,
                 Slope::DeadTime => self.main.slope_over_dead_time(n, self.dt),
-                Slope::Dynamics(..) => neighbours.next().map_or(0.0, |(lane, distance)| {
-                    if before { 0.0 } else { (lane.read_one(0) - readings[n]) / distance }
-                }),
+                Slope::Dynamics(..) => along(neighbours.next()),
+                Slope::Amplifier(..) => next(readings, &mut operators) + along(neighbours.next()),
             };
         }
+        self.tangent.operators.output_map.as_ref().map_or(0.0, |_| readings[self.signals.len() - 1])
     }
 
-    /// Puts out the next sample.
+    /// Puts out the next sample, with the widest instructions of the processor.
     fn put_out(&mut self) {
+        let arch = self.arch;
+        arch.dispatch(|| self.put_out_wide());
+    }
+
+    #[inline(always)]
+    fn put_out_wide(&mut self) {
         let (n, weights) = (self.tangent.columns, &self.tangent.weights);
         let sample = self.taken.min(self.samples - 1);
         self.here.go_to(sample, None);
-        self.here.row(&mut self.signals[..n]);
-        if self.signals.len() > n {
+        let known = self.here.row(weights, &mut self.signals[..n]);
+        if self.tangent.operators.output_map.is_some() {
+            let last = self.signals.len() - 1;
+            self.signals[last] = known;
+        }
+        if !self.tangent.slopes.is_empty() {
             let output = self.here.output(weights);
             self.signals[n] = output;
             for (signal, (there, distance)) in self.signals[n + 1..].iter_mut().zip(&mut self.there) {

@@ -171,8 +171,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::fit::bank::OperatorBank;
     use crate::fit::course::Course;
-    use crate::fit::regressor::{OperatorBank, OperatorsAt, Regressor};
+    use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::record::Record;
 
     proptest! {
@@ -191,12 +192,12 @@ mod tests {
             let visits = Visits::new(&input, &course, delay);
             let outputs = Bank::new(&r, ratios, 0.5).outputs(visits.inputs());
             let bank = OperatorBank::from_ratios(&r, ratios);
-            let operators = OperatorsAt { bank, input_offset: 0.5, shift: None };
+            let operators = OperatorsAt::alone(bank, 0.5);
             let mut regressor = Regressor::new(&operators, &input, delay, 1.0);
             let mut rows = [vec![0.0; families * r.len()], vec![0.0; families * r.len()]];
             for number in 0..course.len() {
                 regressor.go_to(course.sample(number), course.turns());
-                regressor.row(&mut rows[0]);
+                regressor.row(&[], &mut rows[0]);
                 outputs.write(visits.places(number), visits.fraction(), &mut rows[1]);
                 prop_assert_eq!(&rows[0], &rows[1], "row {}", number);
             }

@@ -239,7 +239,7 @@ impl Identification {
 }
 
 /// The errors of a model that leaves these residuals.
-fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
+pub(crate) fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
     let (input, measured) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let predicted: Vec<f64> = measured.iter().zip(&residuals[record.skip()..]).map(|(y, e)| y - e).collect();
     Quality::of(measured, &predicted, record.output_range()).with_loops(input, measured, &predicted)

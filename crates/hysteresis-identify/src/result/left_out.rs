@@ -7,8 +7,8 @@ use faer::Mat;
 use crate::error::Error;
 use crate::fit::bounded;
 use crate::fit::factor::{TriangularFactor, triangle_of};
-use crate::fit::own_columns::OwnColumns;
-use crate::fit::projection::{below_own, own_values, penalised};
+use crate::fit::own_columns::{OwnColumns, below_own, own_values};
+use crate::fit::projection::penalised;
 use crate::fit::shift::ShiftColumns;
 use crate::fit::tangent::Tangent;
 use crate::fit::weight_basis::WeightBasis;
@@ -89,7 +89,7 @@ impl Identification {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),
             columns: basis.columns(),
-            weights: Vec::new(),
+            weights: self.chain.weights.clone(),
             slopes: Vec::new(),
         };
         let intervals: Vec<f64> = records.iter().map(interval).collect();

@@ -1,8 +1,8 @@
 //! From an identification to a stage.
 
-use hysteresis_control::linear::LinearDynamics;
+use hysteresis_control::linear::{FirstOrder, LinearDynamics};
 use hysteresis_control::stage::{self, Identified, Stage, StageParts, StageWarning};
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii};
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
 
 use super::identification::Identification;
 use crate::finding::{Finding, Severity};
@@ -46,11 +46,32 @@ impl Identification {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
             dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
+            input_map: self.input_map(),
+            output_map: self.output_map(),
+            amplifier: self.amplifier(),
             dead_time: self.dead_time.unwrap_or(0.0),
             noise: Some(self.noise),
             identified: Some(self.identified()),
             ..StageParts::new(hysteresis)
         }
+    }
+
+    /// The amplifier in front of the hysteresis, if one was found.
+    #[must_use]
+    pub fn amplifier(&self) -> Option<FirstOrder> {
+        FirstOrder::new(self.chain.operators.path.bandwidth?).ok()
+    }
+
+    /// The map gamma in front of the hysteresis, if one was found: drive in, drive out.
+    #[must_use]
+    pub fn input_map(&self) -> Option<PiecewiseLinearMap> {
+        self.chain.operators.path.map.as_ref()?.map(0.0).ok()
+    }
+
+    /// The map phi behind the hysteresis, if one was found: position in, position out, with the output offset.
+    #[must_use]
+    pub fn output_map(&self) -> Option<PiecewiseLinearMap> {
+        self.chain.operators.output_map.as_ref()?.map(self.chain.rest_of(self.output_offsets[0])).ok()
     }
 
     fn identified(&self) -> Identified {

@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::intervals::Intervals;
-use super::options::{creep_model, dynamics_model, kind, law, loop_shift_model, placed, setting, smooth};
+use super::options::{
+    amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, placed, setting, smooth,
+};
 use super::records::{self, HeldOut, at_times, signals, skips};
 use crate::convert::arguments::OrNone;
 use crate::convert::errors::{self, one_record, unexpected};
@@ -59,6 +61,12 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// loop_shift : "auto", None or float
 ///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
 ///     holds at the rates of the records only.
+/// amplifier : "auto", None or float
+///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz. "auto" fits one beside second-order
+///     dynamics if the records tell its lag from a dead time.
+/// input_map, output_map : "auto", None or "smooth"
+///     A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
+///     logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" is at most one of the two.
 /// thresholds : "uniform", "quantiles" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
 /// smoothness : float or "auto"
@@ -97,11 +105,12 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
-        dead_time=None, dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None,
-        smoothness=None, skip=None, validate=None, progress=None, keep_partial=false),
+        dead_time=None, dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
+        amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
+        skip=None, validate=None, progress=None, keep_partial=false),
     text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=20, weights='auto', ratios='fit', \
-        input_offset='fit', dead_time='fit', dynamics='auto', creep='auto', loop_shift='auto', thresholds=None, \
-        smoothness='auto', skip=0, validate=None, progress=None, keep_partial=False)")]
+        input_offset='fit', dead_time='fit', dynamics='auto', creep='auto', loop_shift='auto', amplifier='auto', \
+        input_map='auto', output_map='auto', thresholds=None, smoothness='auto', skip=0, validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -118,6 +127,9 @@ pub(crate) fn identify(
     dynamics: OrNone<'_>,
     creep: OrNone<'_>,
     loop_shift: OrNone<'_>,
+    amplifier: OrNone<'_>,
+    input_map: OrNone<'_>,
+    output_map: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
@@ -140,6 +152,9 @@ pub(crate) fn identify(
         dynamics: dynamics.or(default.dynamics, dynamics_model)?,
         creep: creep.or(default.creep, creep_model)?,
         loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
+        amplifier: amplifier.or(default.amplifier, amplifier_model)?,
+        input_map: input_map.or(default.input_map, |map| map_model("input_map", map))?,
+        output_map: output_map.or(default.output_map, |map| map_model("output_map", map))?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
@@ -192,7 +207,7 @@ pub(crate) fn identify(
 }
 
 /// Tells Python how far the search is, and stops it on Ctrl-C or when the caller's function raises.
-fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+pub(super) fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
     Python::attach(|py| {
         py.check_signals()?;
         progress.map_or(Ok(()), |progress| progress.call1(py, (now.fraction, now.best_rmse)).map(drop))

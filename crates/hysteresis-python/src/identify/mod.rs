@@ -1,6 +1,8 @@
 //! Identification: records in, models and how far to trust them out.
 
 mod choices;
+pub(crate) mod compare;
+pub(crate) mod comparison;
 pub(crate) mod diagnose;
 pub(crate) mod dynamics;
 pub(crate) mod finding;

@@ -1,7 +1,8 @@
 //! What the arguments of `identify` may be.
 
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, LoopShiftModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw,
+    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, MapModel, ModelKind, Options, Order, Setting,
+    Thresholds, WeightLaw,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -156,6 +157,28 @@ pub(crate) fn loop_shift_model(shift: Option<&Bound<'_, PyAny>>) -> PyResult<Loo
             Ok(time_constant) => Ok(LoopShiftModel::Both(time_constant)),
             Err(_) => Err(unexpected("loop_shift", "None, \"auto\" or a time constant in seconds", shift)),
         },
+    }
+}
+
+/// The amplifier to fit: none, of a bandwidth, or as the records tell.
+pub(crate) fn amplifier_model(amplifier: Option<&Bound<'_, PyAny>>) -> PyResult<AmplifierModel> {
+    match amplifier {
+        None => Ok(AmplifierModel::None),
+        Some(amplifier) if is_word(amplifier, "auto") => Ok(AmplifierModel::Auto),
+        Some(amplifier) => match amplifier.extract() {
+            Ok(bandwidth) => Ok(AmplifierModel::Bandwidth(bandwidth)),
+            Err(_) => Err(unexpected("amplifier", "None, \"auto\" or a bandwidth in Hz", amplifier)),
+        },
+    }
+}
+
+/// The map to fit, which the argument `name` is: none, a smooth one, or as the records tell.
+pub(crate) fn map_model(name: &str, map: Option<&Bound<'_, PyAny>>) -> PyResult<MapModel> {
+    match map {
+        None => Ok(MapModel::None),
+        Some(map) if is_word(map, "auto") => Ok(MapModel::Auto),
+        Some(map) if is_word(map, "smooth") => Ok(MapModel::Smooth),
+        Some(map) => Err(unexpected(name, "None, \"auto\" or \"smooth\"", map)),
     }
 }
 

@@ -23,7 +23,7 @@ fn map(name: &str, points: &Bound<'_, PyAny>) -> PyResult<PiecewiseLinearMap> {
 }
 
 /// The points of a map, as it is given.
-pub(super) fn points(map: &PiecewiseLinearMap) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn points(map: &PiecewiseLinearMap) -> (Vec<f64>, Vec<f64>) {
     map.points().unzip()
 }
 

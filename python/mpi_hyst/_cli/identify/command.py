@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Literal
 
 import click
@@ -9,9 +10,12 @@ import click
 from mpi_hyst._cli.interrupts import STATUS
 from mpi_hyst._cli.options import FILE, limits, numbers, options, report, slew, time_column
 from mpi_hyst._cli.terminal import say
+from mpi_hyst._quantity import SECONDS
 
 _MOST_OPERATORS = 100_000
 _MOST_TERMS = 100
+_MAPS = click.Choice(["auto", "none", "smooth"])
+_STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
 
 
 def _operators(
@@ -76,6 +80,33 @@ def _loop_shift(
         raise click.BadParameter(message, context, option) from None
 
 
+def _amplifier(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> float | str | None:
+    """Read a bandwidth, or a word."""
+    if value is None or value in ("auto", "none"):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        message = f"expected auto, none or a bandwidth in Hz, got {value!r}"
+        raise click.BadParameter(message, context, option) from None
+
+
+def _stretches(
+    context: click.Context, option: click.Parameter, values: tuple[str, ...]
+) -> tuple[tuple[int, int], ...]:
+    """Read stretches of rows, each as in 700:706."""
+    found = []
+    for value in values:
+        match = _STRETCH.fullmatch(value)
+        if match is None or int(match["first"]) >= int(match["end"]):
+            message = f"expected rows FROM:TO, the first and the one behind the last, got {value!r}"
+            raise click.BadParameter(message, context, option)
+        found.append((int(match["first"]), int(match["end"])))
+    return tuple(sorted(found))
+
+
 @click.command()
 @options(
     click.argument("data", nargs=-1, required=True, type=FILE),
@@ -101,7 +132,28 @@ def _loop_shift(
         type=click.IntRange(min=1),
         help="Number of rows to read. Once for all files, or once per file.  [default: all]",
     ),
+    click.option(
+        "--leave-out",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose position is not fitted: 700:706 are rows 700 to 705, counted from 0. What "
+        "is behind them has a zero of its own. Repeatable.",
+    ),
+    click.option(
+        "--mend",
+        multiple=True,
+        metavar="FROM:TO",
+        callback=_stretches,
+        help="Rows whose drive was recorded wrong: a straight line takes its place, and the "
+        "position is not fitted. Repeatable.",
+    ),
     time_column,
+    click.option(
+        "--time-unit",
+        type=click.Choice(tuple(SECONDS)),
+        help="Unit of the time column.  [default: that in its name or in the file, else s]",
+    ),
     click.option(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),
@@ -204,6 +256,32 @@ def _loop_shift(
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     ),
+    click.option(
+        "--amplifier",
+        metavar="HZ|auto|none",
+        callback=_amplifier,
+        help="Amplifier of this bandwidth in front of the hysteresis. auto: one that is fitted, if "
+        "the records tell its lag from a dead time.  [default: auto]",
+    ),
+    click.option(
+        "--input-map",
+        type=_MAPS,
+        help="Smooth map of the drive in front of the hysteresis. auto: if cross-validation asks "
+        "for it.  [default: auto]",
+    ),
+    click.option(
+        "--output-map",
+        type=_MAPS,
+        help="Smooth map of the position behind the hysteresis. auto: if cross-validation asks for "
+        "it.  [default: auto]",
+    ),
+    click.option(
+        "--compare",
+        is_flag=True,
+        help="Compare models: conventional, polynomial + plays, modified, and modified with each "
+        "extension. Each is judged on held-out stretches of the fitted rows; the table and the "
+        "report show what each buys.",
+    ),
     limits("none"),
     slew("none"),
     click.option(
@@ -221,11 +299,11 @@ def _loop_shift(
 def identify(**given: Any) -> int:
     """Fit a stage to measured records in files: CSV, MATLAB, HDF5, and others; see `look`.
 
-    The stage is written with -o: hysteresis, dead time, dynamics, creep and loop shift as far as
-    the records tell them, and the limits and slew rate of its drive if they are given. A record
-    must start from rest, or its start must be skipped with --skip. The first line is the verdict
-    on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial is given; the
-    exit status is 130.
+    The stage is written with -o: hysteresis, maps, dead time, dynamics, amplifier, creep and loop
+    shift as far as the records tell them, and the limits and slew rate of its drive if they are
+    given. A record must start from rest, or its start must be skipped with --skip. The first line
+    is the verdict on the result: green, amber or red. Ctrl-C writes no files unless --keep-partial
+    is given; the exit status is 130.
     """
     from mpi_hyst._cli.identify.request import Request
     from mpi_hyst._cli.identify.run import run

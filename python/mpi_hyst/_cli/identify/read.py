@@ -13,11 +13,14 @@ import numpy as np
 
 from mpi_hyst import io
 from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.identify.parts import parted
 from mpi_hyst._cli.identify.request import Request
-from mpi_hyst._cli.inputs import fitted_interval
+from mpi_hyst._cli.inputs import fitted_interval, in_unit
+from mpi_hyst._io.columns import TimeOrderError
 from mpi_hyst._report.identify.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
+from mpi_hyst.io import Columns, ReadError
 
 _Value = TypeVar("_Value", str, int)
 _SAME = 1e-3  # share by which equal sampling intervals may differ: clocks are not exact
@@ -32,6 +35,8 @@ def read(request: Request) -> Records:
     records, held_out = _same_clock(records, first), _same_clock(held_out, first)
     _check_validation(held_out, first)
     if not request.validate_from:
+        if request.leave_out or request.mend:
+            records = parted(records[0], request.leave_out, request.mend)
         return Records(records, held_out, ends=False, units=units)
     ends = _ends(records, request)
     fitted = [record.until(end) for record, end in zip(records, ends, strict=True)]
@@ -48,7 +53,7 @@ def _read(
     records: list[Record] = []
     units: dict[str, str] = {}
     for path, amount, count in zip(paths, skips, counts, strict=True):
-        columns = io.read(path, names, time=request.time, rows=count or None)
+        columns = _columns(path, names, count or None, request)
         for name in names:
             _check_unit(path, name, columns.quantity(name).suffix, units)
         dt, seconds = fitted_interval(columns, request.rate), columns.seconds
@@ -67,6 +72,29 @@ def _read(
             )
         )
     return records, units
+
+
+def _columns(path: Path, names: list[str], rows: int | None, request: Request) -> Columns:
+    """Read the columns of a file; of one that is refused say which part of it can be read."""
+    try:
+        columns = io.read(path, names, time=request.time, rows=rows)
+    except ReadError as error:
+        hint = _hint(error) if path in request.data else ""
+        raise CommandError(f"{error}{hint}") from error
+    return in_unit(columns, request.time_unit)
+
+
+def _hint(error: ReadError) -> str:
+    """Return what to do about a row that is refused."""
+    if not error.rows:
+        return ""
+    if not isinstance(error, TimeOrderError):
+        return f"; mend this row, or read what is before it with --rows {error.rows}"
+    backwards = "reverse the rows if they run backwards, " if error.rows == 1 else ""
+    return (
+        f"; {backwards}read what is before with --rows {error.rows}, or count the rows instead "
+        "with --time none --rate HZ"
+    )
 
 
 def _check_unit(path: Path, name: str, unit: str, units: dict[str, str]) -> None:

@@ -28,7 +28,10 @@ class Request:
     report_path: Path | None = None
     skip: tuple[str, ...] = ()
     rows: tuple[int, ...] = ()
-    time: str | None = None
+    leave_out: tuple[tuple[int, int], ...] = ()
+    mend: tuple[tuple[int, int], ...] = ()
+    time: str | Literal[False] | None = None
+    time_unit: str | None = None
     rate: float | None = None
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
@@ -36,6 +39,7 @@ class Request:
     limits: tuple[float, float] | None = None
     slew: float | None = None
     negate_output: bool = False
+    compare: bool = False
     keep_partial: bool = False
     units: Mapping[str, str] = field(default_factory=dict)
     """The units of the columns that the first file states, known once it is read."""
@@ -88,6 +92,11 @@ class Request:
             raise CommandError("--weights: the conventional model has no split weights")
         if self.validate and self.validate_from:
             raise CommandError("--validate and --validate-from: give one of both")
+        for option, stretches in (("--leave-out", self.leave_out), ("--mend", self.mend)):
+            if stretches and len(self.data) > 1:
+                raise CommandError(f"{option}: expected one file, got {len(self.data)}")
+            if stretches and self.validate_from:
+                raise CommandError(f"{option} and --validate-from: give one of both")
         if self.validate_skip and not self.validate:
             raise CommandError("--validate-skip: no --validate file is given")
         try:

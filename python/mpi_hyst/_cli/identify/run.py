@@ -42,9 +42,12 @@ def run(request: Request) -> Done:
         found = fit(records, request, progress)
     left_out = loops_left_out(records, found)
     interrupted = found.partial
-    compared = None
-    if request.report_path is not None and not found.partial:
-        compared = _compare(records, request)
+    comparison = compared = None
+    if request.compare and not interrupted:
+        comparison = _compare_models(records, request)
+        interrupted = comparison is None
+    if request.report_path is not None and not interrupted:
+        compared = _fit_other(records, request)
         interrupted = compared is None
     task = request.task(records)
     outputs = []
@@ -57,11 +60,17 @@ def run(request: Request) -> Done:
         outputs.append(
             Output(
                 request.report_path,
-                lambda place: write_file(place, report(task, found, compared, left_out)),
+                lambda place: write_file(
+                    place, report(task, found, compared, left_out, comparison)
+                ),
             )
         )
     write_outputs(outputs)
-    text = f"{summary(task, found, left_out)}\n\n{_saved(found, request)}"
+    parts = [summary(task, found, left_out)]
+    if comparison is not None:
+        parts.append(_told(comparison, request.output.unit))
+    parts.append(_saved(found, request))
+    text = "\n\n".join(parts)
     return Done(text, found.verdict, interrupted)
 
 
@@ -70,9 +79,7 @@ def fit(
 ) -> mh.results.Identification:
     """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    options: dict[str, Any] = {
-        name: None if value == "none" else value for name, value in request.fit.items()
-    }
+    options = _options(request)
     options["model"] = kind
     if kind == "conventional":
         options.pop("ratios", None)
@@ -98,11 +105,16 @@ def fit(
         raise CommandError(_name_options(error, request)) from error
 
 
+def _options(request: Request) -> dict[str, Any]:
+    """Return the options of the fit as the library takes them."""
+    return {name: None if value == "none" else value for name, value in request.fit.items()}
+
+
 def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "creep", "loop_shift"):
+    for name in ("dead_time", "dynamics", "creep", "loop_shift", "amplifier"):
         if request.fit.get(name, 0.0) not in (0.0, "auto", "none"):
             option = f"--{name.replace('_', '-')}"
             raise CommandError(
@@ -113,7 +125,10 @@ def _check_time(records: Records, request: Request) -> None:
 def _stage(found: mh.results.Identification, records: Records, request: Request) -> mh.Stage:
     """Return the stage with units, limits, and the names and SHA-256 of its records."""
     units = (request.input.suffix or "V", request.output.suffix or "um")
-    sources = [(printable(record.name), record.sha256) for record in records.fitted]
+    # Parts of one file have one source.
+    sources = list(
+        dict.fromkeys((printable(record.name), record.sha256) for record in records.fitted)
+    )
     with warnings.catch_warnings():
         # The library warns of a dead time in samples, which a stage cannot hold: _left_out says it.
         warnings.simplefilter("ignore")
@@ -137,7 +152,36 @@ def loops_left_out(
         raise
 
 
-def _compare(records: Records, request: Request) -> mh.results.Identification | None:
+def _compare_models(records: Records, request: Request) -> mh.results.Comparison | None:
+    """Compare models on the fitted rows; with --keep-partial, Ctrl-C omits it."""
+    options = _options(request)
+    options.pop("model", None)
+    try:
+        with progress_bar("comparing models", request.output.unit) as progress:
+            return mh.compare(
+                [(record.input, record.output) for record in records.fitted],
+                dt=records.intervals,
+                skip=[record.skip for record in records.fitted],
+                progress=progress,
+                **options,
+            )
+    except (ValueError, TypeError) as error:
+        raise CommandError(_name_options(error, request)) from error
+    except KeyboardInterrupt:
+        if request.keep_partial:
+            return None
+        raise
+
+
+def _told(comparison: mh.results.Comparison, unit: str) -> str:
+    """Return the table of the comparison."""
+    lines = comparison.table(unit).splitlines()
+    return "\n".join(
+        ["models compared on held-out stretches", "", *(f"  {line}" for line in lines)]
+    )
+
+
+def _fit_other(records: Records, request: Request) -> mh.results.Identification | None:
     """Fit the other kind of model; with --keep-partial, Ctrl-C omits it."""
     other: Kind = "modified" if request.model == "conventional" else "conventional"
     try:

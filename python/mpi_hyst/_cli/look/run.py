@@ -83,7 +83,8 @@ def read(path: Path, rows: int | None) -> Record:
     """Read every column of numbers; what is none is counted instead of refused."""
     wrong: dict[int, _Wrong] = {}
 
-    def note(index: int, place: str, what: str) -> None:
+    def note(index: int, rows: int, place: str, what: str) -> None:
+        del rows
         entry = wrong.setdefault(index, _Wrong(first=f"{place}: {what}"))
         entry.count += 1
 
@@ -199,10 +200,10 @@ def _hints(record: Record) -> list[str]:
     elif sampling.unit_is_doubtful:
         hints.append(
             f"{record.guesses['time'].column} has no unit and steps of {digits(sampling.step)}, "
-            "long for seconds: if it is in ms, rename it to time_ms; or drop it and add --rate HZ"
+            "hardly seconds: add --time-unit ms, or what it is; or --time none --rate HZ"
         )
     elif sampling.uneven:
-        hints.append("the time steps are unequal, which identify refuses: resample, or cut at gaps")
+        hints.append("the time steps are unequal: identify tells how far it matters")
     return hints
 
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class Request:
     drive_path: Path
     stage: StageOptions
     column: str | None = None
-    time: str | None = None
+    time: str | Literal[False] | None = None
     rate: float | None = None
     limits: tuple[float, float] | None = None
     start: float | None = None

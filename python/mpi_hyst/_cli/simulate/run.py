@@ -33,7 +33,7 @@ class Request:
     result_path: Path | None = None
     report_path: Path | None = None
     column: str | None = None
-    time: str | None = None
+    time: str | Literal[False] | None = None
     rate: float | None = None
     plant_path: Path | None = None
     noise: float | None = None

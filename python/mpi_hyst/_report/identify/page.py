@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots
+from mpi_hyst._report.identify import comparison as comparison_section
 from mpi_hyst._report.identify import findings
 from mpi_hyst._report.identify.choices import choices
 from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
@@ -33,8 +34,9 @@ def report(
     found: mh.results.Identification,
     compared: mh.results.Identification | None,
     left_out: Sequence[mh.results.LeftOutLoop],
+    comparison: mh.results.Comparison | None = None,
 ) -> str:
-    """Return the HTML text. `compared` is the other kind of model, fitted for comparison."""
+    """Return the HTML text. `compared` is the other kind of model, to show beside the fit."""
     records, result = task.records, Result(task, found, compared)
     fitted, held_out = _traces(result)
     sections = [
@@ -43,6 +45,8 @@ def report(
         findings.section(found.warnings, records),
         residuals(fitted, held_out),
     ]
+    if comparison is not None:
+        sections.insert(2, comparison_section.section(comparison, task, _SHOWN))
     if left_out:
         sections.append(left_out_section(left_out, task))
     # The deviation is known for the sampling of the first record.

@@ -91,11 +91,23 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         scale=high - low,
     )
     pairs.append(("input offset", offset + given("input offset")))
-    pairs += [*_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
+    pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
     pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
     return pairs
+
+
+def _maps(found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return between what the slopes of each map lie, about its mean."""
+
+    def slopes(points: tuple[list[float], list[float]]) -> str:
+        x, y = (np.asarray(values) for values in points)
+        slope = np.diff(y) / np.diff(x) * np.ptp(x) / np.ptp(y)
+        return f"slope {slope.min():.3f} to {slope.max():.3f} of the mean one"
+
+    named = (("input map", found.input_map), ("output map", found.output_map))
+    return [(name, slopes(points)) for name, points in named if points is not None]
 
 
 def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
@@ -103,10 +115,12 @@ def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, s
         asked = "dynamics" in task.given
         return [("dynamics", "none: a dead time fits as well")] if asked else []
     frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
+    bandwidth = found.amplifier_bandwidth
+    amplifier = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
     if isinstance(found.dynamics, mh.plant.FirstOrder):
         return [("bandwidth", frequency)]
     damping = with_error(found.dynamics.damping, found.damping_std)
-    return [("natural frequency", frequency), ("damping ratio", damping)]
+    return [*amplifier, ("natural frequency", frequency), ("damping ratio", damping)]
 
 
 def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:

@@ -1,0 +1,45 @@
+//! What to try about stretches of samples.
+
+use std::ops::Range;
+
+use crate::record::Record;
+
+/// So many stretches are named; of more, the first.
+const NAMED: usize = 20;
+
+/// The options that leave stretches of samples out of the fit.
+pub(super) fn leave_out(stretches: &[Range<usize>]) -> String {
+    format!("leave these samples out of the fit:{}", options("--leave-out", stretches))
+}
+
+/// The options that put straight lines in the place of stretches of the drive.
+pub(super) fn mend(stretches: &[Range<usize>]) -> String {
+    format!("put straight lines in the place of these samples of the drive:{}", options("--mend", stretches))
+}
+
+/// What to do about something between two samples that parts a record in two: fit the longer part.
+pub(super) fn one_part(what: &str, place: Range<usize>, record: &Record<'_>) -> String {
+    let before = format!("the part before {what}: --rows {}", place.start);
+    let after = format!("the part after it: --skip {}", place.end);
+    let is_late = 2 * place.start > record.input().len();
+    let (first, second) = if is_late { (before, after) } else { (after, before) };
+    format!("fit {first}; or {second}")
+}
+
+fn options(name: &str, stretches: &[Range<usize>]) -> String {
+    let named = stretches.iter().take(NAMED).map(|one| format!(" {name} {}:{}", one.start, one.end));
+    let more = if stretches.len() > NAMED { ", then look for more" } else { "" };
+    named.collect::<String>() + more
+}
+
+/// Samples in order as stretches; those with at most `gap` others between them are one.
+pub(super) fn stretches(samples: &[usize], gap: usize) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for sample in samples {
+        match found.last_mut() {
+            Some(last) if *sample <= last.end + gap => last.end = sample + 1,
+            _ => found.push(*sample..sample + 1),
+        }
+    }
+    found
+}

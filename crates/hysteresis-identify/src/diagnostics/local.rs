@@ -1,0 +1,170 @@
+//! Defects at a place in the record: glitches, bursts and jumps.
+
+use std::ops::Range;
+
+use super::hints::{leave_out, mend, stretches};
+use super::named_sample;
+use crate::finding::Finding;
+use crate::finding_code::FindingCode;
+use crate::numeric::as_f64;
+use crate::record::Record;
+use crate::signal;
+
+/// Samples to either side of one whose median tells a glitch from the signal.
+const AROUND: usize = 5;
+
+/// Samples of the position far from their neighbours.
+pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
+    const LIMIT: f64 = 7.0;
+    const SMALLEST: f64 = 1e-5;
+    let deviation = signal::robust_deviation(residual).max(SMALLEST * record.output_range());
+    let distances = signal::distances_from_neighbours(residual);
+    let far: Vec<usize> = (0..distances.len()).filter(|k| distances[*k] > LIMIT * deviation).collect();
+    let (first, largest) = distances.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let (value, sample) = (largest / deviation, record.skip() + first);
+    let message = format!(
+        "{} samples lie far from their neighbours, the furthest {} by {value:.1} standard deviations",
+        far.len(),
+        named_sample(record, sample)
+    );
+    let finding = Finding::new(FindingCode::Outliers, value, LIMIT, message).at(sample);
+    Some(finding.try_next(leave_out(&in_record(record, stretches(&far, AROUND)))))
+}
+
+/// A stretch of samples far from the model, with the samples about it near: a burst, a moved cable.
+pub(super) fn bursts(record: &Record<'_>, residual: &[f64]) -> Vec<Range<usize>> {
+    const DEVIATIONS: f64 = 10.0;
+    const SMALLEST: f64 = 0.02;
+    /// A glitch of fewer samples is an outlier.
+    const SHORTEST: usize = 3;
+    /// The share of the record that a burst may last at most.
+    const LONGEST: usize = 10;
+    let middle = signal::median(residual);
+    let centred: Vec<f64> = residual.iter().map(|e| e - middle).collect();
+    let far = (DEVIATIONS * signal::robust_deviation(&centred)).max(SMALLEST * record.output_range());
+    let samples: Vec<usize> = (0..centred.len()).filter(|k| centred[*k].abs() > far).collect();
+    let is_burst = |one: &Range<usize>| {
+        let begins = one.start == 0 || (centred[one.start] - centred[one.start - 1]).abs() > 0.5 * far;
+        let ends = one.end == centred.len() || (centred[one.end] - centred[one.end - 1]).abs() > 0.5 * far;
+        one.len() >= SHORTEST && one.len() * LONGEST <= centred.len() && begins && ends
+    };
+    stretches(&samples, AROUND).into_iter().filter(is_burst).collect()
+}
+
+/// The finding about bursts.
+pub(super) fn bad_stretch(record: &Record<'_>, residual: &[f64], bursts: &[Range<usize>]) -> Option<Finding> {
+    const LIMIT: f64 = 0.02;
+    let height = |one: &Range<usize>| residual[one.clone()].iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+    let worst = bursts.iter().max_by(|a, b| height(a).total_cmp(&height(b)))?;
+    let value = height(worst) / record.output_range();
+    let sample = record.skip() + worst.start;
+    let message = format!(
+        "{} stretches lie far from the model and all that is about them, the furthest {} samples from {} on by {:.1} % of \
+         the range",
+        bursts.len(),
+        worst.len(),
+        named_sample(record, sample),
+        100.0 * value
+    );
+    let finding = Finding::new(FindingCode::BadStretch, value, LIMIT, message).at(sample);
+    Some(finding.try_next(leave_out(&in_record(record, bursts.to_vec()))))
+}
+
+/// The position goes on at another level, though the drive did not jump.
+pub(super) fn jump(record: &Record<'_>, residual: &[f64], bursts: &[Range<usize>]) -> Option<Finding> {
+    const LIMIT: f64 = 0.01;
+    /// Samples on either side that tell the level.
+    const LEVEL: usize = 10;
+    const DEVIATIONS: f64 = 7.0;
+    /// What of the jump happens between two samples, and how far the drive may move there.
+    const ABRUPT: f64 = 0.7;
+    const DRIVE: f64 = 0.02;
+    /// The position itself moves by so many times the steps of almost all samples.
+    const STEPS: f64 = 3.0;
+    const ALMOST_ALL: f64 = 0.98;
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let steps: Vec<f64> = residual.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let least = (DEVIATIONS * signal::robust_deviation(&steps)).max(0.5 * LIMIT * record.output_range());
+    let moves: Vec<f64> = output.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let unusual = STEPS * signal::quantile(&moves, ALMOST_ALL);
+    let outside = |k: &usize| bursts.iter().all(|one| *k + LEVEL < one.start || one.end + LEVEL < *k);
+    let height = |k: usize| signal::median(&residual[k..k + LEVEL]) - signal::median(&residual[k - LEVEL..k]);
+    let is_jump = |k: &usize| {
+        let step = steps[k - 1].abs();
+        let is_still = (input[*k] - input[k - 1]).abs() < DRIVE * (high - low);
+        is_still && step > least && step > ABRUPT * height(*k).abs() && moves[k - 1] > unusual
+    };
+    let last = residual.len().checked_sub(LEVEL)?;
+    let (first, most) = (LEVEL..last)
+        .filter(is_jump)
+        .filter(outside)
+        .map(|k| (k, height(k).abs()))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, height)| *height > least)?;
+    let (value, sample) = (most / record.output_range(), record.skip() + first);
+    let message = format!(
+        "the position jumps by {:.1} % of its range before {}, though the drive does not",
+        100.0 * value,
+        named_sample(record, sample)
+    );
+    let finding = Finding::new(FindingCode::OutputJump, value, LIMIT, message).at(sample);
+    Some(finding.try_next(format!(
+        "give the part from there on a zero of its own: --leave-out {}:{sample}; if its gain or unit is another one too, fit \
+         one part: --rows {sample} or --skip {sample}",
+        sample - 1
+    )))
+}
+
+/// Samples of the drive far from their neighbours that the position does not follow.
+pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = 0.03;
+    /// The position follows if it moves by this share of what it should.
+    const FOLLOWED: f64 = 0.2;
+    /// So many samples after the drive.
+    const LATER: usize = 3;
+    /// What lies this many times further from its neighbours than almost all samples.
+    const ALMOST_ALL: f64 = 0.95;
+    const FURTHER: f64 = 5.0;
+    /// A drive of few bits moves by so much at least.
+    const STEPS: f64 = 3.0;
+    let share = |values: &[f64]| {
+        let medians = signal::medians(values, AROUND);
+        let (low, high) = signal::bounds(&medians);
+        values.iter().zip(&medians).map(|(x, median)| (x - median).abs() / (high - low)).collect::<Vec<f64>>()
+    };
+    let (input, output) = (share(record.input()), share(record.output()));
+    let (low, high) = signal::bounds(&signal::medians(record.input(), AROUND));
+    let steps: Vec<f64> =
+        record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|x| *x > 0.0).collect();
+    let step = STEPS * signal::median(&steps) / (high - low);
+    let usual = step.max(FURTHER * signal::quantile(&input, ALMOST_ALL));
+    let answer = |k: usize| signal::bounds(&output[k..(k + LATER).min(output.len())]).1;
+    let unanswered = |k: &usize| input[*k] > usual.max(LIMIT) && answer(*k) < FOLLOWED * input[*k];
+    let far: Vec<usize> = (0..input.len()).filter(unanswered).collect();
+    let worst = far.iter().copied().max_by(|a, b| input[*a].total_cmp(&input[*b]))?;
+    let message = format!(
+        "{} samples of the drive lie far from their neighbours and the position does not follow, the furthest {} by {:.0} % \
+         of the range",
+        far.len(),
+        named_sample(record, worst),
+        100.0 * input[worst]
+    );
+    let finding = Finding::new(FindingCode::InputOutliers, input[worst], LIMIT, message).at(worst);
+    Some(finding.try_next(mend(&stretches(&far, 1))))
+}
+
+/// The position does what the drive does not tell.
+pub(super) fn unrelated(record: &Record<'_>, residual: &[f64]) -> Finding {
+    const LIMIT: f64 = 0.6;
+    let output = &record.output()[record.skip()..];
+    let mean = output.iter().sum::<f64>() / as_f64(output.len());
+    let centred: Vec<f64> = output.iter().map(|y| y - mean).collect();
+    let value = signal::rms(residual) / signal::rms(&centred);
+    let message = format!("the drive explains only {:.0} % of what the position does", 100.0 * (1.0 - value).max(0.0));
+    Finding::new(FindingCode::Unrelated, value, LIMIT, message)
+}
+
+fn in_record(record: &Record<'_>, stretches: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    stretches.into_iter().map(|one| record.skip() + one.start..record.skip() + one.end).collect()
+}

@@ -1,0 +1,121 @@
+//! Whether a map in front of the hysteresis or behind it predicts better than none.
+
+use std::sync::Arc;
+
+use super::choice::levels;
+use super::curve::OutputMap;
+use super::folds::{CrossValidation, Stretches, Terms};
+use super::monitor::{SearchMonitor, Span};
+use super::point::Point;
+use super::projection::ProjectedFit;
+use super::regressor::Regressor;
+use super::search::attempt;
+use super::space::Space;
+use super::weight_basis::WeightBasis;
+use crate::error::Error;
+use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
+use crate::options::Options;
+use crate::record::Record;
+
+/// How many passes over the records a map may take to find its shape.
+const PASSES: usize = 8;
+
+/// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
+/// stage that is harder to read cost something.
+const MUST_GAIN: f64 = 1.2;
+
+/// Where a fit is, and what is fitted there.
+#[derive(Clone)]
+pub(crate) struct Place {
+    pub(crate) space: Space,
+    pub(crate) point: Point,
+}
+
+/// Records, and what is known before maps are searched.
+pub(crate) struct MapProblem<'a> {
+    pub(crate) records: &'a [Record<'a>],
+    /// What was asked for.
+    pub(crate) asked: &'a Options,
+    /// What was fitted.
+    pub(crate) options: &'a Options,
+    pub(crate) basis: &'a WeightBasis,
+    pub(crate) smoothness: f64,
+}
+
+impl MapProblem<'_> {
+    /// The best place with the maps that were asked for, or as cross-validation asks for them: the one without a map unless
+    /// another predicts better, and then the one that predicts best.
+    pub(crate) fn choose(
+        &self,
+        found: &Place,
+        fit: &ProjectedFit,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Place, Error> {
+        let mut spaces = self.spaces(found, fit);
+        if let [_] = spaces[..] {
+            return Ok(Place { space: spaces.swap_remove(0), point: found.point });
+        }
+        let (mut places, mut tried) = (Vec::new(), Vec::new());
+        let (whole, count) = (Span { from: 0.0, to: 0.6 }, spaces.len());
+        for (number, space) in spaces.into_iter().enumerate() {
+            let span = Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
+            let (place, validation) = self.candidate(space, &found.point, span, monitor)?;
+            tried.push(validation);
+            places.push(place);
+        }
+        let good: Vec<usize> = CrossValidation::good(&tried, MUST_GAIN).collect();
+        let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
+        let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
+        Ok(places.swap_remove(best.unwrap_or(0)))
+    }
+
+    /// The candidates, the one of the fewest maps first.
+    fn spaces(&self, found: &Place, fit: &ProjectedFit) -> Vec<Space> {
+        let Options { input_map, output_map, .. } = self.asked;
+        let with = |(has_input, has_output): (bool, bool)| {
+            let space = if has_input { found.space.with_input_map() } else { found.space.clone() };
+            if has_output { space.with_output_map(self.output_map(found, fit)) } else { space }
+        };
+        let given = (*input_map == MapModel::Smooth, *output_map == MapModel::Smooth);
+        let is_open = |map: &MapModel| *map == MapModel::Auto && !fit.is_exact();
+        let output = is_open(output_map).then_some((given.0, true));
+        let input = is_open(input_map).then_some((true, given.1));
+        [Some(given), output, input].into_iter().flatten().map(with).collect()
+    }
+
+    /// Where a space leads from a point, and how it predicts.
+    fn candidate(
+        &self,
+        space: Space,
+        start: &Point,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<(Place, CrossValidation), Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, true)?;
+        let projection = &levels[levels.len() - 1];
+        let fit = attempt(projection, self.basis, start, PASSES, span, monitor)?;
+        let creep = space.creep_amplitudes();
+        let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
+        let validation = Stretches::new(projection, &fit).under(self.options, self.basis).cross_validate(&terms);
+        drop(levels);
+        Ok((Place { space, point: fit.point }, validation))
+    }
+
+    /// An output map over what the hysteresis puts out.
+    fn output_map(&self, found: &Place, fit: &ProjectedFit) -> OutputMap {
+        let operators = found.space.operators(&found.point);
+        let weights = &fit.weights;
+        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+        for (place, record) in self.records.iter().enumerate() {
+            let dt = found.space.intervals().of_record(place);
+            let mut regressor = Regressor::new(&operators, record.input(), 0.0, dt);
+            for k in 0..record.input().len() {
+                regressor.go_to(k, None);
+                let h = regressor.output(weights);
+                bounds = (bounds.0.min(h), bounds.1.max(h));
+            }
+        }
+        OutputMap { bounds, reference: Arc::from(&weights[..operators.bank.len()]) }
+    }
+}

@@ -1,0 +1,139 @@
+//! What surrounds the hysteresis in a joint fit: an amplifier in front of it, and a map on either side.
+
+mod common;
+
+use common::{decaying_triangle, noise, run};
+use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::stage::{Stage, StageParts};
+use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
+use hysteresis_identify::{
+    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Record, Setting,
+    Thresholds,
+};
+
+const DT: f64 = 1e-4;
+
+fn hysteresis() -> ModifiedPrandtlIshlinskii {
+    let ratios = Ratios { ra: 0.8, rb: 0.5, rc: 0.6 };
+    let (weights, thresholds) = ([0.2, 0.05, 0.04, 0.03], [0.0, 10.0, 20.0, 30.0]);
+    ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, ratios, Offsets::default()).unwrap()
+}
+
+fn options() -> Options {
+    Options {
+        thresholds: Thresholds::Given(vec![0.0, 10.0, 20.0, 30.0]),
+        input_offset: Setting::Fixed(0.0),
+        dt: Some(DT),
+        ..Options::default()
+    }
+}
+
+/// Swings of -50 to 50 V and smaller ones, then steps that make the modes ring.
+fn drive() -> Vec<f64> {
+    let mut drive = decaying_triangle(4000, 50.0, 9.5, 0.0);
+    for level in [20.0, -10.0, 35.0, 0.0] {
+        let last = drive[drive.len() - 1];
+        drive.extend((1..=20_u32).map(|k| last + (level - last) * f64::from(k) / 20.0));
+        drive.extend([level; 150]);
+    }
+    drive
+}
+
+fn found(stage: &Stage, deviation: f64, options: &Options) -> (Vec<f64>, Identification) {
+    let drive = drive();
+    let mut forward = stage.forward(DT).unwrap();
+    forward.settle(drive[0]);
+    let noise = noise(drive.len(), deviation, 7);
+    let position: Vec<f64> = drive.iter().zip(noise).map(|(u, e)| forward.step(*u) + e).collect();
+    let found = run(&[Record::new(&drive, &position, 0).unwrap()], options).unwrap();
+    (position, found)
+}
+
+fn amplified(bandwidth: f64) -> Stage {
+    Stage::new(StageParts {
+        amplifier: Some(FirstOrder::new(bandwidth).unwrap()),
+        dynamics: SecondOrder::new(800.0, 0.1).unwrap().into(),
+        dead_time: 1.4 * DT,
+        ..StageParts::new(hysteresis())
+    })
+    .unwrap()
+}
+
+#[test]
+fn an_amplifier_is_told_from_dead_time_and_dynamics() {
+    let (position, found) = found(&amplified(300.0), 1e-3, &options());
+    let Some(Dynamics::SecondOrder(resonance)) = found.dynamics else { panic!("{:?}", found.dynamics) };
+    let bandwidth = found.amplifier().unwrap().frequency();
+    let case = format!("{bandwidth} {resonance:?} {:?}", found.dead_time);
+    assert!((bandwidth / 300.0 - 1.0).abs() < 0.02, "{case}");
+    assert!((resonance.frequency() / 800.0 - 1.0).abs() < 0.005, "{case}");
+    assert!((resonance.damping() / 0.1 - 1.0).abs() < 0.05, "{case}");
+    assert!((found.dead_time.unwrap() / DT - 1.4).abs() < 0.1, "{case}");
+    let lag = 1.4 * DT + 1.0 / (std::f64::consts::TAU * 300.0) + 0.2 / (std::f64::consts::TAU * 800.0);
+    assert!((found.lag / lag - 1.0).abs() < 0.01, "{case} {}", found.lag);
+    assert!(found.warnings.iter().all(|one| one.code != FindingCode::DeadTimeConfounded), "{:?}", found.warnings);
+    // The stage has the same amplifier: it repeats the record.
+    let mut forward = found.stage().unwrap().forward(DT).unwrap();
+    forward.settle(0.0);
+    let worst = drive().iter().zip(&position).map(|(u, y)| (forward.step(*u) - y).abs()).fold(0.0, f64::max);
+    assert!(worst < 2e-2, "{worst}");
+}
+
+#[test]
+fn a_fast_amplifier_is_confounded_with_a_dead_time() {
+    let (_, found) = found(&amplified(4000.0), 1e-3, &options());
+    assert!(found.warnings.iter().any(|one| one.code == FindingCode::DeadTimeConfounded), "{:?}", found.warnings);
+}
+
+#[test]
+fn a_given_amplifier_is_kept_and_none_is_none() {
+    let second = DynamicsModel::Order(Order::Second);
+    let given = Options { dynamics: second, amplifier: AmplifierModel::Bandwidth(300.0), ..options() };
+    let (_, found) = found(&amplified(300.0), 1e-3, &given);
+    assert!((found.amplifier().unwrap().frequency() - 300.0).abs() < 1e-9);
+    assert!((found.dead_time.unwrap() / DT - 1.4).abs() < 0.02, "{:?}", found.dead_time);
+    let none = Options { dynamics: second, amplifier: AmplifierModel::None, ..options() };
+    assert!(self::found(&amplified(300.0), 1e-3, &none).1.amplifier().is_none());
+}
+
+/// Through -60, 0, 60 and bent in between.
+fn bent(scale: f64, bend: f64) -> PiecewiseLinearMap {
+    let x: Vec<f64> = (-60..=60).map(|k| scale * f64::from(k)).collect();
+    let y: Vec<f64> = x.iter().map(|x| x - bend * scale * (x / scale / 60.0).powi(2) * 60.0).collect();
+    PiecewiseLinearMap::new(&x, &y).unwrap()
+}
+
+#[test]
+fn a_map_is_found_where_there_is_one() {
+    let plain = StageParts::new(hysteresis());
+    let behind = Stage::new(StageParts { output_map: Some(bent(0.35, 0.25)), ..plain.clone() }).unwrap();
+    let before = Stage::new(StageParts { input_map: Some(bent(1.0, 0.25)), ..plain.clone() }).unwrap();
+    for stage in [behind, before] {
+        let (_, found) = found(&stage, 1e-3, &options());
+        assert!(found.input_map().is_some() != found.output_map().is_some());
+        let none = Options { input_map: MapModel::None, output_map: MapModel::None, ..options() };
+        let (position, without) = self::found(&stage, 1e-3, &none);
+        assert!(found.fit.rmse < 0.5 * without.fit.rmse, "{} {}", found.fit.rmse, without.fit.rmse);
+        let mut forward = found.stage().unwrap().forward(DT).unwrap();
+        forward.settle(0.0);
+        let squares: f64 = drive().iter().zip(&position).map(|(u, y)| (forward.step(*u) - y).powi(2)).sum();
+        let rms = (squares / f64::from(u32::try_from(position.len()).unwrap())).sqrt();
+        assert!((rms / found.fit.rmse - 1.0).abs() < 0.02, "{rms} {}", found.fit.rmse);
+    }
+    let (_, found) = found(&Stage::new(plain).unwrap(), 1e-3, &options());
+    assert!(found.input_map().is_none() && found.output_map().is_none());
+}
+
+#[test]
+fn what_is_no_amplifier_is_refused() {
+    let refused = |amplifier, dynamics| {
+        let options = Options { amplifier, dynamics, ..options() };
+        let Error::Core(error) = run(&[Record::new(&drive(), &drive(), 0).unwrap()], &options).unwrap_err() else {
+            panic!("another error")
+        };
+        error.to_string()
+    };
+    let second = DynamicsModel::Order(Order::Second);
+    assert!(refused(AmplifierModel::Bandwidth(0.0), second).starts_with("amplifier: expected a bandwidth"));
+    assert!(refused(AmplifierModel::Bandwidth(5.0), DynamicsModel::None).contains("dynamics"));
+}

@@ -1,0 +1,141 @@
+//! Models side by side: arguments in, a comparison out.
+
+use std::ops::ControlFlow;
+
+use hysteresis_core::Ratios;
+use hysteresis_identify::{self as identification, Options, Setting, Stop};
+use pyo3::prelude::*;
+
+use super::comparison::Comparison;
+use super::identify::report;
+use super::intervals::Intervals;
+use super::options::{creep_model, dynamics_model, law, loop_shift_model, placed, setting, smooth};
+use super::records::{checked, signals, skips};
+use crate::convert::arguments::OrNone;
+use crate::convert::errors::{self, unexpected};
+
+/// Fits several models to the same records and judges each on held-out stretches: what does each buy on these data?
+///
+/// | model | y |
+/// | --- | --- |
+/// | conventional | sum_i w_i p_i[u], p_i plays |
+/// | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
+/// | modified | sum_i w_i z_i[u], z_i coupled plays |
+/// | modified + creep, modified + loop shift, modified + dynamics | the same with one extension |
+/// | modified + all | with all extensions, as `identify` fits them |
+///
+/// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
+/// exact inverse here: it is for comparison only. Every model has a dead time, and every record an output offset; where creep is
+/// "auto", a record whose start is skipped also has the creep that was under way, in all models alike.
+///
+/// The judge is the same for all. Every record is cut into eight stretches, and the i-th stretch of all records is predicted from a
+/// fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead time, dynamics
+/// and creep to first order about their values for all stretches. What "auto" stands for is chosen once, on all stretches, as in
+/// `identify`. All modified models have the weight law, the smoothness and the operators of the last of them, so that they differ
+/// by their extensions alone.
+///
+/// Parameters
+/// ----------
+/// u, y : arrays of n floats
+///     Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs as the only argument.
+/// dt : float or list of float, optional
+///     Sampling interval in seconds. Without it there are no extensions, and times are in samples.
+/// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
+///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
+/// creep, loop_shift, dynamics
+///     As in `identify`, for the extensions. None leaves one out.
+/// skip : int or list of int
+///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
+/// progress : callable, optional
+///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+///
+/// Returns
+/// -------
+/// Comparison
+///     One row for each model.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+/// >>> y = mh.paper.table_1_recovered().forward().run(u)  # coupled plays
+/// >>> found = mh.compare(u, y, operators=8)
+/// >>> ", ".join(row.model for row in found.rows)
+/// 'conventional, polynomial + plays, modified'
+/// >>> found.simplest
+/// 'modified'
+/// >>> conventional, polynomial, modified = found.rows
+/// >>> modified.held_out < 0.2 * min(conventional.held_out, polynomial.held_out)
+/// True
+/// >>> found.omitted.get("creep")
+/// 'needs a sampling interval'
+#[pyfunction]
+#[pyo3(signature = (u, y=None, *, dt=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
+        dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None, skip=None,
+        progress=None),
+    text_signature = "(u, y=None, *, dt=None, operators=20, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
+        dynamics='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', skip=0, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+pub(crate) fn compare(
+    py: Python<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    dt: Option<&Bound<'_, PyAny>>,
+    operators: Option<&Bound<'_, PyAny>>,
+    weights: Option<&str>,
+    ratios: Option<&Bound<'_, PyAny>>,
+    input_offset: Option<&Bound<'_, PyAny>>,
+    dead_time: Option<&Bound<'_, PyAny>>,
+    dynamics: OrNone<'_>,
+    creep: OrNone<'_>,
+    loop_shift: OrNone<'_>,
+    thresholds: Option<&Bound<'_, PyAny>>,
+    smoothness: Option<&Bound<'_, PyAny>>,
+    skip: Option<&Bound<'_, PyAny>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Comparison> {
+    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
+        return Err(unexpected("progress", "a callable", got));
+    }
+    // A copy: other threads may change the arrays while the interpreter is let go.
+    let signals = signals(u, y)?;
+    let intervals = Intervals::from_python(dt, signals.len())?;
+    let default = Options::default();
+    let options = Options {
+        weights: weights.map_or(Ok(default.weights), law)?,
+        dt: intervals.common(),
+        dynamics: dynamics.or(default.dynamics, dynamics_model)?,
+        creep: creep.or(default.creep, creep_model)?,
+        loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
+        thresholds: placed(thresholds, operators)?,
+        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
+            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
+            Setting::Fit => Setting::Fit,
+        },
+        input_offset: setting("input_offset", "a number", input_offset)?,
+        dead_time: setting("dead_time", "a number", dead_time)?,
+        smoothness: smooth(smoothness)?,
+        ..default
+    };
+    let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &[])?;
+    let mut stopped_by = None;
+    let found = py.detach(|| {
+        identification::compare(&records, &options, &mut |now| match report(now, progress.as_ref()) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                stopped_by = Some(error);
+                ControlFlow::Break(Stop::Discard)
+            }
+        })
+    });
+    match (found, stopped_by) {
+        (_, Some(error)) => Err(error),
+        (Ok(found), None) => Ok(Comparison(found)),
+        (Err(error), None) => Err(errors::identification(error)),
+    }
+}

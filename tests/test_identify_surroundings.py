@@ -1,0 +1,95 @@
+"""What surrounds the hysteresis in a fit: maps and an amplifier."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from commands import assert_refused, run
+from stages import BENCHES, Bench
+from support import Array
+
+SMALL: dict[str, Any] = {"operators": 8, "dynamics": None, "creep": None, "loop_shift": None}
+
+
+def behind_tanh() -> Bench:
+    return next(bench for bench in BENCHES if bench.name == "behind tanh")
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def test_a_saturating_stage_gets_a_map_that_predicts_better() -> None:
+    bench = behind_tanh()
+    u, skip = bench.drive()
+    y = bench.position(u) + np.random.default_rng(1).normal(
+        0.0, 1e-4 * np.ptp(bench.position(u)), u.size
+    )
+    unseen = bench.cycles(3) * 0.8 + 0.2 * bench.low
+    truth = bench.position(np.r_[u, unseen])[-unseen.size :]
+    left = {}
+    for name, maps in (("auto", {}), ("none", {"input_map": None, "output_map": None})):
+        found = mh.identify(u, y, dt=1e-3, skip=skip, **SMALL, **maps)
+        predicted = found.stage.forward(1e-3).run(np.r_[u, unseen])[-unseen.size :]
+        left[name] = rms(predicted - truth - np.mean(predicted - truth)) / np.ptp(truth)
+        assert (found.input_map is None and found.output_map is None) == (name == "none")
+        assert (found.stage.input_map, found.stage.output_map) == (
+            found.input_map,
+            found.output_map,
+        )
+    assert left["auto"] < 0.5 * left["none"], left
+
+
+@pytest.mark.parametrize("name", ["input_map", "output_map"])
+def test_a_map_that_is_asked_for_is_there(name: str) -> None:
+    u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)
+    y = mh.paper.table_1_recovered().forward().run(u)
+    noise = np.random.default_rng(2).normal(0.0, 0.01, u.size)
+    found = mh.identify(u, y + noise, dt=5e-3, **SMALL, **{name: "smooth"})
+    points = getattr(found, name)
+    assert points is not None
+    x, mapped = (np.asarray(values) for values in points)
+    assert np.all(np.diff(x) > 0.0) and np.all(np.diff(mapped) > 0.0)
+    assert found.fit.rmse < 0.02
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"amplifier": -1.0, "dynamics": 2},
+            "amplifier: expected a bandwidth in Hz above 0, got -1",
+        ),
+        ({"amplifier": 400.0}, "amplifier: expected none without second-order dynamics"),
+        ({"amplifier": "fast"}, 'amplifier: expected None, "auto" or a bandwidth in Hz'),
+        ({"input_map": "cubic"}, 'input_map: expected None, "auto" or "smooth"'),
+        ({"output_map": 3}, 'output_map: expected None, "auto" or "smooth"'),
+    ],
+)
+def test_what_is_none_is_refused(given: dict[str, Any], said: str) -> None:
+    u = np.sin(np.arange(400) / 10.0)
+    with pytest.raises((ValueError, TypeError), match=said):
+        mh.identify(u, u, dt=1e-3, **given)
+
+
+def test_the_command_line_has_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    bench = behind_tanh()
+    u, skip = bench.drive()
+    rows = np.c_[np.arange(u.size) / 1000.0, u, bench.measured(u)]
+    np.savetxt("loops.csv", rows, delimiter=",", header="time_s,voltage_v,position_um", comments="")
+    columns = ["--input", "voltage_v", "--output", "position_um", "--skip", str(skip)]
+    command = ["identify", "loops.csv", *columns, "--operators", "6", "--dynamics", "none"]
+    result = run(*command, "--output-map", "smooth", "--input-map", "none", "-o", "stage.json")
+    assert result.exit_code == 0, result.output
+    assert "output map" in result.stdout and "input map" not in result.stdout
+    stage = mh.load(tmp_path / "stage.json")
+    assert isinstance(stage, mh.Stage) and stage.output_map is not None
+    kept = {"loops.csv", "stage.json"}
+    assert_refused(run(*command, "--amplifier", "fast"), tmp_path, kept, "--amplifier", "'fast'")
+    assert_refused(run(*command, "--amplifier", "300"), tmp_path, kept, "--amplifier", "dynamics")
+    assert_refused(run(*command, "--input-map", "cubic"), tmp_path, kept, "--input-map", "'cubic'")

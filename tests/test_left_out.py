@@ -1,0 +1,95 @@
+"""Rows left out or mended, times in other units, and what `identify` refuses about them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from commands import COLUMNS, HEADER, RATE, assert_refused, names_in, record_rows, run, write_csv
+from mpi_hyst._cli.identify.parts import parted
+from mpi_hyst._report.identify.records import Record
+from odd.case import PLAIN
+
+DRIVE = np.arange(100.0)
+
+
+def record(skip: int = 0) -> Record:
+    return Record("a", DRIVE, 2.0 * DRIVE, None, None, skip)
+
+
+def test_a_record_is_parted_and_every_part_has_the_memory_of_all_before() -> None:
+    parts = parted(record(5), [(40, 50)], [(20, 30)])
+    assert [(part.skip, part.input.size) for part in parts] == [(5, 20), (30, 40), (50, 100)]
+    np.testing.assert_array_equal(parts[-1].input, DRIVE)  # the straight line of a straight line
+    # stretches overlap, and parts of fewer than ten rows are left out with them
+    (part,) = parted(record(), [(3, 50), (40, 90)], [])
+    assert part.skip == 90
+
+
+def test_a_mended_drive_is_straight() -> None:
+    bent = record().input.copy()
+    bent[20:25] = -99.0
+    broken = Record("a", bent, 2.0 * DRIVE, None, None, 0)
+    (_, last) = parted(broken, [], [(20, 25)])
+    np.testing.assert_allclose(last.input, DRIVE, rtol=0.0, atol=1e-12)
+    assert last.skip == 25
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            ["--leave-out", "7"],
+            "expected rows FROM:TO, the first and the one behind the last, got '7'",
+        ),
+        (["--leave-out", "9:9"], "got '9:9'"),
+        (["--mend", "a:b"], "got 'a:b'"),
+        (["--mend", "0:99999"], "--mend: expected rows up to 1000, got 0:99999"),
+        (["--leave-out", "5:998"], "leave no samples to fit"),
+        (["--mend", "0:1000"], "--mend: expected rows that are left as they are"),
+        (["--leave-out", "5:6", "--validate-from", "500"], "--leave-out and --validate-from"),
+        (["--time-unit", "weeks"], "weeks"),
+        (["--time", "none", "--time-unit", "ms"], "--time-unit: record.csv has no time column"),
+        (["--rate", "200"], "--rate: record.csv has the time column time_s; give one of both, or"),
+    ],
+)
+def test_what_is_wrong_is_named(there: Path, options: list[str], said: str) -> None:
+    before = names_in(there)
+    result = run("identify", "record.csv", *COLUMNS, *PLAIN, *options, "-o", "found.json")
+    assert_refused(result, there, before, said)
+
+
+def test_parts_of_several_files_are_refused(there: Path) -> None:
+    files = ["record.csv", "record.csv"]
+    result = run("identify", *files, *COLUMNS, *PLAIN, "--leave-out", "5:6")
+    assert_refused(result, there, names_in(there), "--leave-out: expected one file, got 2")
+
+
+def test_what_is_left_out_does_not_count(there: Path) -> None:
+    rows = record_rows()
+    for row in rows[300:310]:
+        row[2] = 77.0
+    write_csv(there / "bad.csv", HEADER, rows)
+    options = [*COLUMNS, *PLAIN, "--leave-out", "300:310", "-o", "good.json"]
+    result = run("identify", "bad.csv", *options, "--report", "report.html")
+    assert result.exit_code == 0 and "fitted to 990 samples of 2 records" in result.stdout
+    stage = mh.load(str(there / "good.json"))
+    assert isinstance(stage, mh.Stage) and stage.identified is not None
+    # one file is one source
+    assert len(stage.identified["records"]) == 1
+    assert (there / "report.html").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale"), [("ms", 1e3), ("us", 1e6), ("min", 1.0 / 60.0), ("d", 1.0 / 86400.0)]
+)
+def test_the_unit_of_the_time_may_be_given(there: Path, unit: str, scale: float) -> None:
+    rows = [[scale * float(str(t)), u, y] for t, u, y in record_rows()]
+    write_csv(there / "timed.csv", HEADER.replace("time_s", "time"), rows)
+    result = run("identify", "timed.csv", *COLUMNS, *PLAIN, "--time-unit", unit, "-o", "s.json")
+    assert result.exit_code == 0, result.output
+    stage = mh.load(str(there / "s.json"))
+    assert isinstance(stage, mh.Stage) and stage.identified is not None
+    assert stage.identified["dt"] == [pytest.approx(1.0 / RATE)]
