@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Error, FindingCode, Identification, MapModel, Options, Quality, Record, RecordError, Setting, Stop, Thresholds, WeightLaw,
-    diagnose, identify,
+    Error, FindingCode, Identification, MapModel, Options, Quality, Record, RecordError, Setting, Stop, Thresholds,
+    WeightLaw, diagnose, identify,
 };
 
 const NOISE: f64 = 0.015;

@@ -4,7 +4,9 @@ mod common;
 
 use common::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
-use hysteresis_identify::{Error, Identification, MapModel, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{
+    Error, Identification, MapModel, ModelKind, Options, Record, Setting, Thresholds, WeightLaw,
+};
 
 fn given() -> Thresholds {
     Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect())
