@@ -141,6 +141,8 @@ impl JointSearch<'_> {
 
     /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.
     fn again(&self, fit: JointFit, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        // The part of the work before is done: progress does not go back.
+        monitor.begin(Span { from: 0.8, to: 0.8 });
         let again = self.problem.search(&without.fit, &without.space, monitor)?;
         Ok(if again.fit.objective < fit.fit.objective { again } else { fit })
     }
