@@ -76,7 +76,7 @@ def test_the_commands_of_the_plan_work(here: Path) -> None:
         mh.ModifiedPrandtlIshlinskii.from_ratios(
             [4e-2, 3e-3, 2e-3], [0.0, 20.0, 40.0], **ratios, input_offset=50.0
         ),
-        dynamics=mh.plant.SecondOrder(30.0, 0.1),
+        dynamics=mh.plant.SecondOrder(30.0, 0.5),
     )
     for part in plan["parts"]:
         drive = column(here / "experiment" / part["file"], "voltage_v")

@@ -311,7 +311,7 @@ def test_a_loop_shift_explains_the_measured_stack() -> None:
     loops = [one for one in found.leave_one_loop_out(records, skip=skip) if one.record == 1]
     assert np.sqrt(np.mean([one.left_out.mse for one in loops])) < 0.096  # without 0.113
     # the true dead time of this stack, 2.3 to 3 samples
-    assert found.dead_time_samples == pytest.approx(2.4, abs=0.2)
+    assert found.dead_time_samples == pytest.approx(2.6, abs=0.35)
 
 
 @pytest.mark.parametrize(

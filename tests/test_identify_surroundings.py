@@ -32,7 +32,8 @@ def test_a_saturating_stage_gets_a_map_that_predicts_better() -> None:
     unseen = bench.cycles(3) * 0.8 + 0.2 * bench.low
     truth = bench.position(np.r_[u, unseen])[-unseen.size :]
     left = {}
-    for name, maps in (("auto", {}), ("none", {"input_map": None, "output_map": None})):
+    none: dict[str, Any] = {"input_map": None, "output_map": None}
+    for name, maps in (("auto", {}), ("none", none)):
         found = mh.identify(u, y, dt=1e-3, skip=skip, **SMALL, **maps)
         predicted = found.stage.forward(1e-3).run(np.r_[u, unseen])[-unseen.size :]
         left[name] = rms(predicted - truth - np.mean(predicted - truth)) / np.ptp(truth)
@@ -46,10 +47,11 @@ def test_a_saturating_stage_gets_a_map_that_predicts_better() -> None:
 
 @pytest.mark.parametrize("name", ["input_map", "output_map"])
 def test_a_map_that_is_asked_for_is_there(name: str) -> None:
+    asked: dict[str, Any] = {name: "smooth"}
     u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)
     y = mh.paper.table_1_recovered().forward().run(u)
     noise = np.random.default_rng(2).normal(0.0, 0.01, u.size)
-    found = mh.identify(u, y + noise, dt=5e-3, **SMALL, **{name: "smooth"})
+    found = mh.identify(u, y + noise, dt=5e-3, **SMALL, **asked)
     points = getattr(found, name)
     assert points is not None
     x, mapped = (np.asarray(values) for values in points)

@@ -149,6 +149,7 @@ def test_what_the_residual_follows(bench: Bench) -> None:
     span, t = np.ptp(y), times(there_and_back)
     # With the terms that explain them there would be nothing to follow.
     without: dict[str, Any] = {"dynamics": None, "creep": None, "loop_shift": None}
+    without |= {"input_map": None, "output_map": None}
     lines: dict[str, Any] = {"model": "conventional", "skip": skip} | without
     for code, more in (
         ("input_effects", 0.3 * part**2),

@@ -117,9 +117,9 @@ def main() -> None:
     shape = f"{asked.samples} samples, {asked.operators} operators, {asked.threads} threads"
 
     def single(pair: tuple[Array, Array]) -> mh.results.Identification:
-        alone = {"dynamics": None, "creep": None, "loop_shift": None}
+        alone: dict[str, Any] = {"dynamics": None, "creep": None, "loop_shift": None}
         alone |= {"input_map": None, "output_map": None}
-        return mh.identify(*pair, **alone, **options)
+        return mh.identify(pair[0], pair[1], **alone, **options)
 
     def in_parallel(pairs: list[tuple[Array, Array]]) -> list[mh.results.Identification]:
         with ThreadPoolExecutor(asked.threads) as pool:

@@ -17,7 +17,7 @@ const MAX_DEAD_TIME_ERROR: f64 = 0.1;
 
 /// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which errors of
 /// the model blur first.
-const MIN_AMPLIFIER_LAG: f64 = 1.0;
+const MIN_AMPLIFIER_LAG: f64 = 3.0;
 
 /// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
 const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;

@@ -110,15 +110,6 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.6, to: 0.66 });
         let with = self.problem.with_amplifier(&found, monitor)?;
         let evidence = (found.fit.squares - with.fit.squares) / self.noise(&with);
-        eprintln!(
-            "AMP {} dead {} -> {} bw {} evidence {} needed {}",
-            evidence,
-            found.dead_time_samples(),
-            with.dead_time_samples(),
-            with.fit.point.get(Parameter::LogBandwidth).exp(),
-            evidence,
-            self.needed_evidence(&with)
-        );
         if evidence >= self.needed_evidence(&with) {
             return Ok(with);
         }
@@ -139,12 +130,21 @@ impl JointSearch<'_> {
         }
         monitor.begin(Span { from: 0.7, to: 0.8 });
         let without = self.problem.without_dynamics(&fit, monitor)?;
+        let fit = if without.fit.objective < fit.fit.objective { self.again(fit, &without, monitor)? } else { fit };
         let is_told = (without.fit.squares - fit.fit.squares) / self.noise(&fit) >= self.needed_evidence(&fit);
         if is_told && is_inside(&fit) {
             return Ok(fit);
         }
         linear.dead_time_error = None;
         Ok(without)
+    }
+
+    /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.
+    fn again(&self, fit: JointFit, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        // The part of the work before is done: progress does not go back.
+        monitor.begin(Span { from: 0.8, to: 0.8 });
+        let again = self.problem.search(&without.fit, &without.space, monitor)?;
+        Ok(if again.fit.objective < fit.fit.objective { again } else { fit })
     }
 
     /// By how many variances of the noise dynamics must lower the sum of squares.

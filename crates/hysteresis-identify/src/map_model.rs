@@ -14,7 +14,8 @@
 pub enum MapModel {
     /// None.
     None,
-    /// A smooth one if cross-validation over stretches of the records asks for it; at most one of the two maps.
+    /// A smooth one if cross-validation over stretches of the records asks for it; at most one of the two maps, and none without
+    /// a sampling interval or for the conventional model.
     #[default]
     Auto,
     /// A smooth one.

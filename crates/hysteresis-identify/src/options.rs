@@ -233,8 +233,7 @@ impl Options {
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
         let intervals = Intervals::of(records, self)?;
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
-        let are_many = samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
-        let tells = intervals.are_seconds() && are_many;
+        let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
         let variety = Variety::of(records);
         let creeps = tells && (variety.apart_from_time || variety.start);
         let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
@@ -248,9 +247,10 @@ impl Options {
         if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
             resolved.loop_shift = LoopShiftModel::None;
         }
-        // Loops that are all alike tell a map from weights as little.
+        // Loops that are all alike tell a map from weights as little. Conventional plays are for comparison, as they are.
+        let bends = tells && variety.amplitudes && self.model == ModelKind::Modified;
         for map in [&mut resolved.input_map, &mut resolved.output_map] {
-            if !(are_many && variety.amplitudes) && *map == MapModel::Auto {
+            if !bends && *map == MapModel::Auto {
                 *map = MapModel::None;
             }
         }

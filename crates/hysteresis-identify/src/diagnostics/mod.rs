@@ -82,7 +82,7 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
 /// The findings about a whole chain.
 pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let survey = Survey::of(records, chain);
-    let mut found = of_records(records, &survey);
+    let mut found = of_records(records, chain, &survey);
     found.extend(worst(records, |place, record| Some(residual::poor_fit(record, &survey.residuals[place]))));
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
@@ -103,7 +103,7 @@ pub(crate) fn causes_of_wrong_sign(findings: Vec<Finding>) -> Vec<Finding> {
 const EXPLAINED: f64 = 2e-3;
 
 /// What the records show by themselves.
-fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
+fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Finding> {
     let minor_loops = loops::no_minor_loops(records);
     let identical = if minor_loops.is_none() { loops::identical(records) } else { None };
     // Dynamics make a position turn elsewhere and move by another factor, too: what the model explains is no defect.
@@ -115,7 +115,7 @@ fn of_records(records: &[Record<'_>], survey: &Survey) -> Vec<Finding> {
     let checks = [
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
-        doubted(loops::early),
+        if chain.linear.is_dead_time_alone() { doubted(loops::early) } else { None },
         doubted(loops::gain_change),
         doubted(local::input_outliers),
         doubted(|record| Stays::of(record).stuck(record)),

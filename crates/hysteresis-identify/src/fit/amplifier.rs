@@ -2,15 +2,13 @@
 
 use core::f64::consts::TAU;
 
-use super::choice::levels;
-use super::joint::{JointFit, JointProblem};
-use super::monitor::{SearchMonitor, Span};
+use super::joint::{Attempts, JointFit, JointProblem};
+use super::monitor::SearchMonitor;
 use super::point::{Parameter, Point};
-use super::search::{attempt, by_objective, search};
 use super::space::Space;
 use crate::error::Error;
 
-/// How much of the dead time, a sample more and a tenth of a sample the lag of the amplifier may be at the start.
+/// Which shares of the dead time and a tenth of a sample the lag of the amplifier is at the starts.
 const SHARES: [f64; 3] = [0.2, 0.6, 0.95];
 
 /// How many passes over the records a start may take before the best of them goes on.
@@ -20,18 +18,8 @@ impl JointProblem<'_> {
     /// The best fit with an amplifier in front of the hysteresis, from a point near by.
     pub(crate) fn with_amplifier(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let space = near.space.with_amplifier();
-        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         let starts = starts(&space, &near.fit.point);
-        let whole = Span { from: 0.0, to: 0.6 };
-        let mut fits = Vec::new();
-        for (number, start) in starts.iter().enumerate() {
-            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
-            fits.push(attempt(&levels[0], self.basis, start, PASSES, span, monitor)?);
-        }
-        fits.sort_by(by_objective);
-        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
-        drop(levels);
-        Ok(JointFit { space, fit, linearised })
+        self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
     }
 }
 

@@ -16,6 +16,13 @@ use crate::record::Record;
 /// How many passes over the records a start may take before the best of them goes on.
 const PASSES: usize = 10;
 
+/// How starts are tried: on the rows of which level, and with how many passes over the records each.
+#[derive(Clone, Copy)]
+pub(super) struct Attempts {
+    pub(super) level: usize,
+    pub(super) passes: usize,
+}
+
 /// A fit of hysteresis and linear part, and where it was searched.
 pub(crate) struct JointFit {
     pub(crate) space: Space,
@@ -71,19 +78,9 @@ impl JointProblem<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
         let space = Space::new(self.records, self.options)?;
-        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         monitor.forget();
         let starts = starts(self.records, plain, plain_space, &space);
-        let whole = Span { from: 0.0, to: 0.6 };
-        let mut fits = Vec::new();
-        for (number, start) in starts.iter().enumerate() {
-            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
-            fits.push(attempt(&levels[1], self.basis, start, PASSES, span, monitor)?);
-        }
-        fits.sort_by(by_objective);
-        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
-        drop(levels);
-        Ok(JointFit { space, fit, linearised })
+        self.search_starts(space, &starts, Attempts { level: 1, passes: PASSES }, monitor)
     }
 
     /// The best fit with a dead time that is known, from a point near by.
@@ -131,13 +128,7 @@ impl JointProblem<'_> {
         point: &Point,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
-        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
-        // The work that is left once the dynamics are found.
-        let span = Span { from: 0.0, to: 0.6 };
-        let start = attempt(&levels[1], self.basis, point, PASSES, span, monitor)?;
-        let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
-        drop(levels);
-        Ok(JointFit { space, fit, linearised })
+        self.search_starts(space, &[*point], Attempts { level: 1, passes: PASSES }, monitor)
     }
 
     /// The best fit in a space, from a point in it and from others with the usual ratios in place of its own.
@@ -147,13 +138,25 @@ impl JointProblem<'_> {
         point: &Point,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
-        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         let starts = space.with_other_ratios(point);
+        self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
+    }
+
+    /// The best fit in a space, from the best of what a few passes make of each start.
+    pub(super) fn search_starts(
+        &self,
+        space: Space,
+        starts: &[Point],
+        Attempts { level, passes }: Attempts,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
+        // What is left is the work once the best of them is found.
         let whole = Span { from: 0.0, to: 0.6 };
         let mut fits = Vec::new();
         for (number, start) in starts.iter().enumerate() {
             let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
-            fits.push(attempt(&levels[0], self.basis, start, PASSES, span, monitor)?);
+            fits.push(attempt(&levels[level], self.basis, start, passes, span, monitor)?);
         }
         fits.sort_by(by_objective);
         let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;

@@ -11,6 +11,7 @@ use super::projection::ProjectedFit;
 use super::regressor::Regressor;
 use super::search::attempt;
 use super::space::Space;
+use super::variety::Variety;
 use super::weight_basis::WeightBasis;
 use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
@@ -24,6 +25,9 @@ const PASSES: usize = 8;
 /// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
 /// stage that is harder to read cost something.
 const MUST_GAIN: f64 = 1.2;
+
+/// The same where loops only decay: a loop shift that they do not tell looks like a map.
+const MUST_GAIN_IN_DECAY: f64 = 3.0;
 
 /// Where a fit is, and what is fitted there.
 #[derive(Clone)]
@@ -64,7 +68,8 @@ impl MapProblem<'_> {
             tried.push(validation);
             places.push(place);
         }
-        let good: Vec<usize> = CrossValidation::good(&tried, MUST_GAIN).collect();
+        let must_gain = if Variety::of(self.records).apart_from_time { MUST_GAIN } else { MUST_GAIN_IN_DECAY };
+        let good: Vec<usize> = CrossValidation::good(&tried, must_gain).collect();
         let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
         let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
         Ok(places.swap_remove(best.unwrap_or(0)))

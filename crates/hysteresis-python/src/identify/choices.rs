@@ -1,4 +1,4 @@
-//! What cross-validation chose and what it said of the rest; what is left of a record.
+//! What cross-validation chose and what it said of the rest; amplifier and maps; what is left of a record.
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -9,9 +9,28 @@ use super::options::{law_name, loop_shift_name};
 use super::records::{checked, signals, skips};
 use crate::convert::arguments::whole;
 use crate::convert::errors;
+use crate::stage::parts::points;
 
 #[pymethods]
 impl Identification {
+    /// The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found.
+    #[getter]
+    fn amplifier_bandwidth(&self) -> Option<f64> {
+        self.found.amplifier().map(|amplifier| amplifier.frequency())
+    }
+
+    /// The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out.
+    #[getter]
+    fn input_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.found.input_map().as_ref().map(points)
+    }
+
+    /// The points (x, y) of the map behind the hysteresis, if there is one: position in, position out.
+    #[getter]
+    fn output_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.found.output_map().as_ref().map(points)
+    }
+
     /// Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
     ///
     /// Parameters

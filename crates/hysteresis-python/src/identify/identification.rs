@@ -20,7 +20,6 @@ use crate::convert::pickling::result_methods;
 use crate::model::object::object;
 use crate::stage::loop_shift::LoopShift;
 use crate::stage::object::Stage;
-use crate::stage::parts::points;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 #[pyclass(module = "mpi_hyst.results", frozen)]
@@ -85,24 +84,6 @@ result_methods!(Identification {
     #[getter]
     fn loop_shift(&self) -> Option<LoopShift> {
         self.found.loop_shift.map(LoopShift)
-    }
-
-    /// The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found.
-    #[getter]
-    fn amplifier_bandwidth(&self) -> Option<f64> {
-        self.found.amplifier().map(|amplifier| amplifier.frequency())
-    }
-
-    /// The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out.
-    #[getter]
-    fn input_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
-        self.found.input_map().as_ref().map(points)
-    }
-
-    /// The points (x, y) of the map behind the hysteresis, if there is one: position in, position out.
-    #[getter]
-    fn output_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
-        self.found.output_map().as_ref().map(points)
     }
 
     /// What the output lags the input besides, in seconds; None for records without dt.

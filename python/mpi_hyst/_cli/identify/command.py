@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any, Literal
 
 import click
@@ -67,30 +68,23 @@ def _creep(context: click.Context, option: click.Parameter, value: str | None) -
     return int(value)
 
 
-def _loop_shift(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> float | str | None:
-    """Read a time constant, or a word."""
-    if value is None or value in ("auto", "none"):
-        return value
-    try:
-        return float(value)
-    except ValueError:
-        message = f"expected auto, none or a time constant in seconds, got {value!r}"
-        raise click.BadParameter(message, context, option) from None
+def _number_or_word(
+    what: str,
+) -> Callable[[click.Context, click.Parameter, str | None], float | str | None]:
+    """Return a reader of this number, or of auto and none."""
 
+    def read(
+        context: click.Context, option: click.Parameter, value: str | None
+    ) -> float | str | None:
+        if value is None or value in ("auto", "none"):
+            return value
+        try:
+            return float(value)
+        except ValueError:
+            message = f"expected auto, none or {what}, got {value!r}"
+            raise click.BadParameter(message, context, option) from None
 
-def _amplifier(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> float | str | None:
-    """Read a bandwidth, or a word."""
-    if value is None or value in ("auto", "none"):
-        return value
-    try:
-        return float(value)
-    except ValueError:
-        message = f"expected auto, none or a bandwidth in Hz, got {value!r}"
-        raise click.BadParameter(message, context, option) from None
+    return read
 
 
 def _stretches(
@@ -252,14 +246,14 @@ def _stretches(
     click.option(
         "--loop-shift",
         metavar="SECONDS|auto|none",
-        callback=_loop_shift,
+        callback=_number_or_word("a time constant in seconds"),
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     ),
     click.option(
         "--amplifier",
         metavar="HZ|auto|none",
-        callback=_amplifier,
+        callback=_number_or_word("a bandwidth in Hz"),
         help="Amplifier of this bandwidth in front of the hysteresis. auto: one that is fitted, if "
         "the records tell its lag from a dead time.  [default: auto]",
     ),
