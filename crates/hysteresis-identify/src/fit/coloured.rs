@@ -17,6 +17,7 @@ use super::autoregression::{Autoregression, RowFilter};
 use super::chain::Chain;
 use super::course::Course;
 use super::factor::{TriangularFactor, back_substitute, triangle_of};
+use super::generalised::{Amplitudes, Generalised};
 use super::lags::Lags;
 use super::point::Parameter;
 use super::projection::ProjectedFit;
@@ -29,12 +30,6 @@ use crate::record::Record;
 
 /// Residuals below this share of the output's range are rounding.
 const ROUNDING: f64 = 1e-10;
-
-/// Lags count if they lower the whitened sum of squares by their number and so many of its standard deviations.
-const EVIDENCE: f64 = 4.0;
-
-/// A lag whose part beside the other columns is below this share of its norm tells nothing.
-const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
 
 /// Lags are looked for in records of so many rows for each column.
 const ROWS_PER_COLUMN: usize = 10;
@@ -62,14 +57,14 @@ impl ColouredFit<'_> {
         let pass = Pass::new(self, &free, white.deviation);
         let models = pass.models(&pass.residuals);
         let first = Generalised::of(&pass.whitened(&models), pass.told(), pass.rows_whitened(&models));
-        if first.lags.is_empty() && models.iter().all(|model| model.order() == 0) {
+        if first.lags.is_none() && models.iter().all(|model| model.order() == 0) {
             return white;
         }
         let (plain, models) = pass.after(&first);
         let (whitened, coloured) = pass.whitened_and_coloured(&models);
         let mut second = Generalised::of(&whitened, pass.told(), pass.rows_whitened(&models));
-        if first.lags.is_empty() {
-            second.lags.clear();
+        if first.lags.is_none() {
+            second.lags = None;
         }
         let penalty = Mat::from_fn(penalty.nrows(), pass.told(), |i, j| match j.checked_sub(pass.own) {
             Some(j) if free[j] < self.fit.unknowns.len() => penalty[(i, free[j])],
@@ -214,7 +209,9 @@ impl<'a> Pass<'a> {
             }
         }
         let first_lag = along.len() - self.lags.len();
-        solution.lags.iter().for_each(|lag| along[first_lag + lag.number] = lag.amplitude);
+        if let Some(lags) = &solution.lags {
+            along[first_lag..].copy_from_slice(&lags.likely);
+        }
         along
     }
 
@@ -226,14 +223,10 @@ impl<'a> Pass<'a> {
         let Some(row) = self.free.iter().position(|free| *free == parameter).map(|place| self.own + place) else {
             return;
         };
-        let dt = space.intervals().smallest();
-        for k in self.told()..x.ncols() {
-            let delays = solution
-                .lags
-                .iter()
-                .enumerate()
-                .map(|(j, lag)| self.lags.delay(lag.number, dt) * solution.amplitude(j, k - self.told()));
-            x[(row, k)] -= delays.sum::<f64>();
+        let (Some(lags), dt) = (&solution.lags, space.intervals().smallest()) else { return };
+        for k in 0..lags.root_columns() {
+            let delay: f64 = (0..self.lags.len()).map(|j| self.lags.delay(j, dt) * lags.root(j, k)).sum();
+            x[(row, self.told() + k)] -= delay;
         }
     }
 
@@ -266,80 +259,14 @@ impl<'a> Pass<'a> {
     }
 }
 
-/// A lag, and its amplitude.
-struct Lag {
-    number: usize,
-    amplitude: f64,
-}
-
-/// The solution of generalised least squares, from the triangle of the whitened rows.
-struct Generalised {
-    /// Of the records' own and of what is free.
-    told: Vec<f64>,
-    /// Those that the residuals tell; none where noise alone may show as much.
-    lags: Vec<Lag>,
-    /// The root of the covariance of their amplitudes.
-    errors: Mat<f64>,
-}
-
-impl Generalised {
-    fn of(whitened: &Mat<f64>, told: usize, rows: usize) -> Self {
-        let last = whitened.ncols() - 1;
-        let mut chosen: Vec<usize> = (0..last).collect();
-        let with = |chosen: &[usize]| {
-            let columns: Vec<usize> = chosen.iter().copied().chain([last]).collect();
-            triangle_of(Mat::from_fn(whitened.nrows(), columns.len(), |i, j| whitened[(i, columns[j])]))
-        };
-        let t = loop {
-            let t = with(&chosen);
-            let depends = |j: &usize| t[(*j, *j)].abs() <= MIN_INDEPENDENT_SHARE * t.col(*j).norm_l2();
-            match (told..chosen.len()).find(depends) {
-                Some(j) => chosen.remove(j),
-                None => break t,
-            };
-        };
-        let (count, end) = (chosen.len() - told, chosen.len());
-        let noise = t[(end, end)].powi(2) / as_f64(rows.saturating_sub(end).max(1));
-        let evidence = (told..end).map(|i| t[(i, end)].powi(2)).sum::<f64>() / noise;
-        let kept = if evidence > as_f64(count) + EVIDENCE * (2.0 * as_f64(count)).sqrt() { end } else { told };
-        let mut solution: Vec<f64> = (0..kept).map(|i| t[(i, end)]).collect();
-        back_substitute(t.get(..kept, ..kept), &mut solution);
-        let lags = solution.split_off(told);
-        let number = |j: usize| chosen[told + j] - told;
-        let lags: Vec<Lag> =
-            lags.into_iter().enumerate().map(|(j, amplitude)| Lag { number: number(j), amplitude }).collect();
-        let errors = scaled_inverse(&t.get(told..kept, told..kept).to_owned(), noise.sqrt());
-        Self { told: solution, lags, errors }
-    }
-
-    /// The root of the mean square of the amplitudes: what was found, and then its errors.
-    fn amplitude(&self, j: usize, column: usize) -> f64 {
-        match column.checked_sub(1) {
-            None => self.lags[j].amplitude,
-            Some(error) => self.errors[(j, error)],
-        }
-    }
-}
-
-/// s R^-1.
-fn scaled_inverse(r: &Mat<f64>, s: f64) -> Mat<f64> {
-    let mut inverse = Mat::zeros(r.nrows(), r.nrows());
-    for k in 0..r.nrows() {
-        let mut column = vec![0.0; r.nrows()];
-        column[k] = s;
-        back_substitute(r.as_ref(), &mut column);
-        column.into_iter().enumerate().for_each(|(i, value)| inverse[(i, k)] = value);
-    }
-    inverse
-}
-
 /// X with X X' = A^-1 (J' Omega J + s^2 P'P + J'L M L'J) A^-1, with A = J'J + P'P, P the penalty, which is taken as prior
 /// information, and M the mean square of the amplitudes of the lags.
 fn root(plain: &Mat<f64>, coloured: &Mat<f64>, penalty: &Mat<f64>, solution: &Generalised, deviation: f64) -> Mat<f64> {
-    let (told, lags) = (penalty.ncols(), solution.lags.len());
-    let extra = if lags == 0 { 0 } else { lags + 1 };
+    let told = penalty.ncols();
+    let extra = solution.lags.as_ref().map_or(0, Amplitudes::root_columns);
     let of_lags = |i: usize, k: usize| -> f64 {
-        (0..lags).map(|j| plain[(i, told + solution.lags[j].number)] * solution.amplitude(j, k)).sum()
+        let amplitudes = solution.lags.iter().flat_map(|lags| (0..lags.likely.len()).map(move |j| lags.root(j, k)));
+        amplitudes.enumerate().map(|(j, amplitude)| plain[(i, told + j)] * amplitude).sum()
     };
     // R with R'R = A, and beside it Q'L times the root of M.
     let r = triangle_of(Mat::from_fn(plain.nrows() + penalty.nrows(), told + extra, |i, j| {

@@ -15,6 +15,7 @@ pub(crate) mod drive_path;
 pub(crate) mod factor;
 mod first_points;
 pub(crate) mod folds;
+mod generalised;
 pub(crate) mod gradients;
 pub(crate) mod intervals;
 pub(crate) mod joint;
