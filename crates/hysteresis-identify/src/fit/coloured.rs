@@ -97,9 +97,6 @@ impl<'a> Pass<'a> {
         let courses: Vec<_> = records.iter().map(|record| Course::new(record, 1, space.unread_samples())).collect();
         let own = space.own().len();
         let intervals = space.intervals();
-        let lags = Lags::new(intervals.smallest(), intervals.longest_record());
-        let rows: usize = courses.iter().map(Course::len).sum();
-        let lags = if rows < ROWS_PER_COLUMN * (own + free.len() + lags.len()) { Lags::none() } else { lags };
         let output = |place: usize| fit.chain.response_in(place, records[place].input(), intervals.of_record(place));
         let outputs: Vec<Vec<f64>> = (0..records.len()).map(output).collect();
         let residual = |place: usize| {
@@ -107,7 +104,13 @@ impl<'a> Pass<'a> {
             let left = |k: usize| records[place].output()[k] - output[k] - fit.fit.output_offsets[place];
             (0..course.len()).map(|row| left(course.sample(row))).collect()
         };
-        let residuals = (0..records.len()).map(residual).collect();
+        let residuals: Vec<Vec<f64>> = (0..records.len()).map(residual).collect();
+        let lags = Lags::new(intervals.smallest(), intervals.longest_record());
+        let lags = residuals.iter().enumerate().fold(lags, |lags, (place, residuals)| {
+            lags.with_ringing(&Autoregression::of(residuals), intervals.of_record(place))
+        });
+        let rows: usize = courses.iter().map(Course::len).sum();
+        let lags = if rows < ROWS_PER_COLUMN * (own + free.len() + lags.len()) { Lags::none() } else { lags };
         let tangent = space.tangent(&fit.fit.point, basis.columns(), Some(&fit.fit.weights));
         Self { fit, tangent, courses, lags, own, free, deviation, outputs, residuals }
     }
@@ -223,9 +226,10 @@ impl<'a> Pass<'a> {
         let Some(row) = self.free.iter().position(|free| *free == parameter).map(|place| self.own + place) else {
             return;
         };
-        let (Some(lags), dt) = (&solution.lags, space.intervals().smallest()) else { return };
+        let Some(lags) = &solution.lags else { return };
+        let delays = self.lags.delays(space.intervals().smallest());
         for k in 0..lags.root_columns() {
-            let delay: f64 = (0..self.lags.len()).map(|j| self.lags.delay(j, dt) * lags.root(j, k)).sum();
+            let delay: f64 = delays.iter().enumerate().map(|(j, delay)| delay * lags.root(j, k)).sum();
             x[(row, self.told() + k)] -= delay;
         }
     }
