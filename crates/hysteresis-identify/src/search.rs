@@ -155,7 +155,15 @@ fn with_structure(
     let JointFit { space, fit, .. } = &found.fit;
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let maps = MapProblem { records, asked, options: &found.options, basis: &found.basis, smoothness: usual };
+    let searched = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let maps = MapProblem {
+        records,
+        asked,
+        options: &found.options,
+        basis: &found.basis,
+        smoothness: usual,
+        leaves_something: !fit.is_exact() && searched.colour(&found.fit).is_coloured(),
+    };
     let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;
     let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };

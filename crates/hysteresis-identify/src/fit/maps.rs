@@ -6,10 +6,10 @@ use super::choice::levels;
 use super::curve::OutputMap;
 use super::folds::{CrossValidation, Stretches, Terms};
 use super::monitor::{SearchMonitor, Span};
-use super::point::Point;
+use super::point::{Parameter, Point};
 use super::projection::ProjectedFit;
 use super::regressor::Regressor;
-use super::search::attempt;
+use super::search::{attempt, best_of_starts, by_objective};
 use super::space::Space;
 use super::variety::Variety;
 use super::weight_basis::WeightBasis;
@@ -21,6 +21,9 @@ use crate::record::Record;
 
 /// How many passes over the records a map may take to find its shape.
 const PASSES: usize = 8;
+
+/// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
+const ROUNDS: [(usize, usize); 2] = [(10, 5), (4, 12)];
 
 /// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
 /// stage that is harder to read cost something.
@@ -45,6 +48,26 @@ pub(crate) struct MapProblem<'a> {
     pub(crate) options: &'a Options,
     pub(crate) basis: &'a WeightBasis,
     pub(crate) smoothness: f64,
+    /// Whether what was fitted leaves more than rounding or white noise, which no map explains.
+    pub(crate) leaves_something: bool,
+}
+
+/// The maps of one candidate.
+struct Maps {
+    input: bool,
+    output: Option<OutputMap>,
+}
+
+impl Maps {
+    fn is_none(&self) -> bool {
+        !self.input && self.output.is_none()
+    }
+
+    /// A space with these maps.
+    fn in_front_and_behind(&self, space: &Space) -> Space {
+        let space = if self.input { space.with_input_map() } else { space.clone() };
+        self.output.iter().fold(space, |space, map| space.with_output_map(map.clone()))
+    }
 }
 
 impl MapProblem<'_> {
@@ -56,15 +79,15 @@ impl MapProblem<'_> {
         fit: &ProjectedFit,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Place, Error> {
-        let mut spaces = self.spaces(found, fit);
-        if let [_] = spaces[..] {
-            return Ok(Place { space: spaces.swap_remove(0), point: found.point });
+        let candidates = self.candidates(found, fit);
+        if let [Maps { input: false, output: None }] = candidates[..] {
+            return Ok(found.clone());
         }
         let (mut places, mut tried) = (Vec::new(), Vec::new());
-        let (whole, count) = (Span { from: 0.0, to: 0.6 }, spaces.len());
-        for (number, space) in spaces.into_iter().enumerate() {
+        let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len());
+        for (number, maps) in candidates.iter().enumerate() {
             let span = Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
-            let (place, validation) = self.candidate(space, &found.point, span, monitor)?;
+            let (place, validation) = self.candidate(maps, found, span, monitor)?;
             tried.push(validation);
             places.push(place);
         }
@@ -76,35 +99,58 @@ impl MapProblem<'_> {
     }
 
     /// The candidates, the one of the fewest maps first.
-    fn spaces(&self, found: &Place, fit: &ProjectedFit) -> Vec<Space> {
+    fn candidates(&self, found: &Place, fit: &ProjectedFit) -> Vec<Maps> {
         let Options { input_map, output_map, .. } = self.asked;
-        let with = |(has_input, has_output): (bool, bool)| {
-            let space = if has_input { found.space.with_input_map() } else { found.space.clone() };
-            if has_output { space.with_output_map(self.output_map(found, fit)) } else { space }
-        };
+        let with =
+            |(input, has_output): (bool, bool)| Maps { input, output: has_output.then(|| self.output_map(found, fit)) };
         let given = (*input_map == MapModel::Smooth, *output_map == MapModel::Smooth);
-        let is_open = |map: &MapModel| *map == MapModel::Auto && !fit.is_exact();
+        let is_open = |map: &MapModel| *map == MapModel::Auto && self.leaves_something;
         let output = is_open(output_map).then_some((given.0, true));
         let input = is_open(input_map).then_some((true, given.1));
         [Some(given), output, input].into_iter().flatten().map(with).collect()
     }
 
-    /// Where a space leads from a point, and how it predicts.
+    /// Where maps lead from a point, and how that predicts.
     fn candidate(
         &self,
-        space: Space,
-        start: &Point,
+        maps: &Maps,
+        found: &Place,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<(Place, CrossValidation), Error> {
+        let space = maps.in_front_and_behind(&found.space);
+        let mut starts = vec![found.point];
+        if !maps.is_none() {
+            starts.push(self.with_hysteresis_alone(maps, found, monitor)?);
+        }
         let levels = levels(self.records, &space, self.basis, self.smoothness, true)?;
         let projection = &levels[levels.len() - 1];
-        let fit = attempt(projection, self.basis, start, PASSES, span, monitor)?;
+        let mut fits = Vec::new();
+        for start in &starts {
+            fits.push(attempt(projection, self.basis, start, PASSES, span, monitor)?);
+        }
+        fits.sort_by(by_objective);
+        let fit = fits.swap_remove(0);
         let creep = space.creep_amplitudes();
         let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
         let validation = Stretches::new(projection, &fit).under(self.options, self.basis).cross_validate(&terms);
         drop(levels);
         Ok((Place { space, point: fit.point }, validation))
+    }
+
+    /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
+    fn with_hysteresis_alone(
+        &self,
+        maps: &Maps,
+        found: &Place,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Point, Error> {
+        let options = self.options.hysteresis_alone();
+        let space = maps.in_front_and_behind(&Space::new(self.records, &options)?);
+        let basis = WeightBasis::new(&options, space.shift_len());
+        let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
+        let alone = best_of_starts(&levels[0], &basis, &ROUNDS, monitor)?.point;
+        Ok(Parameter::of_hysteresis().fold(found.point, |point, parameter| point.with(parameter, alone.get(parameter))))
     }
 
     /// An output map over what the hysteresis puts out.

@@ -26,6 +26,12 @@ pub(crate) enum Parameter {
 }
 
 impl Parameter {
+    /// Those of the hysteresis and of the maps in front of it and behind it.
+    pub(crate) fn of_hysteresis() -> impl Iterator<Item = Self> {
+        let maps = (0..COEFFICIENTS).flat_map(|number| [Self::InputMap(number), Self::OutputMap(number)]);
+        [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset].into_iter().chain(maps)
+    }
+
     fn place(self) -> usize {
         match self {
             Self::Ra => 0,

@@ -10,6 +10,9 @@ use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
 
 /// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
+pub(super) type Rounds = [(usize, usize)];
+
+/// For a search from nothing.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
 /// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
@@ -49,17 +52,12 @@ pub(crate) fn search(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<(ProjectedFit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
-    let starts = all.space().starts();
     // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let mut found = if let Some(known) = known {
-            known.clone()
-        } else {
-            let scanned = scan(thinned, &starts, monitor)?;
-            refine(thinned, basis, scanned, monitor)?
-        };
+        let mut found =
+            if let Some(known) = known { known.clone() } else { best_of_starts(thinned, basis, &ROUNDS, monitor)? };
         let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
         for (i, more) in middle.iter().enumerate() {
             let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
@@ -69,7 +67,7 @@ pub(crate) fn search(
         best = Some(found);
     }
     monitor.enter(SearchStage::Finish);
-    let start = best.as_ref().map_or(starts[0], |fit| fit.point);
+    let start = best.as_ref().map_or(*all.space().origin(), |fit| fit.point);
     improve(
         all,
         basis,
@@ -79,6 +77,17 @@ pub(crate) fn search(
         Span { from: 0.7, to: 1.0 },
         monitor,
     )
+}
+
+/// The best that the usual starts lead to on a selection of the rows.
+pub(super) fn best_of_starts(
+    thinned: &Projection<'_>,
+    basis: &WeightBasis,
+    rounds: &Rounds,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<ProjectedFit, Error> {
+    let scanned = scan(thinned, &thinned.space().starts(), monitor)?;
+    refine(thinned, basis, rounds, scanned, monitor)
 }
 
 /// The fits at all starts, best first, all at the dead time that suits the best of them.
@@ -117,13 +126,14 @@ fn scan(
 fn refine(
     thinned: &Projection<'_>,
     basis: &WeightBasis,
+    rounds: &Rounds,
     mut fits: Vec<ProjectedFit>,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
     monitor.enter(SearchStage::Refine);
-    let (mut done, total) = (0, ROUNDS.iter().map(|(entering, _)| entering).sum());
+    let (mut done, total) = (0, rounds.iter().map(|(entering, _)| entering).sum());
     let whole = Span { from: 0.2, to: 0.6 };
-    for (entering, passes) in ROUNDS {
+    for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
         for fit in &mut fits {
             let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
