@@ -23,7 +23,7 @@ use crate::record::Record;
 const PASSES: usize = 8;
 
 /// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
-const ROUNDS: [(usize, usize); 2] = [(10, 5), (4, 12)];
+const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
 
 /// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
 /// stage that is harder to read cost something.
