@@ -10,7 +10,7 @@ use super::bank::OperatorBank;
 use super::curve::{Curve, OutputMap};
 use super::drive_path::DrivePath;
 use super::intervals::Intervals;
-use super::linear_part::LinearPart;
+use super::linear_part::{LinearPart, Mode};
 use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
@@ -43,6 +43,8 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    /// How many modes there are beside the first.
+    further_modes: usize,
     has_amplifier: bool,
     has_input_map: bool,
     output_map: Option<OutputMap>,
@@ -119,6 +121,7 @@ impl Space {
             creep,
             intervals,
             shift,
+            further_modes: 0,
             has_amplifier: bandwidth.is_some(),
             has_input_map: false,
             output_map: None,
@@ -141,6 +144,24 @@ impl Space {
         }
         let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with a mode more, which is searched.
+    pub(crate) fn with_mode(&self) -> Self {
+        let number = self.further_modes;
+        Self { further_modes: number + 1, ..self.with_axes(axes::mode(&self.intervals, number)) }
+    }
+
+    /// The same with the first mode alone.
+    pub(crate) fn with_one_mode(&self) -> Self {
+        let axes = self.axes.iter().filter(|axis| !axis.parameter.is_of_further_mode()).copied().collect();
+        Self { axes, further_modes: 0, ..self.clone() }
+    }
+
+    /// The same without an amplifier.
+    pub(crate) fn without_amplifier(&self) -> Self {
+        let axes = self.axes.iter().filter(|axis| axis.parameter != Parameter::LogBandwidth).copied().collect();
+        Self { axes, has_amplifier: false, ..self.clone() }
     }
 
     /// The same with an amplifier whose bandwidth is searched.
@@ -219,10 +240,12 @@ impl Space {
         point.with(Parameter::LogFrequency, log).with(Parameter::LogDamping, 0.0)
     }
 
-    /// The same point with another dead time, and second-order dynamics damped so that the lag of both stays.
+    /// The same point with another dead time, and a single mode damped so that the lag of both stays.
     pub(crate) fn with_lag_kept(&self, point: &Point, dead_time: f64) -> Point {
         let point_there = point.with(Parameter::DeadTime, dead_time);
-        let Some(axis) = self.axis(Parameter::LogDamping) else { return point_there };
+        let Some(axis) = self.axis(Parameter::LogDamping).filter(|_| self.further_modes == 0) else {
+            return point_there;
+        };
         let w = core::f64::consts::TAU * point.get(Parameter::LogFrequency).exp();
         let change = 0.5 * w * (point.get(Parameter::DeadTime) - dead_time);
         let damping = point.get(Parameter::LogDamping).exp() + change;
@@ -238,6 +261,11 @@ impl Space {
     /// The order of the dynamics, if there are any.
     pub(crate) fn order(&self) -> Option<Order> {
         self.dynamics
+    }
+
+    /// How many modes there are.
+    pub(crate) fn modes(&self) -> usize {
+        if self.dynamics == Some(Order::Second) { 1 + self.further_modes } else { 0 }
     }
 
     /// How many amplitudes of creep are searched.
@@ -305,8 +333,14 @@ impl Space {
             Order::First => Dynamics::from(FirstOrder::new(frequency).expect(valid)),
             Order::Second => SecondOrder::new(frequency, point.get(Parameter::LogDamping).exp()).expect(valid).into(),
         });
+        let further = |number| Mode {
+            frequency: point.get(Parameter::ModeLogFrequency(number)).exp(),
+            damping: point.get(Parameter::ModeLogDamping(number)).exp(),
+            gain: point.get(Parameter::ModeGain(number)),
+        };
         LinearPart {
             dynamics,
+            further: (0..self.further_modes).map(further).collect(),
             amplitudes: self.creep.amplitudes(|number| point.get(Parameter::Creep(number))),
             time_constants: self.creep.time_constants.clone(),
             dead_time: point.get(Parameter::DeadTime),
@@ -318,7 +352,11 @@ impl Space {
     pub(crate) fn tangent(&self, point: &Point, columns: usize, weights: Option<&[f64]>) -> Tangent {
         let slope = |(parameter, neighbour, distance): (Parameter, Point, f64)| match parameter {
             Parameter::DeadTime => Slope::DeadTime,
-            Parameter::LogFrequency | Parameter::LogDamping => Slope::Dynamics(self.linear_part(&neighbour), distance),
+            Parameter::LogFrequency
+            | Parameter::LogDamping
+            | Parameter::ModeLogFrequency(_)
+            | Parameter::ModeLogDamping(_)
+            | Parameter::ModeGain(_) => Slope::Dynamics(self.linear_part(&neighbour), distance),
             Parameter::LogBandwidth => {
                 Slope::Amplifier(self.operators(&neighbour), self.linear_part(&neighbour), distance)
             }
