@@ -835,8 +835,14 @@ class Identification:
         A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
         """
     @property
-    def dynamics(self) -> _Lag | None:
-        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any."""
+    def dynamics(self) -> _Lag | Modes | None:
+        """"""
+    @property
+    def modes(self) -> list[tuple[float, float, float]]:
+        """"""
+    @property
+    def modes_std(self) -> list[tuple[float, float, float]]:
+        """"""
     @property
     def loop_shift(self) -> LoopShift | None:
         """The loop shift, if there is one."""
@@ -1802,6 +1808,7 @@ def identify(
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
     dynamics: Literal["auto", 1, 2] | None = "auto",
+    modes: Literal["auto", 1, 2, 3] = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
     amplifier: Literal["auto"] | float | None = "auto",
@@ -2008,6 +2015,7 @@ def compare(
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
     dynamics: Literal["auto", 1, 2] | None = "auto",
+    modes: Literal["auto", 1, 2, 3] = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,

@@ -1,5 +1,6 @@
 //! What an identification hands over: the model, its errors, and how far to trust it.
 
+use hysteresis_control::linear::Dynamics;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
 use numpy::{PyArray1, PyArray2};
@@ -12,7 +13,7 @@ use super::left_out::LeftOutLoop;
 use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
-use crate::control::linear::part::dynamics;
+use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
@@ -68,10 +69,36 @@ result_methods!(Identification {
         self.found.stage().map(Stage).map_err(raise)
     }
 
-    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any.
+    /// The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or Modes if
+    /// there are several.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
-        self.found.dynamics.map(|found| dynamics(py, found)).transpose()
+        dynamics_object(py, &self.found.linear_dynamics())
+    }
+
+    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
+    /// sum to 1. Empty without such dynamics.
+    #[getter]
+    fn modes(&self) -> Vec<(f64, f64, f64)> {
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(modes), _) => {
+                let both = modes.modes().iter().zip(modes.gains());
+                both.map(|(mode, gain)| (mode.frequency(), mode.damping(), *gain)).collect()
+            }
+            (None, Some(Dynamics::SecondOrder(mode))) => vec![(mode.frequency(), mode.damping(), 1.0)],
+            (None, _) => Vec::new(),
+        }
+    }
+
+    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error.
+    #[getter]
+    fn modes_std(&self) -> Vec<(f64, f64, f64)> {
+        let errors = &self.found.standard_errors;
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(_), _) => errors.modes.iter().map(|of_mode| (*of_mode).into()).collect(),
+            (None, Some(Dynamics::SecondOrder(_))) => vec![(errors.frequency, errors.damping, 0.0)],
+            (None, _) => Vec::new(),
+        }
     }
 
     /// The creep, if there is any.
@@ -200,13 +227,13 @@ result_methods!(Identification {
         self.found.standard_errors.lag
     }
 
-    /// Standard error of the frequency of the dynamics in Hz; 0 without any.
+    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any.
     #[getter]
     fn frequency_std(&self) -> f64 {
         self.found.standard_errors.frequency
     }
 
-    /// Standard error of the damping ratio; 0 for a lag and without dynamics.
+    /// Standard error of the damping ratio, of several modes that of the first; 0 for a lag and without dynamics.
     #[getter]
     fn damping_std(&self) -> f64 {
         self.found.standard_errors.damping
@@ -377,6 +404,8 @@ result_methods!(Identification {
             (None, Some(samples)) => format!("dead time {samples:.3} samples"),
             (None, None) => "several sampling intervals".to_owned(),
         };
-        format!("<Identification: {verdict}, {partial}{dead_time}, fit {}>", self.fit().__repr__())
+        let frequencies: Vec<_> = self.modes().iter().map(|(frequency, ..)| format!("{frequency:.1}")).collect();
+        let modes = if frequencies.len() > 1 { format!("modes at {} Hz, ", frequencies.join(", ")) } else { String::new() };
+        format!("<Identification: {verdict}, {partial}{modes}{dead_time}, fit {}>", self.fit().__repr__())
     }
 });
