@@ -1,6 +1,5 @@
 //! What an identification hands over: the model, its errors, and how far to trust it.
 
-use hysteresis_control::linear::Dynamics;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
 use numpy::{PyArray1, PyArray2};
@@ -74,31 +73,6 @@ result_methods!(Identification {
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         dynamics_object(py, &self.found.linear_dynamics())
-    }
-
-    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
-    /// sum to 1. Empty without such dynamics.
-    #[getter]
-    fn modes(&self) -> Vec<(f64, f64, f64)> {
-        match (&self.found.modes, self.found.dynamics) {
-            (Some(modes), _) => {
-                let both = modes.modes().iter().zip(modes.gains());
-                both.map(|(mode, gain)| (mode.frequency(), mode.damping(), *gain)).collect()
-            }
-            (None, Some(Dynamics::SecondOrder(mode))) => vec![(mode.frequency(), mode.damping(), 1.0)],
-            (None, _) => Vec::new(),
-        }
-    }
-
-    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error.
-    #[getter]
-    fn modes_std(&self) -> Vec<(f64, f64, f64)> {
-        let errors = &self.found.standard_errors;
-        match (&self.found.modes, self.found.dynamics) {
-            (Some(_), _) => errors.modes.iter().map(|of_mode| (*of_mode).into()).collect(),
-            (None, Some(Dynamics::SecondOrder(_))) => vec![(errors.frequency, errors.damping, 0.0)],
-            (None, _) => Vec::new(),
-        }
     }
 
     /// The creep, if there is any.
@@ -404,8 +378,10 @@ result_methods!(Identification {
             (None, Some(samples)) => format!("dead time {samples:.3} samples"),
             (None, None) => "several sampling intervals".to_owned(),
         };
-        let frequencies: Vec<_> = self.modes().iter().map(|(frequency, ..)| format!("{frequency:.1}")).collect();
-        let modes = if frequencies.len() > 1 { format!("modes at {} Hz, ", frequencies.join(", ")) } else { String::new() };
+        let modes = self.found.modes.as_ref().map_or_else(String::new, |modes| {
+            let frequencies: Vec<_> = modes.modes().iter().map(|mode| format!("{:.1}", mode.frequency())).collect();
+            format!("modes at {} Hz, ", frequencies.join(", "))
+        });
         format!("<Identification: {verdict}, {partial}{modes}{dead_time}, fit {}>", self.fit().__repr__())
     }
 });
