@@ -82,6 +82,24 @@ def test_two_modes_are_found_and_their_stage_has_them() -> None:
         assert np.array_equal(same.predict(drive), found.predict(drive))
 
 
+def test_a_result_from_before_there_were_modes_is_restored() -> None:
+    found = mh.identify(*record(ONE), dt=1.0 / RATE, **FIT)
+    restore, (values,) = found.__reduce__()[:2]
+    saved = values["found"]
+    for part, name in (
+        (saved, "modes"),
+        (saved["options"], "modes"),
+        (saved["standard_errors"], "modes"),
+        (saved["chain"]["linear"], "further"),
+        (saved["spread"]["tangent"]["linear"], "further"),
+    ):
+        del part[name]
+    restored = restore(values)
+    drive = record(ONE)[0]
+    assert np.array_equal(restored.predict(drive), found.predict(drive))
+    assert restored.modes == found.modes
+
+
 def test_one_mode_stays_one() -> None:
     found = mh.identify(*record(ONE), dt=1.0 / RATE, **FIT)
     assert isinstance(found.dynamics, mh.plant.SecondOrder)

@@ -140,6 +140,7 @@ pub struct Options {
     /// Which linear dynamics to fit behind the hysteresis.
     pub dynamics: DynamicsModel,
     /// How many modes these dynamics have.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub modes: ModesModel,
     /// Which creep to fit behind the hysteresis.
     pub creep: CreepModel,
