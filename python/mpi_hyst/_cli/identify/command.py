@@ -46,9 +46,7 @@ def _smoothness(
         raise click.BadParameter(message, context, option) from None
 
 
-def _number(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> int | str | None:
+def _number(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
     """Read a small number, or a word."""
     del context, option
     return int(value) if value is not None and value.isdigit() else value
