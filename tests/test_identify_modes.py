@@ -84,7 +84,8 @@ def test_two_modes_are_found_and_their_stage_has_them() -> None:
 
 def test_a_result_from_before_there_were_modes_is_restored() -> None:
     found = mh.identify(*record(ONE), dt=1.0 / RATE, **FIT)
-    restore, (values,) = found.__reduce__()[:2]
+    reduced: Any = found.__reduce__()
+    restore, (values,) = reduced[:2]
     saved = values["found"]
     for part, name in (
         (saved, "modes"),
