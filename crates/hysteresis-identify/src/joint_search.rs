@@ -15,6 +15,10 @@ use crate::options::{Order, Setting};
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
 
+/// A mode that is not asked for must lower the sum of squares to this share, the error by a tenth: what a model of hysteresis or creep
+/// leaves may look like a faint mode.
+const MOST_LEFT_BY_MODE: f64 = 0.81;
+
 /// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
 /// for: two standard deviations.
 const SAME_EVIDENCE: f64 = 4.0;
@@ -148,7 +152,7 @@ impl JointSearch<'_> {
             let told = with.as_ref().filter(|with| with.has_distinct_modes());
             let evidence = told.map_or(0.0, |with| self.evidence_for_mode(&found, with));
             match with {
-                Some(with) if evidence >= needed => found = with,
+                Some(with) if evidence >= needed && self.is_worth_a_mode(&found, &with) => found = with,
                 _ => {
                     let is_asked = matches!(modes, ModesModel::Number(_));
                     linear.untold_modes = is_asked.then_some(UntoldModes { asked: modes.most(), evidence, needed });
@@ -157,6 +161,12 @@ impl JointSearch<'_> {
             }
         }
         if found.space.modes() > first { self.with_amplifier_if_still_told(found, linear, monitor) } else { Ok(found) }
+    }
+
+    /// Whether the last mode is asked for, or what it explains is no small part of the error.
+    fn is_worth_a_mode(&self, without: &JointFit, with: &JointFit) -> bool {
+        let is_asked = matches!(self.problem.options.modes, ModesModel::Number(_));
+        is_asked || with.fit.squares <= MOST_LEFT_BY_MODE * without.fit.squares
     }
 
     /// By how many variances of the noise the last mode lowers the sum of squares: no more than its gain alone tells, as a longer
