@@ -835,8 +835,18 @@ class Identification:
         A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
         """
     @property
-    def dynamics(self) -> _Lag | None:
-        """The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any."""
+    def dynamics(self) -> _Lag | Modes | None:
+        """The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or Modes if
+        there are several.
+        """
+    @property
+    def modes(self) -> list[tuple[float, float, float]]:
+        """The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
+        sum to 1. Empty without such dynamics.
+        """
+    @property
+    def modes_std(self) -> list[tuple[float, float, float]]:
+        """Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error."""
     @property
     def loop_shift(self) -> LoopShift | None:
         """The loop shift, if there is one."""
@@ -915,10 +925,10 @@ class Identification:
         """Standard error of the lag, in its unit."""
     @property
     def frequency_std(self) -> float:
-        """Standard error of the frequency of the dynamics in Hz; 0 without any."""
+        """Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any."""
     @property
     def damping_std(self) -> float:
-        """Standard error of the damping ratio; 0 for a lag and without dynamics."""
+        """Standard error of the damping ratio, of several modes that of the first; 0 for a lag and without dynamics."""
     @property
     def loop_shift_std(self) -> _Vector:
         """Standard errors of the amplitudes of the loop shift."""
@@ -1802,6 +1812,7 @@ def identify(
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
     dynamics: Literal["auto", 1, 2] | None = "auto",
+    modes: Literal["auto", 1, 2, 3] = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
     amplifier: Literal["auto"] | float | None = "auto",
@@ -1853,6 +1864,10 @@ def identify(
     dynamics : "auto", None, 2 or 1
         Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
         their frequency; a warning says if these do not tell those that were asked for. "auto" is 2 or None.
+    modes : "auto", 1, 2 or 3
+        How many modes in parallel the second-order dynamics have: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1), the gains
+        g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A warning says if they
+        tell fewer than were asked for.
     creep : "auto", None, "log", int or array
         Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
         None.
@@ -2008,6 +2023,7 @@ def compare(
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
     dynamics: Literal["auto", 1, 2] | None = "auto",
+    modes: Literal["auto", 1, 2, 3] = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
     thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
@@ -2043,8 +2059,8 @@ def compare(
         Sampling interval in seconds. Without it there are no extensions, and times are in samples.
     operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
         As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
-    creep, loop_shift, dynamics
-        As in `identify`, for the extensions. None leaves one out.
+    creep, loop_shift, dynamics, modes
+        As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
     skip : int or list of int
         Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
     progress : callable, optional

@@ -119,6 +119,9 @@ pub enum FindingCode {
     /// the relative standard error, widened for correlated residuals, and limit 0.05; or the decrease of the sum of
     /// squares by the dynamics, in noise variances, and what noise may pretend.
     ResonanceNotExcited,
+    /// The records tell fewer modes than were asked for: another one would lower the sum of squares too little, or is not apart
+    /// from the others. Value: the decrease, in noise variances, 0 where no such mode was found; limit: what noise may pretend.
+    ModeNotTold,
     /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
     /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
     DampingUndetermined,
@@ -147,7 +150,7 @@ pub(crate) enum Red {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 36] = [
         Self::WrongSign,
         Self::LoopBackwards,
         Self::NegativeDeadTime,
@@ -179,6 +182,7 @@ impl FindingCode {
         Self::ImplausibleDeadTime,
         Self::DeadTimeConfounded,
         Self::ResonanceNotExcited,
+        Self::ModeNotTold,
         Self::DampingUndetermined,
         Self::CreepUndetermined,
         Self::GainNotOne,
@@ -196,6 +200,7 @@ impl FindingCode {
         matches!(
             self,
             Self::ResonanceNotExcited
+                | Self::ModeNotTold
                 | Self::DampingUndetermined
                 | Self::NegativeDeadTime
                 | Self::DeadTimeConfounded
@@ -314,6 +319,9 @@ impl FindingCode {
             }
             Self::ResonanceNotExcited => {
                 ("resonance_not_excited", Never, "drive with a chirp or a step that reaches the resonance")
+            }
+            Self::ModeNotTold => {
+                ("mode_not_told", Never, "drive with a chirp or a step that reaches this mode, or ask for fewer modes")
             }
             Self::DampingUndetermined => {
                 ("damping_undetermined", Never, "drive with a chirp or a step that lets the resonance ring out")

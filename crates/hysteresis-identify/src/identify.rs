@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use hysteresis_control::linear::Creep;
+use hysteresis_control::linear::{Creep, Modes, SecondOrder};
 use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
@@ -12,6 +12,7 @@ use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::coloured::ColouredFit;
 use crate::fit::joint::JointFit;
+use crate::fit::linear_part::LinearPart;
 use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::ProjectedFit;
@@ -71,6 +72,7 @@ pub fn identify(
     if records.is_empty() {
         return Err(Error::NoRecords);
     }
+    let options = &options.with_asked_modes();
     options.check()?;
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
@@ -136,7 +138,8 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         warnings,
         model,
         ratios: space.ratios(&fit.point),
-        dynamics: chain.linear.dynamics,
+        dynamics: chain.linear.dynamics.filter(|_| chain.linear.further.is_empty()),
+        modes: modes(&chain.linear)?,
         creep,
         creep_amplitudes,
         dead_time: intervals.are_seconds().then_some(dead_time),
@@ -202,6 +205,17 @@ fn creep(space: &Space, point: &Point, chain: &Chain) -> Result<(Option<Creep>, 
         return Ok((None, parameters));
     }
     Ok((Some(Creep::new(&linear.amplitudes, &linear.time_constants)?), parameters))
+}
+
+/// The modes, from the lowest frequency up, if there are several.
+fn modes(linear: &LinearPart) -> Result<Option<Modes>, Error> {
+    if linear.further.is_empty() {
+        return Ok(None);
+    }
+    let modes: Vec<_> = linear.in_order().into_iter().map(|(_, mode)| mode).collect();
+    let gains: Vec<f64> = modes.iter().map(|mode| mode.gain).collect();
+    let resonances = modes.iter().map(|mode| SecondOrder::new(mode.frequency, mode.damping));
+    Ok(Some(Modes::new(&gains, &resonances.collect::<Result<Vec<_>, _>>()?)?))
 }
 
 /// The loop shift, if there is one.

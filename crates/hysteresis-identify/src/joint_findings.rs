@@ -3,10 +3,12 @@
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
 use crate::fit::dead_time::MIN_NEGATIVE_SAMPLES;
+use crate::fit::gradients::{log_damping, log_frequency};
+use crate::fit::linear_part::Mode;
 use crate::fit::point::Parameter;
 use crate::fit::projection::ProjectedFit;
 use crate::fit::space::Space;
-use crate::joint_search::LinearEvidence;
+use crate::joint_search::{LinearEvidence, UntoldModes};
 use crate::result::standard_errors::StandardErrors;
 
 /// Relative standard errors beyond which a parameter counts as undetermined; of the dead time, in samples.
@@ -42,31 +44,24 @@ pub(crate) fn joint_findings(
         (space.axis(parameter).is_some() && (relative.is_nan() || relative > limit))
             .then(|| Finding::new(code, relative, limit, message))
     };
-    let (frequency, damping) =
-        (fit.point.get(Parameter::LogFrequency).exp(), fit.point.get(Parameter::LogDamping).exp());
     let mut found = vec![
-        evidence.too_little.map(|evidence| too_little(space, evidence)).or_else(|| {
-            doubtful(
-                FindingCode::ResonanceNotExcited,
-                "frequency",
-                Parameter::LogFrequency,
-                frequency,
-                errors.frequency,
-                MAX_FREQUENCY_ERROR,
-            )
-        }),
-        doubtful(
-            FindingCode::DampingUndetermined,
-            "damping",
-            Parameter::LogDamping,
-            damping,
-            errors.damping,
-            MAX_DAMPING_ERROR,
-        ),
+        evidence.untold_modes.map(|untold| untold_modes(space, untold)),
+        evidence.too_little.map(|evidence| too_little(space, evidence)),
+    ];
+    let has_told_dynamics = evidence.too_little.is_none();
+    for one in dynamics_of(space, fit, errors) {
+        let (code, [frequency, damping]) = (FindingCode::ResonanceNotExcited, one.parameters);
+        let (what, value, error) = (format!("frequency{}", one.of), fit.point.get(frequency).exp(), one.errors[0]);
+        found.push(doubtful(code, &what, frequency, value, error, MAX_FREQUENCY_ERROR).filter(|_| has_told_dynamics));
+        let code = FindingCode::DampingUndetermined;
+        let (what, value, error) = (format!("damping{}", one.of), fit.point.get(damping).exp(), one.errors[1]);
+        found.push(doubtful(code, &what, damping, value, error, MAX_DAMPING_ERROR));
+    }
+    found.extend([
         confounded(space, fit, errors, evidence.dead_time_error)
             .or_else(|| with_amplifier(space, fit, errors, evidence)),
         negative(space, fit),
-    ];
+    ]);
     for (number, error) in errors.creep.iter().enumerate() {
         let amplitude = fit.point.get(Parameter::Creep(number));
         let code = FindingCode::CreepUndetermined;
@@ -74,6 +69,38 @@ pub(crate) fn joint_findings(
     }
     found.push(evidence.colour.finding());
     found.into_iter().flatten().collect()
+}
+
+/// A mode or a lag: which one it is, where frequency and damping are searched, and their standard errors.
+struct Doubted {
+    of: String,
+    parameters: [Parameter; 2],
+    errors: [f64; 2],
+}
+
+/// The modes, from the lowest frequency up, or the lag.
+fn dynamics_of(space: &Space, fit: &ProjectedFit, errors: &StandardErrors) -> Vec<Doubted> {
+    let modes = space.linear_part(&fit.point).in_order();
+    if modes.len() < 2 {
+        let parameters = [Parameter::LogFrequency, Parameter::LogDamping];
+        return vec![Doubted { of: String::new(), parameters, errors: [errors.frequency, errors.damping] }];
+    }
+    let doubted = |((number, mode), errors): (&(usize, Mode), &[f64; 3])| Doubted {
+        of: format!(" of the mode at {:.4} Hz", mode.frequency),
+        parameters: [log_frequency(*number), log_damping(*number)],
+        errors: [errors[0], errors[1]],
+    };
+    modes.iter().zip(&errors.modes).map(doubted).collect()
+}
+
+/// Modes that were asked for and are not there.
+fn untold_modes(space: &Space, UntoldModes { asked, evidence, needed }: UntoldModes) -> Finding {
+    let message = format!(
+        "of {asked} modes that were asked for the records tell {}: another one lowers the sum of squares by {evidence:.1} noise \
+         variances, and noise alone may pretend {needed:.1}",
+        space.modes()
+    );
+    Finding::new(FindingCode::ModeNotTold, evidence, needed, message)
 }
 
 fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error: Option<f64>) -> Option<Finding> {

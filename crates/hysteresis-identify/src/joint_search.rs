@@ -7,12 +7,17 @@ use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
+use crate::modes_model::ModesModel;
 use crate::numeric::as_f64;
 use crate::options::{Order, Setting};
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
+
+/// A mode that is not asked for must lower the sum of squares to this share, the error by a tenth: what a model of hysteresis or creep
+/// leaves may look like a faint mode.
+const MOST_LEFT_BY_MODE: f64 = 0.81;
 
 /// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
 /// for: two standard deviations.
@@ -27,8 +32,19 @@ pub(crate) struct LinearEvidence {
     pub(crate) amplifier_instead: f64,
     /// The evidence for dynamics, if it is too little, and what noise alone may pretend.
     pub(crate) too_little: Option<(f64, f64)>,
+    /// Where fewer modes were found than were asked for.
+    pub(crate) untold_modes: Option<UntoldModes>,
     /// How the residuals follow from each other.
     pub(crate) colour: Colour,
+}
+
+/// Modes that the records do not tell.
+#[derive(Clone, Copy)]
+pub(crate) struct UntoldModes {
+    pub(crate) asked: usize,
+    /// The evidence for another one than were found, and what noise alone may pretend; the former is 0 where there is no such mode.
+    pub(crate) evidence: f64,
+    pub(crate) needed: f64,
 }
 
 /// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and this is
@@ -77,8 +93,9 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.3, to: 0.6 });
         let found = self.problem.search(&self.plain.fit, &self.plain.space, monitor)?;
         self.best = Some(found.fit.point);
-        let found = self.with_amplifier_if_told(found, linear, monitor)?;
-        monitor.begin(Span { from: 0.66, to: 0.7 });
+        let found = self.with_amplifier_if_told(found, linear, Span { from: 0.6, to: 0.63 }, monitor)?;
+        let found = self.with_modes_if_told(found, linear, monitor)?;
+        monitor.begin(Span { from: 0.68, to: 0.7 });
         let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
         linear.dead_time_error = dead_time_error;
         if self.is_open {
@@ -101,13 +118,14 @@ impl JointSearch<'_> {
         &self,
         found: JointFit,
         linear: &mut LinearEvidence,
+        part: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
         let is_open = self.problem.options.amplifier == AmplifierModel::Auto && !found.fit.is_exact();
         if !is_open || found.space.order() != Some(Order::Second) || found.dead_time_samples() <= 0.0 {
             return Ok(found);
         }
-        monitor.begin(Span { from: 0.6, to: 0.66 });
+        monitor.begin(part);
         let with = self.problem.with_amplifier(&found, monitor)?;
         let evidence = (found.fit.squares - with.fit.squares) / self.noise(&with);
         if evidence >= self.needed_evidence(&with) {
@@ -115,6 +133,65 @@ impl JointSearch<'_> {
         }
         linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
         Ok(found)
+    }
+
+    /// The fit, or that with as many modes as the records tell.
+    fn with_modes_if_told(
+        &self,
+        mut found: JointFit,
+        linear: &mut LinearEvidence,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let modes = self.problem.options.modes;
+        let (first, whole) = (found.space.modes(), Span { from: 0.63, to: 0.66 });
+        while (1..modes.most()).contains(&found.space.modes()) {
+            let (number, needed) = (found.space.modes(), self.needed_evidence(&found));
+            monitor.begin(Span { from: whole.at(number - 1, modes.most()), to: whole.at(number, modes.most()) });
+            let wanted = needed * self.noise(&found);
+            let with = if found.fit.is_exact() { None } else { self.problem.with_mode(&found, wanted, monitor)? };
+            let told = with.as_ref().filter(|with| with.has_distinct_modes());
+            let evidence = told.map_or(0.0, |with| self.evidence_for_mode(&found, with));
+            match with {
+                Some(with) if evidence >= needed && self.is_worth_a_mode(&found, &with) => found = with,
+                _ => {
+                    let is_asked = matches!(modes, ModesModel::Number(_));
+                    linear.untold_modes = is_asked.then_some(UntoldModes { asked: modes.most(), evidence, needed });
+                    break;
+                }
+            }
+        }
+        if found.space.modes() > first { self.with_amplifier_if_still_told(found, linear, monitor) } else { Ok(found) }
+    }
+
+    /// Whether the last mode is asked for, or what it explains is no small part of the error.
+    fn is_worth_a_mode(&self, without: &JointFit, with: &JointFit) -> bool {
+        let is_asked = matches!(self.problem.options.modes, ModesModel::Number(_));
+        is_asked || with.fit.squares <= MOST_LEFT_BY_MODE * without.fit.squares
+    }
+
+    /// By how many variances of the noise the last mode lowers the sum of squares: no more than its gain alone tells, as a longer
+    /// search lowers it too.
+    fn evidence_for_mode(&self, without: &JointFit, with: &JointFit) -> f64 {
+        let decrease = (without.fit.squares - with.fit.squares) / self.noise(with);
+        let deviations = self.problem.deviations_of_last_gain(with);
+        decrease.min(deviations * deviations)
+    }
+
+    /// The amplifier judged anew, once there are several modes: it may have stood for one, or one have hidden it.
+    fn with_amplifier_if_still_told(
+        &self,
+        found: JointFit,
+        linear: &mut LinearEvidence,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<JointFit, Error> {
+        let part = Span { from: 0.66, to: 0.68 };
+        if found.space.axis(Parameter::LogBandwidth).is_none() {
+            return self.with_amplifier_if_told(found, linear, part, monitor);
+        }
+        monitor.begin(part);
+        let without = self.problem.without_amplifier(&found, monitor)?;
+        let evidence = (without.fit.squares - found.fit.squares) / self.noise(&found);
+        Ok(if evidence >= self.needed_evidence(&found) { found } else { without })
     }
 
     /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what

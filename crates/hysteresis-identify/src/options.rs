@@ -9,6 +9,7 @@ use crate::fit::intervals::Intervals;
 use crate::fit::variety::Variety;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::map_model::MapModel;
+use crate::modes_model::ModesModel;
 use crate::record::Record;
 
 /// The most operators: no record tells more thresholds apart.
@@ -138,6 +139,9 @@ pub struct Options {
     pub dt: Option<f64>,
     /// Which linear dynamics to fit behind the hysteresis.
     pub dynamics: DynamicsModel,
+    /// How many modes these dynamics have.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub modes: ModesModel,
     /// Which creep to fit behind the hysteresis.
     pub creep: CreepModel,
     /// Which loop shift to fit beside the hysteresis.
@@ -175,6 +179,7 @@ impl Default for Options {
             input_offset: Setting::Fit,
             dt: None,
             dynamics: DynamicsModel::default(),
+            modes: ModesModel::default(),
             creep: CreepModel::default(),
             loop_shift: LoopShiftModel::default(),
             amplifier: AmplifierModel::default(),
@@ -224,6 +229,13 @@ impl Options {
     /// Whether something is fitted besides the hysteresis and a dead time.
     pub(crate) fn is_joint(&self) -> bool {
         self.order().is_some() || self.creep.has_terms() || self.loop_shift != LoopShiftModel::None
+    }
+
+    /// The same with second-order dynamics where several modes are asked for and dynamics are left open.
+    pub(crate) fn with_asked_modes(&self) -> Self {
+        let asks = self.modes.asks_for_dynamics() && self.dynamics == DynamicsModel::Auto;
+        let dynamics = if asks { DynamicsModel::Order(Order::Second) } else { self.dynamics };
+        Self { dynamics, ..self.clone() }
     }
 
     /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
@@ -323,6 +335,7 @@ impl Options {
             }
             _ => {}
         }
+        self.modes.check(!matches!(self.dynamics, DynamicsModel::None | DynamicsModel::Order(Order::First)))?;
         self.amplifier.check(self.order() == Some(Order::Second))?;
         self.dt.map_or(Ok(()), check_interval)
     }

@@ -1,7 +1,7 @@
 //! How serde takes apart what has no way of its own: matrices, models and parts of other crates, checked when they come back.
 
 use faer::Mat;
-use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, Modes, SecondOrder};
 use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
 use serde::de::Error;
@@ -64,6 +64,28 @@ pub(crate) mod dynamics {
             }
             _ => Err(D::Error::custom("dynamics of more than two parameters")),
         }
+    }
+}
+
+/// Several modes as the gain, frequency and damping ratio of each.
+pub(crate) mod modes {
+    use super::{Deserialize, Deserializer, Error, Modes, SecondOrder, Serialize, Serializer};
+
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
+    pub(crate) fn serialize<S: Serializer>(modes: &Option<Modes>, serializer: S) -> Result<S::Ok, S::Error> {
+        let of_all = |modes: &Modes| -> Vec<[f64; 3]> {
+            let both = modes.gains().iter().zip(modes.modes());
+            both.map(|(gain, mode)| [*gain, mode.frequency(), mode.damping()]).collect()
+        };
+        modes.as_ref().map(of_all).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Modes>, D::Error> {
+        let Some(all): Option<Vec<[f64; 3]>> = Deserialize::deserialize(deserializer)? else { return Ok(None) };
+        let gains: Vec<f64> = all.iter().map(|[gain, ..]| *gain).collect();
+        let modes = all.iter().map(|[_, frequency, damping]| SecondOrder::new(*frequency, *damping));
+        let modes = modes.collect::<Result<Vec<_>, _>>().map_err(D::Error::custom)?;
+        Modes::new(&gains, &modes).map(Some).map_err(D::Error::custom)
     }
 }
 

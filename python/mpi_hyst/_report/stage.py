@@ -39,4 +39,7 @@ def _section(section: object) -> str:
         return f"natural frequency {frequency} Hz, damping ratio {damping}"
     if isinstance(section, mh.plant.FirstOrder):
         return f"first-order lag of {digits(section.frequency)} Hz"
+    if isinstance(section, mh.plant.Modes):
+        modes = zip(section.modes, section.gains, strict=True)
+        return "; ".join(f"{_section(mode)}, static gain {digits(float(g))}" for mode, g in modes)
     return repr(section)

@@ -71,7 +71,7 @@ pub fn compare(
     if records.is_empty() {
         return Err(Error::NoRecords);
     }
-    let options = Options { model: ModelKind::Modified, ..options.clone() };
+    let options = Options { model: ModelKind::Modified, ..options.with_asked_modes() };
     options.check()?;
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, &options)?;

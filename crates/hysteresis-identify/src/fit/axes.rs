@@ -26,6 +26,30 @@ const COEFFICIENT_BOUND: f64 = 2.0;
 /// sample.
 const MAX_BANDWIDTH_CYCLES: f64 = 2.0;
 
+/// The highest frequency of a mode beside the first, in cycles per sample of the fastest record: a faster one is not told from
+/// its alias.
+pub(super) const MAX_MODE_CYCLES: f64 = 0.45;
+
+/// The lowest, in cycles per longest record: what is slower may be creep.
+pub(super) const MIN_MODE_CYCLES: f64 = 10.0;
+
+/// The damping ratios of a mode beside the first: it resonates, else it may stand for any lag.
+const MODE_DAMPINGS: (f64, f64) = (1e-4, 0.5);
+
+/// The largest share of a mode in the static gain; neighbours of opposite signs may both exceed 1.
+pub(super) const MAX_MODE_GAIN: f64 = 2.0;
+
+/// A mode beside the first, by its number.
+pub(super) fn mode(intervals: &Intervals, number: usize) -> [Axis; 3] {
+    let axis = |parameter, lower, upper, scale| Axis { parameter, lower, upper, scale };
+    let (lowest, highest) = (MIN_MODE_CYCLES / intervals.longest_record(), MAX_MODE_CYCLES / intervals.smallest());
+    [
+        axis(Parameter::ModeLogFrequency(number), lowest.ln(), highest.ln(), 1.0),
+        axis(Parameter::ModeLogDamping(number), MODE_DAMPINGS.0.ln(), MODE_DAMPINGS.1.ln(), 4.0),
+        axis(Parameter::ModeGain(number), -MAX_MODE_GAIN, MAX_MODE_GAIN, 1.0),
+    ]
+}
+
 /// The bandwidth of an amplifier.
 pub(super) fn bandwidth(intervals: &Intervals) -> Axis {
     let lower = MIN_CYCLES_PER_RECORD / intervals.longest_record();

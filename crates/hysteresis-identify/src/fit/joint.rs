@@ -115,7 +115,8 @@ impl JointProblem<'_> {
             Setting::Fixed(dead_time) => dead_time,
             Setting::Fit => 0.0,
         };
-        let space = near.space.with_known(Parameter::DeadTime, known).with_known(Parameter::LogDamping, 0.0);
+        let space =
+            near.space.with_one_mode().with_known(Parameter::DeadTime, known).with_known(Parameter::LogDamping, 0.0);
         let lag = near.space.linear_part(&near.fit.point).lag() - known;
         let point = space.critically_damped(&near.fit.point, lag).with(Parameter::DeadTime, known);
         self.search_from(space, &point, monitor)

@@ -2,6 +2,7 @@
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use super::linear_part::{SampledAmplifier, SampledDynamics, SampledPart};
+use super::mode_lanes::ModeLanes;
 
 /// Signals side by side, each with creep of its own. At rest before the record.
 #[derive(Clone, Debug)]
@@ -60,6 +61,11 @@ impl CreepLanes {
 #[derive(Clone, Debug)]
 pub(crate) struct DynamicLanes {
     dynamics: Option<SampledDynamics>,
+    /// The share of these dynamics, and the modes beside them.
+    gain: f64,
+    further: ModeLanes,
+    /// Behind an amplifier: what of a reading decays with the input, for an input that is 1 from where it goes at t_k.
+    decaying_gain: f64,
     share: f64,
     p: Vec<f64>,
     before: Vec<f64>,
@@ -75,8 +81,12 @@ impl DynamicLanes {
     pub(crate) fn new(part: &SampledPart, lanes: usize) -> Self {
         let zeros = vec![0.0; lanes];
         let (p, before, deviation, v) = (zeros.clone(), zeros.clone(), zeros.clone(), zeros.clone());
-        let (dynamics, share) = (part.dynamics.clone(), part.share);
-        Self { dynamics, share, p, before, deviation, v, decaying: zeros, is_at_rest: true }
+        let (dynamics, gain, share) = (part.dynamics.clone(), part.first_gain, part.share);
+        let further = ModeLanes::new(part, lanes);
+        let first = dynamics.as_ref().map_or(0.0, |dynamics| gain * dynamics.decaying(1.0));
+        let decaying_gain = further.iter().fold(first, |sum, (gain, mode)| sum + gain * mode.decaying(1.0));
+        let is_at_rest = true;
+        Self { dynamics, gain, further, decaying_gain, share, p, before, deviation, v, decaying: zeros, is_at_rest }
     }
 
     /// Puts out p(k) of every lane.
@@ -101,6 +111,7 @@ impl DynamicLanes {
             v[i] = e.vx * deviation[i] + e.vv * v[i];
             deviation[i] = moved + (before[i] - p[i]);
         }
+        self.further.hold(&self.before, p);
     }
 
     /// Behind an amplifier the input goes from the last p to this one by the end of the interval. The lanes hold where it would
@@ -108,6 +119,7 @@ impl DynamicLanes {
     #[inline(always)]
     fn lead(&mut self, p: &[f64], amplifier: &SampledAmplifier) {
         let Some(e) = self.dynamics.as_ref().map(|dynamics| dynamics.step) else { return };
+        self.further.lead(&self.p, &self.before, &self.decaying, p);
         let ([x, speed], n) = (amplifier.start, p.len());
         let (ends, before, decaying) = (&mut self.p[..n], &mut self.before[..n], &mut self.decaying[..n]);
         let (deviation, v) = (&mut self.deviation[..n], &mut self.v[..n]);
@@ -122,22 +134,19 @@ impl DynamicLanes {
         }
     }
 
-    /// What of the reading of a lane decays with its input.
-    fn decaying(&self, dynamics: &SampledDynamics, lane: usize) -> f64 {
-        dynamics.amplifier.map_or(0.0, |amplifier| amplifier.start[0] * amplifier.reading * self.decaying[lane])
-    }
-
     /// The readings of the first lanes.
     pub(crate) fn read(&self, y: &mut [f64]) {
         let n = y.len();
         let p = &self.p[..n];
         if let Some(dynamics) = &self.dynamics {
-            let (e, deviation, v) = (dynamics.reading, &self.deviation[..n], &self.v[..n]);
+            let (e, deviation, v, gain) = (dynamics.reading, &self.deviation[..n], &self.v[..n], self.gain);
             for i in 0..n {
-                y[i] = p[i] + (e.xx * deviation[i] + e.xv * v[i]);
+                // Alone the dynamics have the gain 1, which changes no bit.
+                y[i] = p[i] + gain * (e.xx * deviation[i] + e.xv * v[i]);
             }
+            self.further.add_to(y);
             if dynamics.amplifier.is_some() {
-                y.iter_mut().enumerate().for_each(|(i, y)| *y += self.decaying(dynamics, i));
+                y.iter_mut().zip(&self.decaying).for_each(|(y, decaying)| *y += self.decaying_gain * decaying);
             }
         } else {
             let (share, before) = (self.share, &self.before[..n]);
@@ -154,16 +163,28 @@ impl DynamicLanes {
         match &self.dynamics {
             Some(dynamics) => {
                 let e = dynamics.reading;
-                p + (e.xx * self.deviation[lane] + e.xv * self.v[lane]) + self.decaying(dynamics, lane)
+                let first = p + self.gain * (e.xx * self.deviation[lane] + e.xv * self.v[lane]);
+                self.further.added_to(first, lane) + self.decaying_gain * self.decaying[lane]
             }
             None => p + self.share * (self.before[lane] - p),
         }
     }
 
+    /// How far the reading of every mode beside the first is from that of the first, in the first lane.
+    pub(crate) fn beside_first(&self, differences: &mut [f64]) {
+        let Some(dynamics) = &self.dynamics else { return };
+        let first = dynamics.answer(self.deviation[0], self.v[0], self.decaying[0]);
+        self.further.answers(self.decaying[0], differences);
+        differences.iter_mut().for_each(|answer| *answer -= first);
+    }
+
     /// The derivative of a reading by the dead time, for a sampling interval `dt`.
     pub(crate) fn slope_over_dead_time(&self, lane: usize, dt: f64) -> f64 {
         match &self.dynamics {
-            Some(dynamics) => -dynamics.speed(self.deviation[lane], self.v[lane], self.decaying(dynamics, lane)),
+            Some(dynamics) => {
+                let first = self.gain * dynamics.speed(self.deviation[lane], self.v[lane], self.decaying[lane]);
+                -self.further.speed_added_to(first, lane, self.decaying[lane])
+            }
             None => (self.before[lane] - self.p[lane]) / dt,
         }
     }
@@ -199,7 +220,7 @@ mod tests {
                     amplitudes: vec![0.02, 0.1],
                     time_constants: vec![4e-4, 3e-3],
                     dead_time,
-                    bandwidth: None,
+                    ..LinearPart::default()
                 };
                 let linear = dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
                 let mut block = linear.with_dead_time(dead_time).unwrap().block(dt).unwrap();
@@ -280,7 +301,7 @@ mod tests {
             amplitudes: vec![0.01],
             time_constants: vec![0.1],
             dead_time: 0.3e-4,
-            bandwidth: None,
+            ..LinearPart::default()
         };
         let held = through(&part, &[0.3; 40], 1e-4);
         assert!(held.iter().all(|y| *y == held[0]));

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_control::linear::Dynamics;
+use hysteresis_control::linear::{Dynamics, SecondOrder};
 
 /// Creep, dynamics and dead time behind the hysteresis.
 ///
@@ -13,7 +13,8 @@ use hysteresis_control::linear::Dynamics;
 /// y(k) = x(t_k - d),   x the answer of the dynamics to p(k), held from t_k to t_(k+1)
 /// ```
 ///
-/// Without dynamics y(k) is p(t_k - d), straight between samples.
+/// Without dynamics y(k) is p(t_k - d), straight between samples. With several modes x = sum_i g_i x_i, x_i the answer of mode i
+/// alone and sum_i g_i = 1.
 ///
 /// Behind an amplifier, p(k) is that at the end of the interval, and on the way there from p(k-1) it goes as the voltage does:
 ///
@@ -25,6 +26,9 @@ use hysteresis_control::linear::Dynamics;
 pub(crate) struct LinearPart {
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub(crate) dynamics: Option<Dynamics>,
+    /// The modes beside the one that `dynamics` then are, which has the rest of the gain.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) further: Vec<Mode>,
     /// c_j.
     pub(crate) amplitudes: Vec<f64>,
     /// tau_j, in seconds.
@@ -33,6 +37,24 @@ pub(crate) struct LinearPart {
     pub(crate) dead_time: f64,
     /// Of the amplifier in front of the hysteresis, in Hz; only beside dynamics.
     pub(crate) bandwidth: Option<f64>,
+}
+
+/// One of several modes in parallel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Mode {
+    /// In Hz.
+    pub(crate) frequency: f64,
+    pub(crate) damping: f64,
+    /// g_i, its share in the static gain.
+    pub(crate) gain: f64,
+}
+
+impl Mode {
+    /// By how much slow motion is seen later.
+    pub(crate) fn lag(&self) -> f64 {
+        2.0 * self.damping / (TAU * self.frequency)
+    }
 }
 
 impl LinearPart {
@@ -51,12 +73,31 @@ impl LinearPart {
         self.bandwidth.map_or(0.0, |bandwidth| 1.0 / (TAU * bandwidth))
     }
 
-    /// How much later slow motion is seen: the dead time and the lags of the amplifier and of the dynamics, 2 zeta / w or tau.
+    /// All modes, the first one first; none without dynamics of second order.
+    pub(crate) fn modes(&self) -> Vec<Mode> {
+        let Some(Dynamics::SecondOrder(first)) = self.dynamics else { return Vec::new() };
+        let first = Mode { frequency: first.frequency(), damping: first.damping(), gain: self.first_gain() };
+        std::iter::once(first).chain(self.further.iter().copied()).collect()
+    }
+
+    /// The same from the lowest frequency up, each with its number.
+    pub(crate) fn in_order(&self) -> Vec<(usize, Mode)> {
+        let mut modes: Vec<_> = self.modes().into_iter().enumerate().collect();
+        modes.sort_by(|(_, a), (_, b)| a.frequency.total_cmp(&b.frequency));
+        modes
+    }
+
+    /// g of the first mode.
+    fn first_gain(&self) -> f64 {
+        1.0 - self.further.iter().map(|mode| mode.gain).sum::<f64>()
+    }
+
+    /// How much later slow motion is seen: the dead time and the lags of the amplifier and of the dynamics, tau or
+    /// sum_i g_i 2 zeta_i / w_i.
     pub(crate) fn lag(&self) -> f64 {
         let dynamics = match self.dynamics {
-            None => 0.0,
             Some(Dynamics::FirstOrder(lag)) => lag.time_constant(),
-            Some(Dynamics::SecondOrder(resonance)) => 2.0 * resonance.damping() / (TAU * resonance.frequency()),
+            _ => self.modes().iter().map(|mode| mode.gain * mode.lag()).sum(),
         };
         self.dead_time + self.amplifier_lag() + dynamics
     }
@@ -69,6 +110,9 @@ pub(crate) struct SampledPart {
     /// a_j.
     pub(crate) decays: Vec<f64>,
     pub(crate) dynamics: Option<SampledDynamics>,
+    /// The share of these dynamics, and the modes beside them with theirs.
+    pub(crate) first_gain: f64,
+    pub(crate) further: Vec<(f64, SampledDynamics)>,
     /// By how many whole samples the sample that is held lies back.
     pub(crate) whole: isize,
     /// Without dynamics: the share of the sample before it.
@@ -111,11 +155,19 @@ impl SampledPart {
         #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
         let whole = back as isize;
         let since = (back - samples) * dt;
-        let dynamics = part.dynamics.map(|dynamics| SampledDynamics::new(&dynamics, part.bandwidth, dt, since));
+        let sampled = |dynamics: Dynamics| SampledDynamics::new(&dynamics, part.bandwidth, dt, since);
+        let dynamics = part.dynamics.map(sampled);
+        let valid = "the bounds of the search hold frequency and damping within their domains";
+        let further = part.further.iter().map(|mode| {
+            let resonance = SecondOrder::new(mode.frequency, mode.damping).expect(valid);
+            (mode.gain, sampled(resonance.into()))
+        });
         Self {
             amplitudes: part.amplitudes.clone(),
             decays: part.time_constants.iter().map(|tau| (-dt / tau).exp()).collect(),
             dynamics,
+            first_gain: part.first_gain(),
+            further: further.collect(),
             whole,
             share: samples - samples.floor(),
         }
@@ -139,13 +191,25 @@ impl SampledDynamics {
         Self { step: transition(dt), reading: transition(since), w, is_lag: damping.is_none(), amplifier }
     }
 
-    /// x' at the reading, for a state (x - p, v) and what an amplifier adds to it.
+    /// What of x at the reading decays with an input that is so far from where it goes at t_k.
     #[inline]
-    pub(crate) fn speed(&self, deviation: f64, v: f64, decaying: f64) -> f64 {
+    pub(crate) fn decaying(&self, left: f64) -> f64 {
+        self.amplifier.map_or(0.0, |amplifier| amplifier.start[0] * amplifier.reading * left)
+    }
+
+    /// x - p at the reading, for a state (x - p, v) and an input that is so far from where it goes.
+    #[inline]
+    pub(crate) fn answer(&self, deviation: f64, v: f64, left: f64) -> f64 {
+        self.reading.xx * deviation + self.reading.xv * v + self.decaying(left)
+    }
+
+    /// x' at the reading, for the same.
+    #[inline]
+    pub(crate) fn speed(&self, deviation: f64, v: f64, left: f64) -> f64 {
         let e = &self.reading;
         // A lag moves towards its input; of second-order dynamics v is x' / w.
         let speed = self.w * if self.is_lag { -e.xx * deviation } else { e.vx * deviation + e.vv * v };
-        self.amplifier.as_ref().map_or(speed, |amplifier| speed - amplifier.sigma * decaying)
+        self.amplifier.as_ref().map_or(speed, |amplifier| speed - amplifier.sigma * self.decaying(left))
     }
 }
 
@@ -200,7 +264,7 @@ impl Transition {
 
 #[cfg(test)]
 mod tests {
-    use hysteresis_control::linear::{Block, FirstOrder, SecondOrder};
+    use hysteresis_control::linear::{Block, FirstOrder};
 
     use super::*;
 

@@ -151,7 +151,7 @@ impl Span {
         self.from + (self.to - self.from) * share
     }
 
-    pub(super) fn at(self, done: usize, of: usize) -> f64 {
+    pub(crate) fn at(self, done: usize, of: usize) -> f64 {
         self.from + (self.to - self.from) * as_f64(done) / as_f64(of)
     }
 }

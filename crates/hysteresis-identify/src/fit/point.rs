@@ -4,6 +4,7 @@ use hysteresis_core::Ratios;
 
 use super::curve::COEFFICIENTS;
 use crate::creep_model::MAX_AMPLITUDES;
+use crate::modes_model::MAX_MODES;
 
 /// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,11 @@ pub(crate) enum Parameter {
     OutputMap(usize),
     /// An amplitude of creep, by its number.
     Creep(usize),
+    /// Of a mode beside the first, by its number from 0.
+    ModeLogFrequency(usize),
+    ModeLogDamping(usize),
+    /// Its share in the static gain.
+    ModeGain(usize),
 }
 
 impl Parameter {
@@ -30,6 +36,11 @@ impl Parameter {
     pub(crate) fn of_hysteresis() -> impl Iterator<Item = Self> {
         let maps = (0..COEFFICIENTS).flat_map(|number| [Self::InputMap(number), Self::OutputMap(number)]);
         [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset].into_iter().chain(maps)
+    }
+
+    /// Whether it is one of a mode beside the first.
+    pub(crate) fn is_of_further_mode(self) -> bool {
+        matches!(self, Self::ModeLogFrequency(_) | Self::ModeLogDamping(_) | Self::ModeGain(_))
     }
 
     fn place(self) -> usize {
@@ -45,6 +56,9 @@ impl Parameter {
             Self::InputMap(number) => 8 + number,
             Self::OutputMap(number) => 8 + COEFFICIENTS + number,
             Self::Creep(number) => FIRST_AMPLITUDE + number,
+            Self::ModeLogFrequency(number) => FIRST_MODE + 3 * number,
+            Self::ModeLogDamping(number) => FIRST_MODE + 3 * number + 1,
+            Self::ModeGain(number) => FIRST_MODE + 3 * number + 2,
         }
     }
 }
@@ -52,13 +66,19 @@ impl Parameter {
 /// Where the amplitudes of creep begin.
 const FIRST_AMPLITUDE: usize = 8 + 2 * COEFFICIENTS;
 
+/// Where the modes beside the first begin.
+const FIRST_MODE: usize = FIRST_AMPLITUDE + MAX_AMPLITUDES;
+
+/// How many values there are.
+const VALUES: usize = FIRST_MODE + 3 * (MAX_MODES - 1);
+
 /// A value for every [`Parameter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point([f64; FIRST_AMPLITUDE + MAX_AMPLITUDES]);
+pub(crate) struct Point([f64; VALUES]);
 
 impl Point {
     pub(crate) fn zero() -> Self {
-        Self([0.0; FIRST_AMPLITUDE + MAX_AMPLITUDES])
+        Self([0.0; VALUES])
     }
 
     pub(crate) fn with(mut self, parameter: Parameter, value: f64) -> Self {

@@ -1,5 +1,7 @@
 //! Where the search may go: the parameters that enter the model nonlinearly, their bounds and scales.
 
+mod changed;
+
 use std::sync::Arc;
 
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
@@ -10,7 +12,7 @@ use super::bank::OperatorBank;
 use super::curve::{Curve, OutputMap};
 use super::drive_path::DrivePath;
 use super::intervals::Intervals;
-use super::linear_part::LinearPart;
+use super::linear_part::{LinearPart, Mode};
 use super::own_columns::OwnColumns;
 use super::placement::Placement;
 use super::point::{Axis, Parameter, Point};
@@ -43,6 +45,8 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    /// How many modes there are beside the first.
+    further_modes: usize,
     has_amplifier: bool,
     has_input_map: bool,
     output_map: Option<OutputMap>,
@@ -119,6 +123,7 @@ impl Space {
             creep,
             intervals,
             shift,
+            further_modes: 0,
             has_amplifier: bandwidth.is_some(),
             has_input_map: false,
             output_map: None,
@@ -126,57 +131,6 @@ impl Space {
             origin,
             unread: if searches_negative { 2 } else { 0 },
         })
-    }
-
-    /// The same with a parameter that is known.
-    pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
-        let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
-        Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
-    }
-
-    /// The same with the loop shift of other options; a space with powers has none.
-    pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
-        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
-            return Ok(self.clone());
-        }
-        let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
-        Ok(Self { shift, ..self.clone() })
-    }
-
-    /// The same with an amplifier whose bandwidth is searched.
-    pub(crate) fn with_amplifier(&self) -> Self {
-        Self { has_amplifier: true, ..self.with_axes([axes::bandwidth(&self.intervals)]) }
-    }
-
-    /// The same with an input map that is searched.
-    pub(crate) fn with_input_map(&self) -> Self {
-        Self { has_input_map: true, ..self.with_axes(axes::coefficients(Parameter::InputMap)) }
-    }
-
-    /// The same with an output map that is searched.
-    pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
-        Self { output_map: Some(map), ..self.with_axes(axes::coefficients(Parameter::OutputMap)) }
-    }
-
-    fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
-        let mut space = self.clone();
-        space.axes.extend(more);
-        space
-    }
-
-    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
-    pub(crate) fn with_powers(&self) -> Self {
-        let (low, high) = self.placement.bounds();
-        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
-        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
-        Self { shift, ..self.clone() }
-    }
-
-    /// The same with the first amplitudes of creep alone.
-    pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
-        let is_kept = |axis: &&Axis| !matches!(axis.parameter, Parameter::Creep(number) if number >= amplitudes);
-        let axes = self.axes.iter().filter(is_kept).copied().collect();
-        Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
     }
 
     /// What every record has of its own.
@@ -219,10 +173,12 @@ impl Space {
         point.with(Parameter::LogFrequency, log).with(Parameter::LogDamping, 0.0)
     }
 
-    /// The same point with another dead time, and second-order dynamics damped so that the lag of both stays.
+    /// The same point with another dead time, and a single mode damped so that the lag of both stays.
     pub(crate) fn with_lag_kept(&self, point: &Point, dead_time: f64) -> Point {
         let point_there = point.with(Parameter::DeadTime, dead_time);
-        let Some(axis) = self.axis(Parameter::LogDamping) else { return point_there };
+        let Some(axis) = self.axis(Parameter::LogDamping).filter(|_| self.further_modes == 0) else {
+            return point_there;
+        };
         let w = core::f64::consts::TAU * point.get(Parameter::LogFrequency).exp();
         let change = 0.5 * w * (point.get(Parameter::DeadTime) - dead_time);
         let damping = point.get(Parameter::LogDamping).exp() + change;
@@ -238,6 +194,11 @@ impl Space {
     /// The order of the dynamics, if there are any.
     pub(crate) fn order(&self) -> Option<Order> {
         self.dynamics
+    }
+
+    /// How many modes there are.
+    pub(crate) fn modes(&self) -> usize {
+        if self.dynamics == Some(Order::Second) { 1 + self.further_modes } else { 0 }
     }
 
     /// How many amplitudes of creep are searched.
@@ -305,8 +266,14 @@ impl Space {
             Order::First => Dynamics::from(FirstOrder::new(frequency).expect(valid)),
             Order::Second => SecondOrder::new(frequency, point.get(Parameter::LogDamping).exp()).expect(valid).into(),
         });
+        let further = |number| Mode {
+            frequency: point.get(Parameter::ModeLogFrequency(number)).exp(),
+            damping: point.get(Parameter::ModeLogDamping(number)).exp(),
+            gain: point.get(Parameter::ModeGain(number)),
+        };
         LinearPart {
             dynamics,
+            further: (0..self.further_modes).map(further).collect(),
             amplitudes: self.creep.amplitudes(|number| point.get(Parameter::Creep(number))),
             time_constants: self.creep.time_constants.clone(),
             dead_time: point.get(Parameter::DeadTime),
@@ -318,7 +285,11 @@ impl Space {
     pub(crate) fn tangent(&self, point: &Point, columns: usize, weights: Option<&[f64]>) -> Tangent {
         let slope = |(parameter, neighbour, distance): (Parameter, Point, f64)| match parameter {
             Parameter::DeadTime => Slope::DeadTime,
-            Parameter::LogFrequency | Parameter::LogDamping => Slope::Dynamics(self.linear_part(&neighbour), distance),
+            Parameter::LogFrequency
+            | Parameter::LogDamping
+            | Parameter::ModeLogFrequency(_)
+            | Parameter::ModeLogDamping(_)
+            | Parameter::ModeGain(_) => Slope::Dynamics(self.linear_part(&neighbour), distance),
             Parameter::LogBandwidth => {
                 Slope::Amplifier(self.operators(&neighbour), self.linear_part(&neighbour), distance)
             }

@@ -15,7 +15,8 @@ use crate::fit::weight_basis::WeightBasis;
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
-    /// `dead_time`, `frequency`, `damping`, `creep[j]`, and `output_offset` of the first record.
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, and `output_offset` of the first record. Several modes have `frequency[k]`,
+    /// `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
     pub matrix: Vec<Vec<f64>>,
@@ -57,10 +58,20 @@ fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(St
         ("rc", Quantity::Rc),
         ("input_offset", Quantity::InputOffset),
         ("dead_time", Quantity::DeadTime),
-        ("frequency", Quantity::Frequency),
-        ("damping", Quantity::Damping),
     ];
     let single = single.into_iter().map(|(name, quantity)| (name.to_owned(), quantity));
+    let order: Vec<usize> = space.linear_part(&fit.point).in_order().into_iter().map(|(number, _)| number).collect();
+    let of_mode = |(place, number): (usize, &usize)| {
+        let named = [("frequency", Quantity::Frequency), ("damping", Quantity::Damping), ("gain", Quantity::Gain)]
+            as [(&str, fn(usize) -> Quantity); 3];
+        named.map(|(name, of)| (format!("{name}[{place}]"), of(*number)))
+    };
+    let one = [("frequency", Quantity::Frequency(0)), ("damping", Quantity::Damping(0))];
+    let dynamics: Vec<_> = if order.len() > 1 {
+        order.iter().enumerate().flat_map(of_mode).collect()
+    } else {
+        one.into_iter().map(|(name, quantity)| (name.to_owned(), quantity)).collect()
+    };
     let creep = (0..space.creep_amplitudes()).map(|j| (format!("creep[{j}]"), Quantity::Creep(j)));
-    (0..fit.weights.len()).map(weight).chain(single).chain(creep).collect()
+    (0..fit.weights.len()).map(weight).chain(single).chain(dynamics).chain(creep).collect()
 }

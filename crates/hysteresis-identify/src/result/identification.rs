@@ -1,7 +1,7 @@
 //! An identified model, and what it predicts.
 
 use faer::Mat;
-use hysteresis_control::linear::{Creep, Dynamics};
+use hysteresis_control::linear::{Creep, Dynamics, LinearDynamics, Modes};
 use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, Ratios};
 
@@ -29,9 +29,14 @@ pub struct Identification {
     pub model: Model,
     /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
     pub ratios: Ratios,
-    /// The linear dynamics behind it, if they were asked for, of unit static gain.
+    /// The linear dynamics behind it, if there are any, of unit static gain; none where there are several
+    /// [`modes`](Self::modes).
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub dynamics: Option<Dynamics>,
+    /// Several modes in parallel behind it, from the lowest frequency up; their gains sum to 1. None where there is one, which
+    /// the [`dynamics`](Self::dynamics) are.
+    #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::modes"))]
+    pub modes: Option<Modes>,
     /// The creep, if it was asked for.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]
     pub creep: Option<Creep>,
@@ -44,7 +49,8 @@ pub struct Identification {
     pub dead_time: Option<f64>,
     /// The same in samples; none for records of several sampling intervals.
     pub dead_time_samples: Option<f64>,
-    /// How much later slow motion is seen: the dead time and the lag of the dynamics (2 zeta / w, or the time constant)
+    /// How much later slow motion is seen: the dead time and the lag of the dynamics (2 zeta / w, or the time constant; of several
+    /// modes the sum, each times its gain)
     /// together, in seconds; in samples for records without a sampling interval. Records of slow motion tell it better than
     /// either.
     pub lag: f64,
@@ -120,6 +126,13 @@ impl Identification {
         check_finite("dt", if dt > 0.0 { &[] } else { &[f64::NAN] })?;
         let output_offset = self.output_offsets[0];
         Ok(self.chain.response(input, dt).into_iter().map(|y| output_offset + y).collect())
+    }
+
+    /// The linear dynamics behind the hysteresis, one mode or several or a lag; their dead time is 0.
+    #[must_use]
+    pub fn linear_dynamics(&self) -> LinearDynamics {
+        let one = || self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from);
+        self.modes.clone().map_or_else(one, LinearDynamics::from)
     }
 
     /// Of the first record, in seconds; 1, in samples, if none is known.

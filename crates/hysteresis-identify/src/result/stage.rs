@@ -1,6 +1,6 @@
 //! From an identification to a stage.
 
-use hysteresis_control::linear::{FirstOrder, LinearDynamics};
+use hysteresis_control::linear::FirstOrder;
 use hysteresis_control::stage::{self, Identified, Stage, StageParts, StageWarning};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
 
@@ -45,7 +45,7 @@ impl Identification {
         StageParts {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
-            dynamics: self.dynamics.map_or_else(LinearDynamics::none, LinearDynamics::from),
+            dynamics: self.linear_dynamics(),
             input_map: self.input_map(),
             output_map: self.output_map(),
             amplifier: self.amplifier(),

@@ -32,10 +32,13 @@ pub struct StandardErrors {
     pub input_offset: f64,
     /// Of the dead time, in seconds; in samples for records without a sampling interval.
     pub dead_time: f64,
-    /// Of the frequency in Hz.
+    /// Of the frequency in Hz: of several modes, that of the first.
     pub frequency: f64,
-    /// Of the damping ratio.
+    /// Of the damping ratio, likewise.
     pub damping: f64,
+    /// Of frequency, damping ratio and gain of every mode, if there are several.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub modes: Vec<[f64; 3]>,
     /// Of the lag of dynamics and dead time together, in the unit of the dead time.
     pub lag: f64,
     /// Of the amplitudes of creep: of gamma for log-type creep, of every c_j for other.
@@ -49,12 +52,13 @@ impl PartialEq for StandardErrors {
     fn eq(&self, other: &Self) -> bool {
         let bits = |errors: &Self| {
             let lists = errors.weights.iter().chain(&errors.weights_negative).chain(&errors.creep);
-            let lists = lists.chain(&errors.loop_shift);
+            let lists = lists.chain(&errors.loop_shift).chain(errors.modes.iter().flatten());
             let Self { input_offset, dead_time, frequency, damping, lag, .. } = errors;
             let single = [input_offset, dead_time, frequency, damping, lag];
             lists.chain(&errors.ratios).chain(single).map(|e| e.to_bits()).collect::<Vec<_>>()
         };
-        let lengths = |errors: &Self| [errors.weights.len(), errors.creep.len(), errors.loop_shift.len()];
+        let lengths =
+            |errors: &Self| [errors.weights.len(), errors.creep.len(), errors.loop_shift.len(), errors.modes.len()];
         lengths(self) == lengths(other) && bits(self) == bits(other)
     }
 }
@@ -67,6 +71,10 @@ impl StandardErrors {
         let weights: Vec<f64> = (0..fit.weights.len() - space.shift_len()).map(weight).collect();
         let amplitude = |j: usize| of(Quantity::Weight(weights.len() + j));
         let loop_shift = (0..space.shift_len()).map(amplitude).collect();
+        let order = space.linear_part(&fit.point).in_order();
+        let first = order.first().map_or(0, |(number, _)| *number);
+        let of_mode = |number| [Quantity::Frequency(number), Quantity::Damping(number), Quantity::Gain(number)].map(of);
+        let modes = order.iter().filter(|_| order.len() > 1).map(|(number, _)| of_mode(*number));
         let (above, below) = basis.families(&weights);
         Self {
             weights: above.to_vec(),
@@ -74,8 +82,9 @@ impl StandardErrors {
             ratios: [of(Quantity::Ra), of(Quantity::Rb), of(Quantity::Rc)],
             input_offset: of(Quantity::InputOffset),
             dead_time: of(Quantity::DeadTime),
-            frequency: of(Quantity::Frequency),
-            damping: of(Quantity::Damping),
+            frequency: of(Quantity::Frequency(first)),
+            damping: of(Quantity::Damping(first)),
+            modes: modes.collect(),
             lag: of(Quantity::Lag),
             creep: (0..space.creep_amplitudes()).map(|number| of(Quantity::Creep(number))).collect(),
             loop_shift,

@@ -1,5 +1,6 @@
-//! What cross-validation chose and what it said of the rest; amplifier and maps; what is left of a record.
+//! What cross-validation chose and what it said of the rest; modes, amplifier and maps; what is left of a record.
 
+use hysteresis_control::linear::Dynamics;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -13,6 +14,31 @@ use crate::stage::parts::points;
 
 #[pymethods]
 impl Identification {
+    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
+    /// sum to 1. Empty without such dynamics.
+    #[getter]
+    fn modes(&self) -> Vec<(f64, f64, f64)> {
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(modes), _) => {
+                let both = modes.modes().iter().zip(modes.gains());
+                both.map(|(mode, gain)| (mode.frequency(), mode.damping(), *gain)).collect()
+            }
+            (None, Some(Dynamics::SecondOrder(mode))) => vec![(mode.frequency(), mode.damping(), 1.0)],
+            (None, _) => Vec::new(),
+        }
+    }
+
+    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error.
+    #[getter]
+    fn modes_std(&self) -> Vec<(f64, f64, f64)> {
+        let errors = &self.found.standard_errors;
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(_), _) => errors.modes.iter().map(|of_mode| (*of_mode).into()).collect(),
+            (None, Some(Dynamics::SecondOrder(_))) => vec![(errors.frequency, errors.damping, 0.0)],
+            (None, _) => Vec::new(),
+        }
+    }
+
     /// The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found.
     #[getter]
     fn amplifier_bandwidth(&self) -> Option<f64> {

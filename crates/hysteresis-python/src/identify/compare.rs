@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::comparison::Comparison;
 use super::identify::report;
 use super::intervals::Intervals;
-use super::options::{creep_model, dynamics_model, law, loop_shift_model, placed, setting, smooth};
+use super::options::{creep_model, dynamics_model, law, loop_shift_model, modes_model, placed, setting, smooth};
 use super::records::{checked, signals, skips};
 use crate::convert::arguments::OrNone;
 use crate::convert::errors::{self, unexpected};
@@ -42,8 +42,8 @@ use crate::convert::errors::{self, unexpected};
 ///     Sampling interval in seconds. Without it there are no extensions, and times are in samples.
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
 ///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
-/// creep, loop_shift, dynamics
-///     As in `identify`, for the extensions. None leaves one out.
+/// creep, loop_shift, dynamics, modes
+///     As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// progress : callable, optional
@@ -76,10 +76,10 @@ use crate::convert::errors::{self, unexpected};
 /// 'needs a sampling interval'
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
-        dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None, skip=None,
+        dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None, skip=None,
         progress=None),
     text_signature = "(u, y=None, *, dt=None, operators=20, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
-        dynamics='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', skip=0, progress=None)")]
+        dynamics='auto', modes='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', skip=0, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn compare(
     py: Python<'_>,
@@ -92,6 +92,7 @@ pub(crate) fn compare(
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
     dynamics: OrNone<'_>,
+    modes: Option<&Bound<'_, PyAny>>,
     creep: OrNone<'_>,
     loop_shift: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
@@ -110,6 +111,7 @@ pub(crate) fn compare(
         weights: weights.map_or(Ok(default.weights), law)?,
         dt: intervals.common(),
         dynamics: dynamics.or(default.dynamics, dynamics_model)?,
+        modes: modes.map_or(Ok(default.modes), modes_model)?,
         creep: creep.or(default.creep, creep_model)?,
         loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
         thresholds: placed(thresholds, operators)?,

@@ -12,7 +12,7 @@ use super::left_out::LeftOutLoop;
 use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
-use crate::control::linear::part::dynamics;
+use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
@@ -68,10 +68,11 @@ result_methods!(Identification {
         self.found.stage().map(Stage).map_err(raise)
     }
 
-    /// The linear dynamics behind the hysteresis, FirstOrder or SecondOrder, of unit static gain, if there are any.
+    /// The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or Modes if
+    /// there are several.
     #[getter]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
-        self.found.dynamics.map(|found| dynamics(py, found)).transpose()
+        dynamics_object(py, &self.found.linear_dynamics())
     }
 
     /// The creep, if there is any.
@@ -201,13 +202,13 @@ result_methods!(Identification {
         self.found.standard_errors.lag
     }
 
-    /// Standard error of the frequency of the dynamics in Hz; 0 without any.
+    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any.
     #[getter]
     fn frequency_std(&self) -> f64 {
         self.found.standard_errors.frequency
     }
 
-    /// Standard error of the damping ratio; 0 for a lag and without dynamics.
+    /// Standard error of the damping ratio, of several modes that of the first; 0 for a lag and without dynamics.
     #[getter]
     fn damping_std(&self) -> f64 {
         self.found.standard_errors.damping
@@ -378,6 +379,10 @@ result_methods!(Identification {
             (None, Some(samples)) => format!("dead time {samples:.3} samples"),
             (None, None) => "several sampling intervals".to_owned(),
         };
-        format!("<Identification: {verdict}, {partial}{dead_time}, fit {}>", self.fit().__repr__())
+        let modes = self.found.modes.as_ref().map_or_else(String::new, |modes| {
+            let frequencies: Vec<_> = modes.modes().iter().map(|mode| format!("{:.1}", mode.frequency())).collect();
+            format!("modes at {} Hz, ", frequencies.join(", "))
+        });
+        format!("<Identification: {verdict}, {partial}{modes}{dead_time}, fit {}>", self.fit().__repr__())
     }
 });

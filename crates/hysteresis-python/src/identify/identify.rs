@@ -10,7 +10,8 @@ use pyo3::prelude::*;
 use super::identification::Identification;
 use super::intervals::Intervals;
 use super::options::{
-    amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, placed, setting, smooth,
+    amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, modes_model, placed, setting,
+    smooth,
 };
 use super::records::{self, HeldOut, at_times, signals, skips};
 use crate::convert::arguments::OrNone;
@@ -55,6 +56,10 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// dynamics : "auto", None, 2 or 1
 ///     Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
 ///     their frequency; a warning says if these do not tell those that were asked for. "auto" is 2 or None.
+/// modes : "auto", 1, 2 or 3
+///     How many modes in parallel the second-order dynamics have: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1), the gains
+///     g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A warning says if they
+///     tell fewer than were asked for.
 /// creep : "auto", None, "log", int or array
 ///     Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
 ///     None.
@@ -105,11 +110,11 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
-        dead_time=None, dynamics=OrNone::NotGiven, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
+        dead_time=None, dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
         amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
         skip=None, validate=None, progress=None, keep_partial=false),
     text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=20, weights='auto', ratios='fit', \
-        input_offset='fit', dead_time='fit', dynamics='auto', creep='auto', loop_shift='auto', amplifier='auto', \
+        input_offset='fit', dead_time='fit', dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', \
         input_map='auto', output_map='auto', thresholds=None, smoothness='auto', skip=0, validate=None, progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
@@ -125,6 +130,7 @@ pub(crate) fn identify(
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
     dynamics: OrNone<'_>,
+    modes: Option<&Bound<'_, PyAny>>,
     creep: OrNone<'_>,
     loop_shift: OrNone<'_>,
     amplifier: OrNone<'_>,
@@ -150,6 +156,7 @@ pub(crate) fn identify(
         weights: weights.map_or(Ok(default.weights), law)?,
         dt: intervals.common(),
         dynamics: dynamics.or(default.dynamics, dynamics_model)?,
+        modes: modes.map_or(Ok(default.modes), modes_model)?,
         creep: creep.or(default.creep, creep_model)?,
         loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
         amplifier: amplifier.or(default.amplifier, amplifier_model)?,

@@ -1,8 +1,8 @@
 //! What the arguments of `identify` may be.
 
 use hysteresis_identify::{
-    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, MapModel, ModelKind, Options, Order, Setting,
-    Thresholds, WeightLaw,
+    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, MapModel, ModelKind, ModesModel, Options, Order,
+    Setting, Thresholds, WeightLaw,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -116,6 +116,17 @@ pub(crate) fn dynamics_model(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<Dy
         None => Ok(DynamicsModel::None),
         Some(dynamics) if is_word(dynamics, "auto") => Ok(DynamicsModel::Auto),
         Some(dynamics) => order("dynamics", "None, \"auto\", 1 or 2", dynamics).map(DynamicsModel::Order),
+    }
+}
+
+/// How many modes: a number, or as the records tell.
+pub(crate) fn modes_model(modes: &Bound<'_, PyAny>) -> PyResult<ModesModel> {
+    if is_word(modes, "auto") {
+        return Ok(ModesModel::Auto);
+    }
+    match modes.extract::<usize>() {
+        Ok(number) => Ok(ModesModel::Number(number)),
+        Err(_) => Err(unexpected("modes", "\"auto\", 1, 2 or 3", modes)),
     }
 }
 

@@ -46,12 +46,10 @@ def _smoothness(
         raise click.BadParameter(message, context, option) from None
 
 
-def _dynamics(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> int | str | None:
-    """Read the order of the dynamics, or auto."""
+def _number(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
+    """Read a small number, or a word."""
     del context, option
-    return int(value) if value in ("1", "2") else value
+    return int(value) if value is not None and value.isdigit() else value
 
 
 def _creep(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
@@ -232,9 +230,16 @@ def _stretches(
     click.option(
         "--dynamics",
         type=click.Choice(["auto", "none", "1", "2"]),
-        callback=_dynamics,
+        callback=_number,
         help="Linear dynamics of this order. auto: second order, if the records tell them.  "
         "[default: auto]",
+    ),
+    click.option(
+        "--modes",
+        type=click.Choice(["auto", "1", "2", "3"]),
+        callback=_number,
+        help="Number of modes in parallel of second-order dynamics. auto: as many as the records "
+        "tell.  [default: auto]",
     ),
     click.option(
         "--creep",

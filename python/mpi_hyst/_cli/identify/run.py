@@ -114,8 +114,9 @@ def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "creep", "loop_shift", "amplifier"):
-        if request.fit.get(name, 0.0) not in (0.0, "auto", "none"):
+    for name in ("dead_time", "dynamics", "modes", "creep", "loop_shift", "amplifier"):
+        untimed = (1 if name == "modes" else 0.0, "auto", "none")
+        if request.fit.get(name, "auto") not in untimed:
             option = f"--{name.replace('_', '-')}"
             raise CommandError(
                 f"{_listed(request.data)}: {option} needs a time column (--time) or --rate"

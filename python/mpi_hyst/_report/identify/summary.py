@@ -114,13 +114,20 @@ def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, s
     if found.dynamics is None:
         asked = "dynamics" in task.given
         return [("dynamics", "none: a dead time fits as well")] if asked else []
-    frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
-    bandwidth = found.amplifier_bandwidth
-    amplifier = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
     if isinstance(found.dynamics, mh.plant.FirstOrder):
-        return [("bandwidth", frequency)]
-    damping = with_error(found.dynamics.damping, found.damping_std)
-    return [*amplifier, ("natural frequency", frequency), ("damping ratio", damping)]
+        return [("bandwidth", with_error(found.dynamics.frequency, found.frequency_std, "Hz"))]
+    bandwidth = found.amplifier_bandwidth
+    pairs = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
+    for number, (mode, std) in enumerate(zip(found.modes, found.modes_std, strict=True), start=1):
+        several = len(found.modes) > 1
+        of_mode = f", mode {number}" if several else ""
+        pairs += [
+            (f"natural frequency{of_mode}", with_error(mode[0], std[0], "Hz")),
+            (f"damping ratio{of_mode}", with_error(mode[1], std[1])),
+        ]
+        if several:
+            pairs.append((f"static gain{of_mode}", with_error(mode[2], std[2])))
+    return pairs
 
 
 def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:

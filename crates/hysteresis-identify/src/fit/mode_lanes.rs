@@ -1,0 +1,104 @@
+//! The modes beside the first, for many signals at once.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use super::linear_part::{SampledDynamics, SampledPart};
+
+/// Signals side by side, each through the same modes. See [`DynamicLanes`](super::lanes::DynamicLanes), which has the first mode
+/// and the inputs.
+#[derive(Clone, Debug)]
+pub(crate) struct ModeLanes {
+    lanes: usize,
+    /// With their shares in the static gain.
+    modes: Vec<(f64, SampledDynamics)>,
+    /// x - p and v at t_k of every lane, mode by mode, but for what decays with the input behind an amplifier.
+    deviation: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl ModeLanes {
+    pub(crate) fn new(part: &SampledPart, lanes: usize) -> Self {
+        let zeros = vec![0.0; part.further.len() * lanes];
+        Self { lanes, modes: part.further.clone(), deviation: zeros.clone(), v: zeros }
+    }
+
+    /// The modes with their shares in the static gain.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &(f64, SampledDynamics)> {
+        self.modes.iter()
+    }
+
+    /// Goes on by an interval in which `before` was held; from now on the distance is that from `p`.
+    #[inline(always)]
+    pub(crate) fn hold(&mut self, before: &[f64], p: &[f64]) {
+        let n = self.lanes;
+        for (number, (_, mode)) in self.modes.iter().enumerate() {
+            let (e, lanes) = (mode.step, number * n..(number + 1) * n);
+            let (deviation, v) = (&mut self.deviation[lanes.clone()], &mut self.v[lanes]);
+            let (before, p) = (&before[..n], &p[..n]);
+            for i in 0..n {
+                let moved = e.xx * deviation[i] + e.xv * v[i];
+                v[i] = e.vx * deviation[i] + e.vv * v[i];
+                deviation[i] = moved + (before[i] - p[i]);
+            }
+        }
+    }
+
+    /// The same behind an amplifier: the input went from `before` towards `ends`, from which it was `decaying` away, and goes
+    /// to `p` now.
+    #[inline(always)]
+    pub(crate) fn lead(&mut self, ends: &[f64], before: &[f64], decaying: &[f64], p: &[f64]) {
+        let n = self.lanes;
+        for (number, (_, mode)) in self.modes.iter().enumerate() {
+            let Some(amplifier) = &mode.amplifier else { continue };
+            let (e, [x, speed], lanes) = (mode.step, amplifier.start, number * n..(number + 1) * n);
+            let (deviation, v) = (&mut self.deviation[lanes.clone()], &mut self.v[lanes]);
+            let (ends, before, decaying, p) = (&ends[..n], &before[..n], &decaying[..n], &p[..n]);
+            for i in 0..n {
+                let end = before[i] + (p[i] - before[i]) * amplifier.reach;
+                let change = decaying[i] * amplifier.step - (before[i] - end);
+                let moved = e.xx * deviation[i] + e.xv * v[i];
+                v[i] = e.vx * deviation[i] + e.vv * v[i] + speed * change;
+                deviation[i] = moved + (ends[i] - end) + x * change;
+            }
+        }
+    }
+
+    /// Adds what does not decay with the input to the readings of the first lanes.
+    #[inline(always)]
+    pub(crate) fn add_to(&self, y: &mut [f64]) {
+        let n = y.len();
+        for (number, (gain, mode)) in self.modes.iter().enumerate() {
+            let (e, first) = (mode.reading, number * self.lanes);
+            let (deviation, v) = (&self.deviation[first..first + n], &self.v[first..first + n]);
+            for i in 0..n {
+                y[i] += gain * (e.xx * deviation[i] + e.xv * v[i]);
+            }
+        }
+    }
+
+    /// A reading of one lane with the same added to it.
+    pub(crate) fn added_to(&self, first: f64, lane: usize) -> f64 {
+        let add = |sum: f64, ((gain, mode), (deviation, v)): (&(f64, SampledDynamics), (f64, f64))| {
+            sum + gain * (mode.reading.xx * deviation + mode.reading.xv * v)
+        };
+        self.modes.iter().zip(self.states(lane)).fold(first, add)
+    }
+
+    /// A speed of one lane with those of the modes added to it, for an input that is so far from where it goes.
+    pub(crate) fn speed_added_to(&self, first: f64, lane: usize, left: f64) -> f64 {
+        let modes = self.modes.iter().zip(self.states(lane));
+        modes.fold(first, |sum, ((gain, mode), (deviation, v))| sum + gain * mode.speed(deviation, v, left))
+    }
+
+    /// x - p of every mode in the first lane, for an input that is so far from where it goes.
+    pub(crate) fn answers(&self, left: f64, answers: &mut [f64]) {
+        let modes = self.modes.iter().zip(self.states(0));
+        for (answer, ((_, mode), (deviation, v))) in answers.iter_mut().zip(modes) {
+            *answer = mode.answer(deviation, v, left);
+        }
+    }
+
+    /// (x - p, v) of every mode in a lane.
+    fn states(&self, lane: usize) -> impl Iterator<Item = (f64, f64)> {
+        (0..self.modes.len()).map(move |number| number * self.lanes + lane).map(|i| (self.deviation[i], self.v[i]))
+    }
+}

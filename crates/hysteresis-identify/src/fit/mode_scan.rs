@@ -1,0 +1,256 @@
+//! Where another mode may be: what each candidate explains of what a fit leaves.
+
+use std::ops::Range;
+
+use super::axes::{MAX_MODE_CYCLES, MAX_MODE_GAIN, MIN_MODE_CYCLES};
+use super::joint::JointFit;
+use super::lanes::{CreepLanes, DynamicLanes};
+use super::linear_part::{LinearPart, Mode, SampledPart};
+use super::point::Parameter;
+use super::response::{hysteresis, through};
+use crate::numeric::as_f64;
+use crate::record::Record;
+
+/// A mode with its best share in the static gain, and by how much it lowers the sum of squares to first order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) mode: Mode,
+    decrease: f64,
+}
+
+/// The dampings of the first look, and the ratios of its frequencies: neighbours overlap.
+const LOOK: [(f64, f64); 2] = [(0.02, 1.04), (0.1, 1.2)];
+
+/// How many of its maxima are looked at closely.
+const MAXIMA: usize = 3;
+
+/// A maximum of the first look explains at least this share of what is there.
+const SEEN: f64 = 0.3;
+
+/// The close look: frequencies to either side, their ratio, and dampings.
+const NEAR: i32 = 8;
+const NEAR_RATIO: f64 = 1.005;
+const DAMPINGS: [f64; 7] = [0.003, 0.007, 0.015, 0.03, 0.06, 0.12, 0.25];
+
+/// Modes whose frequencies are nearer than this are not told apart.
+const APART: f64 = 0.05;
+
+/// A column that has less than this share of itself apart from the others is one of them.
+const OF_ITS_OWN: f64 = 1e-6;
+
+/// The candidates that may lower the sum of squares by this much, the best first.
+pub(super) fn candidates(records: &[Record<'_>], near: &JointFit, worth: f64) -> Vec<Candidate> {
+    let scan = Scan::new(records, near);
+    let mut first = Vec::new();
+    for (damping, ratio) in LOOK {
+        first.extend(scan.maxima(&scan.frequencies(ratio).map(|frequency| (frequency, damping)).collect::<Vec<_>>()));
+    }
+    let mut best: Vec<Candidate> = Vec::new();
+    for one in apart(first, SEEN * worth) {
+        let around = |step| one.mode.frequency * NEAR_RATIO.powi(step);
+        let grid = (-NEAR..=NEAR).flat_map(|step| DAMPINGS.map(|damping| (around(step), damping)));
+        best.extend(
+            scan.explained(&grid.collect::<Vec<_>>()).into_iter().max_by(|a, b| a.decrease.total_cmp(&b.decrease)),
+        );
+    }
+    apart(best, worth)
+}
+
+/// Those of at least this worth, the best first, each apart from the better ones.
+fn apart(mut all: Vec<Candidate>, worth: f64) -> Vec<Candidate> {
+    all.sort_by(|a, b| b.decrease.total_cmp(&a.decrease));
+    let mut kept: Vec<Candidate> = Vec::new();
+    for one in all {
+        let is_near = |better: &Candidate| are_near(better.mode.frequency, one.mode.frequency);
+        if one.decrease >= worth && kept.len() < MAXIMA && !kept.iter().any(is_near) {
+            kept.push(one);
+        }
+    }
+    kept
+}
+
+pub(super) fn are_near(one: f64, other: f64) -> bool {
+    (one / other).ln().abs() < APART
+}
+
+/// What a fit leaves and what its other parameters might make of that.
+struct Scan {
+    signals: Vec<Signals>,
+    /// The linear part of the fit, with its first mode alone.
+    first: LinearPart,
+    modes: Vec<Mode>,
+    /// The frequencies to look at.
+    range: (f64, f64),
+    /// The residual at the rows of all records, one after the other.
+    residual: Vec<f64>,
+    /// The derivatives by the parameters of the linear part, orthonormal, at the same rows.
+    columns: Vec<Vec<f64>>,
+}
+
+struct Signals {
+    dt: f64,
+    /// Behind the creep.
+    input: Vec<f64>,
+    /// The samples that are rows, and where the rows are among those of all records.
+    samples: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Scan {
+    fn new(records: &[Record<'_>], near: &JointFit) -> Self {
+        let (space, fit) = (&near.space, &near.fit);
+        let (part, chain) = (space.linear_part(&fit.point), near.chain(1.0));
+        let (mut signals, mut residual) = (Vec::<Signals>::new(), Vec::new());
+        for (place, record) in records.iter().enumerate() {
+            let dt = space.intervals().of_record(place);
+            let output = hysteresis(&chain.operators, &fit.weights, record.input(), 0.0, dt);
+            let mut creep = CreepLanes::new(&SampledPart::new(&part, dt), 1);
+            let input = output.iter().map(|h| creep.put_out(&[*h])[0]).collect();
+            let end = record.input().len().saturating_sub(space.unread_samples()).max(record.skip() + 1);
+            let (samples, first) = (record.skip()..end, residual.len());
+            let predicted = chain.response_in(place, record.input(), dt);
+            residual.extend(samples.clone().map(|k| record.output()[k] - predicted[k]));
+            signals.push(Signals { dt, input, samples, rows: first..residual.len() });
+        }
+        let intervals = space.intervals();
+        let range = (MIN_MODE_CYCLES / intervals.longest_record(), MAX_MODE_CYCLES / intervals.smallest());
+        let modes = part.modes();
+        let first = LinearPart { further: Vec::new(), amplitudes: Vec::new(), time_constants: Vec::new(), ..part };
+        let mut scan = Self { signals, first, modes, range, residual, columns: Vec::new() };
+        let residual = std::mem::take(&mut scan.residual);
+        scan.residual = scan.centred(residual);
+        scan.take_columns(near);
+        scan
+    }
+
+    /// What the parameters of the linear part and the gain of the hysteresis change to first order.
+    fn take_columns(&mut self, near: &JointFit) {
+        let behind_creep = |part: LinearPart| LinearPart { amplitudes: Vec::new(), time_constants: Vec::new(), ..part };
+        let here = self.answers(&behind_creep(near.space.linear_part(&near.fit.point)));
+        let mut columns = vec![here.clone()];
+        for (parameter, neighbour, distance) in near.space.neighbours(&near.fit.point) {
+            use Parameter::{DeadTime, LogDamping, LogFrequency};
+            if matches!(parameter, DeadTime | LogDamping | LogFrequency) || parameter.is_of_further_mode() {
+                let there = self.answers(&behind_creep(near.space.linear_part(&neighbour)));
+                columns.push(there.iter().zip(&here).map(|(there, here)| (there - here) / distance).collect());
+            }
+        }
+        for column in columns {
+            let mut column = self.centred(column);
+            let size = dot(&column, &column);
+            for other in &self.columns {
+                let share = dot(&column, other);
+                column.iter_mut().zip(other).for_each(|(value, other)| *value -= share * other);
+            }
+            let left = dot(&column, &column);
+            if left > OF_ITS_OWN * size {
+                column.iter_mut().for_each(|value| *value /= left.sqrt());
+                self.columns.push(column);
+            }
+        }
+    }
+
+    /// The answers of a linear part at the rows of all records.
+    fn answers(&self, part: &LinearPart) -> Vec<f64> {
+        let of_record = |signals: &Signals| through(part, &signals.input, signals.dt)[signals.samples.clone()].to_vec();
+        self.signals.iter().flat_map(of_record).collect()
+    }
+
+    /// The same without its mean over every record, which an output offset has.
+    fn centred(&self, mut column: Vec<f64>) -> Vec<f64> {
+        for signals in &self.signals {
+            let rows = &mut column[signals.rows.clone()];
+            let mean = rows.iter().sum::<f64>() / as_f64(rows.len());
+            rows.iter_mut().for_each(|value| *value -= mean);
+        }
+        column
+    }
+
+    fn frequencies(&self, ratio: f64) -> impl Iterator<Item = f64> {
+        let (lowest, highest) = self.range;
+        std::iter::successors(Some(highest), move |frequency| Some(frequency / ratio)).take_while(move |f| *f > lowest)
+    }
+
+    /// The candidates that explain more than their neighbours in this list.
+    fn maxima(&self, grid: &[(f64, f64)]) -> Vec<Candidate> {
+        let all = self.explained(grid);
+        let decrease = |place: Option<usize>| place.and_then(|i| all.get(i)).map_or(0.0, |one| one.decrease);
+        let is_maximum = |i: &usize| decrease(Some(*i)) >= decrease(i.checked_sub(1)).max(decrease(Some(i + 1)));
+        (0..all.len()).filter(is_maximum).map(|i| all[i]).collect()
+    }
+
+    /// What modes of these frequencies and dampings explain.
+    fn explained(&self, grid: &[(f64, f64)]) -> Vec<Candidate> {
+        let candidate =
+            |(frequency, damping): &(f64, f64)| Mode { frequency: *frequency, damping: *damping, gain: 0.0 };
+        let modes: Vec<Mode> = grid.iter().map(candidate).collect();
+        let Products { squares, with_residual, with_columns } = self.products(&modes);
+        let explained = |(i, mode): (usize, Mode)| {
+            let own = squares[i] - with_columns.iter().map(|product| product[i].powi(2)).sum::<f64>();
+            let is_known = self.modes.iter().any(|one| are_near(one.frequency, mode.frequency));
+            if is_known || own <= OF_ITS_OWN * squares[i] {
+                return Candidate { mode, decrease: 0.0 };
+            }
+            let gain = (with_residual[i] / own).clamp(-MAX_MODE_GAIN, MAX_MODE_GAIN);
+            Candidate { mode: Mode { gain, ..mode }, decrease: gain * (2.0 * with_residual[i] - gain * own) }
+        };
+        modes.into_iter().enumerate().map(explained).collect()
+    }
+
+    /// The products of what the modes change, with itself, the residual and the columns.
+    fn products(&self, modes: &[Mode]) -> Products {
+        let n = modes.len();
+        let part = LinearPart { further: modes.to_vec(), ..self.first.clone() };
+        let mut products = Products::zero(n, self.columns.len());
+        let mut differences = vec![0.0; n];
+        for signals in &self.signals {
+            let sampled = SampledPart::new(&part, signals.dt);
+            let (mut lane, mut taken, mut sums) = (DynamicLanes::new(&sampled, 1), 0, vec![0.0; n]);
+            for (sample, row) in signals.samples.clone().zip(signals.rows.clone()) {
+                // Before the record the modes are at rest; behind its end the last sample is held.
+                let Some(source) = sampled.source(sample) else { continue };
+                while taken <= source {
+                    lane.put_out(&signals.input[taken.min(signals.input.len() - 1)..][..1]);
+                    taken += 1;
+                }
+                lane.beside_first(&mut differences);
+                sums.iter_mut().zip(&differences).for_each(|(sum, difference)| *sum += difference);
+                products.add(&differences, self.residual[row], self.columns.iter().map(|column| column[row]));
+            }
+            products.centre(&sums, as_f64(signals.rows.len()));
+        }
+        products
+    }
+}
+
+/// Products of signals, one for each mode.
+struct Products {
+    squares: Vec<f64>,
+    with_residual: Vec<f64>,
+    with_columns: Vec<Vec<f64>>,
+}
+
+impl Products {
+    fn zero(modes: usize, columns: usize) -> Self {
+        let zero = vec![0.0; modes];
+        Self { squares: zero.clone(), with_residual: zero.clone(), with_columns: vec![zero; columns] }
+    }
+
+    /// Adds those of a row.
+    fn add(&mut self, signals: &[f64], residual: f64, columns: impl Iterator<Item = f64>) {
+        self.squares.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * x);
+        self.with_residual.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * residual);
+        for (sums, column) in self.with_columns.iter_mut().zip(columns) {
+            sums.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * column);
+        }
+    }
+
+    /// Takes the means of the signals out, of which a record has these sums over its rows; residual and columns have none.
+    fn centre(&mut self, sums: &[f64], rows: f64) {
+        self.squares.iter_mut().zip(sums).for_each(|(square, sum)| *square -= sum * sum / rows);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
