@@ -19,7 +19,7 @@ const MIN_EVIDENCE: f64 = 4.0;
 const SAME_EVIDENCE: f64 = 4.0;
 
 /// What the records tell of the linear part.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct LinearEvidence {
     /// The standard error of a dead time that was searched beside dynamics, in samples.
     pub(crate) dead_time_error: Option<f64>,
