@@ -946,6 +946,9 @@ class Identification:
     def smoothness(self) -> float:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
     @property
+    def left_out_samples(self) -> list[list[int]]:
+        """..."""
+    @property
     def terms_validation(self) -> list[tuple[int, str, float]]:
         """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
         best of every kind, the simplest first; empty if there was nothing to choose.
@@ -1809,6 +1812,7 @@ def identify(
     output_map: Literal["auto", "smooth"] | None = "auto",
     thresholds: Literal["uniform", "quantiles", "geometric"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
+    loss: Literal["auto", "squares", "robust"] = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     validate: _HeldOut | Sequence[_HeldOut] | float | str | Sequence[_Samples] | None = None,
     progress: Callable[[float, float], object] | None = None,
@@ -1989,6 +1993,9 @@ class Comparison:
         """Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
         None. It is in all models alike, and no extension.
         """
+    @property
+    def left_out_samples(self) -> list[list[int]]:
+        """..."""
     def table(self, unit: str = "") -> str:
         """All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
 
@@ -2012,6 +2019,7 @@ def compare(
     loop_shift: Literal["auto"] | float | None = "auto",
     thresholds: Literal["uniform", "quantiles", "geometric"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
+    loss: Literal["auto", "squares", "robust"] = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     progress: Callable[[float, float], object] | None = None,
 ) -> Comparison:

@@ -198,7 +198,10 @@ impl fmt::Display for Error {
             ),
             Self::LinearPart => write!(f, "dynamics: expected neither dynamics nor creep for many actuators at once"),
             Self::RobustMany => {
-                write!(f, "loss: expected auto or squares for many actuators at once, where no glitches are looked for, got robust")
+                write!(
+                    f,
+                    "loss: expected auto or squares for many actuators at once, where no glitches are looked for, got robust"
+                )
             }
             Self::TooFewLoops { got } => {
                 write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")

@@ -1,9 +1,10 @@
 //! Glitches: single wrong samples of the position and short runs of them, told from errors of the model.
 //!
-//! A sample is far if its residual is further from the median of those about it than so many standard deviations of the
-//! residual, than so many of those before it or behind it, which may lie where dynamics ring that the model lacks, and than so many of those
-//! before which the drive moved alike: after a jump of the drive a model may be far off as a matter of course. Far samples that are near to each other are a glitch if there are few of them and the residual
-//! jumps where they begin and where they end: what a model misses comes and goes smoothly, or lasts.
+//! A sample is far if its residual is further from the median of those about it than so many standard deviations: of the whole
+//! residual; of the samples before it or behind it, where dynamics may ring that the model lacks; and of those before which the
+//! drive turned or jumped alike, where a model may be far off as a matter of course. Far samples that are near to each other are
+//! a glitch if there are few of them and the residual jumps where they begin and where they end: what a model misses comes and
+//! goes smoothly, or lasts.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -16,7 +17,8 @@ use crate::signal;
 /// Samples on either side whose median tells a glitch from the residual: more than the longest glitch in all.
 const AROUND: usize = 25;
 
-/// Samples on one side whose distances tell whether a model is far off there: dynamics ring on, glitches are in less than half of them.
+/// Samples on one side whose distances tell whether a model is far off there: dynamics ring on, and less than half of so many
+/// are glitches.
 const NEARBY: usize = 50;
 
 /// Far samples with at most so many others between them are one glitch.
@@ -37,17 +39,18 @@ const DEVIATIONS_OF_MOST: f64 = 1.645;
 /// The median distance of normal noise is one standard deviation over this.
 const DEVIATIONS_OF_HALF: f64 = 1.4826;
 
-/// Motions are alike within a factor of two, down to this power of two below the range of the drive.
+/// Turns are alike within a factor of two, down to this power of two below the range of the drive.
 const POWERS: usize = 12;
 
-/// The samples about so many motions tell what is usual after such a motion.
-const MOTIONS: usize = 2;
+/// The samples about so many turns tell what is usual after such a turn.
+const TURNS: usize = 2;
 
-/// A motion of the drive counts for so many samples and the lag of the model.
-const AFTER_MOTION: usize = 3;
+/// A turn of the drive counts for so many samples and the lag of the model: those in which a wrong dead time shows, and those in
+/// which damped dynamics do.
+const AFTER_TURN: [usize; 2] = [3, 12];
 
-/// Samples before a motion that its error may reach.
-const BEFORE_MOTION: usize = 1;
+/// Samples before a turn that its error may reach.
+const BEFORE_TURN: usize = 1;
 
 /// Below this share of the range of the prediction a deviation is rounding.
 const ROUNDING: f64 = 1e-5;
@@ -71,17 +74,21 @@ pub(crate) fn glitches(record: &Record<'_>, chain: &Chain, place: usize, offset:
     let is_kept = is_kept(record);
     let levels = medians(&residual, &is_kept, AROUND, AROUND);
     let distances: Vec<f64> = residual.iter().zip(&levels).map(|(e, level)| (e - level).abs()).collect();
-    let alike = Motions::new(record, chain.linear.lag() / dt).deviations(&distances, &is_kept);
+    let [shortly, later] =
+        AFTER_TURN.map(|after| Turns::new(record, chain.linear.lag() / dt, after).deviations(&distances, &is_kept));
     let [before, after] = [(NEARBY, 0), (0, NEARBY)].map(|(p, q)| medians(&distances, &is_kept, p, q));
     let last = distances.len() - 1;
     let nearby = |k: usize| {
         // Near an end there is one side only.
         let [before, after] = [(k >= NEARBY, before[k]), (k + NEARBY <= last, after[k])];
-        [before, after].into_iter().filter(|(is_whole, _)| *is_whole).fold(0.0, |most: f64, (_, median)| most.max(median))
+        [before, after]
+            .into_iter()
+            .filter(|(is_whole, _)| *is_whole)
+            .fold(0.0, |most: f64, (_, median)| most.max(median))
     };
     let is_far = |k: &usize| {
-        // No motion explains more than the range of what is predicted.
-        let unusual = (limit * alike[*k]).min(high - low);
+        // No turn explains more than the range of what is predicted.
+        let unusual = (limit * shortly[*k].max(later[*k])).min(high - low);
         distances[*k] > unusual.max(limit * usual).max(limit * DEVIATIONS_OF_HALF * nearby(*k))
     };
     let far: Vec<usize> = (0..distances.len()).filter(is_far).collect();
@@ -89,7 +96,7 @@ pub(crate) fn glitches(record: &Record<'_>, chain: &Chain, place: usize, offset:
     for run in together(&far).into_iter().filter(|run| is_abrupt(&residual, &levels, &distances, &far[run.clone()])) {
         far[run].iter().for_each(|k| wrong[*k] = true);
     }
-    // A glitch that lasts into a motion is one there as well.
+    // A glitch that lasts into a turn is one there as well.
     for k in 1..wrong.len() {
         wrong[k] |= wrong[k - 1] && distances[k] > limit * usual;
     }
@@ -150,27 +157,34 @@ fn is_abrupt(residual: &[f64], levels: &[f64], distances: &[f64], far: &[usize])
     last - first < LONGEST && begins && ends
 }
 
-/// How fast the drive moved shortly before every sample, in powers of two below its range.
-struct Motions {
+/// How far the drive left a straight line shortly before every sample, in powers of two below its range: where it turns round, and
+/// where it jumps.
+struct Turns {
     powers: Vec<usize>,
     enough: usize,
 }
 
-impl Motions {
-    fn new(record: &Record<'_>, lag: f64) -> Self {
+impl Turns {
+    fn new(record: &Record<'_>, lag: f64, after: usize) -> Self {
         let (low, high) = record.input_bounds();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of samples")]
-        let before = AFTER_MOTION + lag.max(0.0).ceil() as usize;
+        let before = after + lag.max(0.0).ceil() as usize;
         let input = record.input();
-        let steps: Vec<f64> = (0..input.len()).map(|k| (input[k] - input[k.saturating_sub(1)]).abs()).collect();
-        let fastest = highest_about(&steps, before, BEFORE_MOTION);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the number of powers")]
-        let power = |step: &f64| -((step / (high - low)).log2().clamp(-as_f64(POWERS), 0.0).floor()) as usize;
-        let powers = fastest[record.skip()..].iter().map(power).collect();
-        Self { powers, enough: MOTIONS * (before + 1 + BEFORE_MOTION) }
+        let at = |k: usize| input[k.min(input.len() - 1)];
+        let bend = |k: usize| (at(k + 1) - 2.0 * at(k) + at(k.saturating_sub(1))).abs();
+        let bends: Vec<f64> = (0..input.len()).map(bend).collect();
+        let most = highest_about(&bends, before, BEFORE_TURN);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and the number of powers"
+        )]
+        let power = |bend: &f64| -((bend / (high - low)).log2().clamp(-as_f64(POWERS), 0.0).floor()) as usize;
+        let powers = most[record.skip()..].iter().map(power).collect();
+        Self { powers, enough: TURNS * (before + 1 + BEFORE_TURN) }
     }
 
-    /// The deviation of all samples with a motion alike or next to it, for every sample; infinite where these are too few.
+    /// The deviation of all samples with a turn alike or next to it, for every sample; infinite where these are too few.
     fn deviations(&self, distances: &[f64], is_kept: &[bool]) -> Vec<f64> {
         let mut of_power: Vec<Vec<f64>> = vec![Vec::new(); POWERS + 3];
         let kept = self.powers.iter().zip(distances).zip(is_kept).filter(|(_, is_kept)| **is_kept);

@@ -8,7 +8,7 @@ use common::{Behind, decaying_triangle, noise, run, stage_output};
 use hysteresis_control::linear::{Creep, SecondOrder};
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, FindingCode, Identification, Loss, LoopShiftModel, MapModel, ModelKind, Options, Order,
+    CreepModel, DynamicsModel, FindingCode, Identification, LoopShiftModel, Loss, MapModel, ModelKind, Options, Order,
     Record, Setting, Thresholds, Verdict, WeightLaw,
 };
 
@@ -157,7 +157,6 @@ fn glitched(output: &[f64], kind: Kind, share: f64, seed: u64) -> (Vec<f64>, Vec
     (spoilt, places)
 }
 
-
 #[test]
 fn glitches_cost_no_accuracy() {
     for (place, bench) in benches().iter().enumerate() {
@@ -239,12 +238,13 @@ fn assert_same(auto: &Identification, squares: &Identification) {
 #[test]
 fn errors_of_the_model_stay_in_the_fit() {
     let benches = benches();
-    let assert_kept = |case: &str, bench: &Bench, drive: &[f64], output: &[f64], change: &dyn Fn(Options) -> Options| {
-        let fit = |loss| run(&[Record::new(drive, output, 0).unwrap()], &change(bench.options(loss))).unwrap();
-        let [auto, squares] = [Loss::Auto, Loss::Squares].map(fit);
-        assert!(auto.left_out_samples[0].is_empty(), "{case}: {:?}", auto.left_out_samples);
-        assert_same(&auto, &squares);
-    };
+    let assert_kept =
+        |case: &str, bench: &Bench, drive: &[f64], output: &[f64], change: &dyn Fn(Options) -> Options| {
+            let fit = |loss| run(&[Record::new(drive, output, 0).unwrap()], &change(bench.options(loss))).unwrap();
+            let [auto, squares] = [Loss::Auto, Loss::Squares].map(fit);
+            assert!(auto.left_out_samples[0].is_empty(), "{case}: {:?}", auto.left_out_samples);
+            assert_same(&auto, &squares);
+        };
     let alone = |options: Options| Options { dynamics: DynamicsModel::None, creep: CreepModel::None, ..options };
     for bench in &benches {
         let drive = bench.drive();

@@ -44,7 +44,8 @@ pub(super) fn left_out(record: &Record<'_>) -> Finding {
         named(&stretches(samples, 0))
     );
     let finding = Finding::new(FindingCode::Outliers, value, LIMIT, message);
-    let finding = finding.try_next("look at these samples and at the sensor, its cable and its power; record again".into());
+    let finding =
+        finding.try_next("look at these samples and at the sensor, its cable and its power; record again".into());
     samples.iter().take(1).fold(finding, |finding, first| finding.at(*first))
 }
 

@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 use super::identification::Identification;
 use super::intervals::Intervals;
 use super::options::{
-    self as wanted,
-    amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, placed, setting, smooth,
+    self as wanted, amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, placed,
+    setting, smooth,
 };
 use super::records::{self, HeldOut, at_times, signals, skips};
 use crate::convert::arguments::OrNone;
