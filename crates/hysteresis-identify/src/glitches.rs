@@ -47,7 +47,7 @@ const TURNS: usize = 2;
 
 /// A turn of the drive counts for so many samples and the lag of the model: those in which a wrong dead time shows, and those in
 /// which damped dynamics do.
-const AFTER_TURN: [usize; 2] = [3, 12];
+const AFTER_TURN: [usize; 2] = [3, 25];
 
 /// Samples before a turn that its error may reach.
 const BEFORE_TURN: usize = 1;
