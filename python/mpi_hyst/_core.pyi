@@ -956,6 +956,9 @@ class Identification:
     def smoothness(self) -> float:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
     @property
+    def left_out_samples(self) -> list[list[int]]:
+        """..."""
+    @property
     def terms_validation(self) -> list[tuple[int, str, float]]:
         """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
         best of every kind, the simplest first; empty if there was nothing to choose.
@@ -1818,8 +1821,9 @@ def identify(
     amplifier: Literal["auto"] | float | None = "auto",
     input_map: Literal["auto", "smooth"] | None = "auto",
     output_map: Literal["auto", "smooth"] | None = "auto",
-    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    thresholds: Literal["uniform", "quantiles", "geometric"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
+    loss: Literal["auto", "squares", "robust"] = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     validate: _HeldOut | Sequence[_HeldOut] | float | str | Sequence[_Samples] | None = None,
     progress: Callable[[float, float], object] | None = None,
@@ -2004,6 +2008,9 @@ class Comparison:
         """Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
         None. It is in all models alike, and no extension.
         """
+    @property
+    def left_out_samples(self) -> list[list[int]]:
+        """..."""
     def table(self, unit: str = "") -> str:
         """All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
 
@@ -2026,8 +2033,9 @@ def compare(
     modes: Literal["auto", 1, 2, 3] = "auto",
     creep: Literal["auto", "log"] | int | ArrayLike | None = "auto",
     loop_shift: Literal["auto"] | float | None = "auto",
-    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    thresholds: Literal["uniform", "quantiles", "geometric"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
+    loss: Literal["auto", "squares", "robust"] = "auto",
     skip: _Samples | Sequence[_Samples] = 0,
     progress: Callable[[float, float], object] | None = None,
 ) -> Comparison:
@@ -3281,7 +3289,7 @@ def identify_many(
     ratios: Literal["fit"] | tuple[float, float, float] = "fit",
     input_offset: Literal["fit"] | float = "fit",
     dead_time: Literal["fit"] | float = "fit",
-    thresholds: Literal["uniform", "quantiles"] | ArrayLike | None = None,
+    thresholds: Literal["uniform", "quantiles", "geometric"] | ArrayLike | None = None,
     smoothness: Literal["auto"] | float = "auto",
     skip: _Samples = 0,
     threads: int = 1,

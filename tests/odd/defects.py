@@ -45,17 +45,17 @@ def of(bench: Bench) -> Record:
 
 EVERY = np.arange(50, SIZE, 90)
 GLITCHES = [
-    hinted("one glitch of a million", put([700], 1e6), "outliers", "--leave-out 700:701"),
-    hinted("a glitch of one range", put([300], 2.0 * SPAN), "outliers", "--leave-out 300:301"),
-    hinted("twelve samples of zero", put(list(range(100, 1300, 100)), 0.0), "outliers"),
-    hinted("a burst at the rail", put(slice(700, 706), 99.0), "--leave-out 700:706"),
+    same("one glitch of a million", STACK, put([700], 1e6)),
+    same("a glitch of one range", STACK, put([300], 2.0 * SPAN)),
+    same("twelve samples of zero", STACK, put(list(range(100, 1300, 100)), 0.0)),
+    same("a burst at the rail", STACK, put(slice(700, 706), 99.0)),
     hinted("a long burst", put(slice(900, 940), RECORD.y[900:940] + 0.6 * SPAN), "bad_stretch"),
-    hinted("two bursts", put(np.r_[400:410, 1200:1230], -SPAN), "--leave-out 400:410"),
+    hinted("two bursts", put(np.r_[400:410, 1200:1240], -SPAN), "--leave-out 1200:1240"),
     same("small glitches", STACK, put(EVERY, RECORD.y[EVERY] + 0.02 * SPAN)),
     hinted("one glitch of the drive", put([300], 1e4, "u"), "input_outliers", "--mend 300:301"),
     hinted("the drive drops to zero", put([444, 1333], 0.0, "u"), "input_outliers"),
     hinted("a burst of the drive", put(slice(800, 804), -150.0, "u"), "--mend 800:804"),
-    hinted("a glitch of a magnet", put([610], 9e9, "y", of(MAGNET)), "outliers", bench=MAGNET),
+    same("a glitch of a magnet", MAGNET, put([610], 9e9, "y", of(MAGNET))),
 ]
 STUCK = [
     hinted("a frozen sensor", frozen(640, 760), "stuck_output", "--leave-out 640:"),

@@ -39,6 +39,17 @@ pub enum RecordError {
         /// The samples to skip.
         got: usize,
     },
+    /// A sample that is left out is none of those behind the one before.
+    LeftOut {
+        /// Its place among those that are left out.
+        place: usize,
+        /// The first sample that is not skipped.
+        first: usize,
+        /// The last sample of the record.
+        last: usize,
+        /// The sample.
+        got: usize,
+    },
     /// All fitted samples of a signal are equal.
     Constant {
         /// The name of the argument.
@@ -65,6 +76,7 @@ impl RecordError {
                 argument
             }
             Self::Skip { .. } => "skip",
+            Self::LeftOut { .. } => "left_out",
         }
     }
 }
@@ -80,6 +92,9 @@ impl fmt::Display for RecordError {
             }
             Self::Skip { samples, got } => {
                 write!(f, "skip: expected fewer than the {samples} samples of the record, got {got}")
+            }
+            Self::LeftOut { place, first, last, got } => {
+                write!(f, "left_out[{place}]: expected samples in increasing order from {first} to {last}, got {got}")
             }
             Self::Constant { argument, value } => {
                 write!(f, "{argument}: expected fitted samples that vary, got {value:?} throughout")
@@ -128,6 +143,8 @@ pub enum Error {
     },
     /// Many actuators at once have hysteresis and a dead time only: neither dynamics nor creep.
     LinearPart,
+    /// Nobody looks for glitches in the records of many actuators at once.
+    RobustMany,
     /// To leave one loop out takes two.
     TooFewLoops {
         /// The loops of all records together.
@@ -155,6 +172,7 @@ impl Error {
             Self::SplitConventional => Some("weights"),
             Self::NoInterval { .. } => Some("dt"),
             Self::LinearPart => Some("dynamics"),
+            Self::RobustMany => Some("loss"),
             Self::Core(error) => error.parameter(),
             Self::Interrupted => None,
         }
@@ -179,6 +197,12 @@ impl fmt::Display for Error {
                  and records are all in seconds or all in samples"
             ),
             Self::LinearPart => write!(f, "dynamics: expected neither dynamics nor creep for many actuators at once"),
+            Self::RobustMany => {
+                write!(
+                    f,
+                    "loss: expected auto or squares for many actuators at once, where no glitches are looked for, got robust"
+                )
+            }
             Self::TooFewLoops { got } => {
                 write!(f, "records: expected at least two loops, from one maximum of the input to the next, got {got}")
             }

@@ -29,7 +29,8 @@ use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::result::spread::Spread;
 use crate::result::standard_errors::StandardErrors;
-use crate::search::{Found, search_all, search_hysteresis};
+use crate::robust::{leaving_out, search_without_glitches};
+use crate::search::{Found, search_hysteresis};
 use crate::turned_sign::{judged, turned_positions, with_positions};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
@@ -78,7 +79,8 @@ pub fn identify(
     Space::new(records, options)?;
     let asked = options.resolved(records)?;
     let mut monitor = SearchMonitor::new(progress);
-    let found = search_all(records, &asked, &mut monitor)?;
+    let (found, left_out) = search_without_glitches(records, &asked, &mut monitor)?;
+    let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, found, monitor.evaluations())?;
     judge_sign(records, options, found, &mut monitor)
 }
@@ -104,10 +106,9 @@ fn judge_sign(
 }
 
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
+    let chain = found.fit.chain(found.interval(records));
     let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, partial } = found;
     let rows = found.rows(records);
-    let first_dt = records.iter().find_map(Record::dt);
-    let chain = found.chain(options.dt.or(first_dt).unwrap_or(1.0));
     let JointFit { space, fit, linearised } = found;
     let white = Root::of(&fit, &linearised, &space, rows);
     let root = ColouredFit { records, space: &space, basis: &basis, fit: &fit, chain: &chain }
@@ -150,6 +151,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         position_range: range(records.iter().map(Record::output_bounds)),
         fit: Quality::pooled(&record_fits),
         record_fits,
+        left_out_samples: records.iter().map(|record| record.left_out().to_vec()).collect(),
         noise: root.deviation,
         kkt_residual: fit.kkt_residual,
         covariance: Covariance::new(&fit, &root, &basis, &space),
@@ -229,7 +231,7 @@ fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<
 
 fn quality(record: &Record<'_>, response: &[f64], output_offset: f64) -> Quality {
     let predicted: Vec<f64> = response.iter().map(|y| output_offset + y).collect();
-    let fitted = record.skip()..;
-    let (measured, predicted) = (&record.output()[fitted.clone()], &predicted[fitted.clone()]);
-    Quality::of(measured, predicted, record.output_range()).with_loops(&record.input()[fitted], measured, predicted)
+    let [input, measured, predicted] =
+        [record.input(), record.output(), &predicted].map(|signal| record.fitted_of(signal));
+    Quality::of(&measured, &predicted, record.output_range()).with_loops(&input, &measured, &predicted)
 }

@@ -24,7 +24,7 @@ const MOST_LEFT_BY_MODE: f64 = 0.81;
 const SAME_EVIDENCE: f64 = 4.0;
 
 /// What the records tell of the linear part.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct LinearEvidence {
     /// The standard error of a dead time that was searched beside dynamics, in samples.
     pub(crate) dead_time_error: Option<f64>,
@@ -65,7 +65,7 @@ pub(crate) fn search_joint(
     let mut linear = LinearEvidence::default();
     let mut joint = JointSearch { problem, plain, is_open, best: None };
     let (fit, partial) = match joint.search(&mut linear, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => (joint.best_so_far(monitor.kept())?, true),
+        Err(Error::Interrupted) if monitor.keeps_best() => (joint.best_so_far(monitor.kept().as_ref())?, true),
         searched => (searched?, false),
     };
     Ok(FoundJoint { fit, linear, partial })
@@ -267,9 +267,9 @@ impl JointSearch<'_> {
     }
 
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.
-    fn best_so_far(&self, joint: Option<Point>) -> Result<JointFit, Error> {
-        match self.best.or(joint) {
-            Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, &point),
+    fn best_so_far(&self, joint: Option<&Point>) -> Result<JointFit, Error> {
+        match self.best.as_ref().or(joint) {
+            Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, point),
             None => self.problem.at_hysteresis(&self.plain.fit.point),
         }
     }

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::fit::intervals::Intervals;
 use crate::fit::variety::Variety;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::loss::Loss;
 use crate::map_model::MapModel;
 use crate::modes_model::ModesModel;
 use crate::record::Record;
@@ -104,8 +105,25 @@ pub enum Thresholds {
     /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
     /// half the distances between successive reversals.
     Quantiles(usize),
+    /// As many operators as [`Auto`](Self::Auto) would take, at [`Geometric`](Self::Geometric).
+    AutoGeometric,
+    /// That many operators, the first of them the identity, the others at growing distances, so that small loops have more of them:
+    /// r_0 = 0 and r_i = X / q^(n - i), i = 1..n-1, X as for [`Uniform`](Self::Uniform) and q = min(2, 100^(1 / (n - 1))).
+    ///
+    /// From 8 operators on the smallest threshold is X / 100: a loop of a hundredth of the range is about the smallest that is told from
+    /// noise, and reversals nearer to each other count once for [`Quantiles`](Self::Quantiles), too. Fewer operators lie an octave
+    /// apart: thresholds further apart leave loops between them without any.
+    Geometric(usize),
     /// These, strictly increasing from zero or above.
     Given(Vec<f64>),
+}
+
+impl Thresholds {
+    /// Whether their number is left to cross-validation.
+    #[must_use]
+    pub fn are_counted_by_validation(&self) -> bool {
+        matches!(self, Self::Auto | Self::AutoQuantiles | Self::AutoGeometric)
+    }
 }
 
 /// The options of [`identify`](crate::identify): by default a modified model of 20 operators, everything searched.
@@ -167,6 +185,8 @@ pub struct Options {
     /// Where thresholds are uneven, w_i is taken per interval that r_i stands for, and the differences are divided ones:
     /// D is the same for the same density of weights.
     pub smoothness: Setting<f64>,
+    /// Whether glitches of the position are left out of the fit.
+    pub loss: Loss,
 }
 
 impl Default for Options {
@@ -187,6 +207,7 @@ impl Default for Options {
             output_map: MapModel::default(),
             dead_time: Setting::Fit,
             smoothness: Setting::Fit,
+            loss: Loss::default(),
         }
     }
 }
@@ -196,9 +217,11 @@ impl Options {
     #[must_use]
     pub fn operators(&self) -> usize {
         match &self.thresholds {
-            Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) => *operators,
+            Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) | Thresholds::Geometric(operators) => {
+                *operators
+            }
             Thresholds::Given(thresholds) => thresholds.len(),
-            Thresholds::Auto | Thresholds::AutoQuantiles => 0,
+            Thresholds::Auto | Thresholds::AutoQuantiles | Thresholds::AutoGeometric => 0,
         }
     }
 
@@ -304,7 +327,7 @@ impl Options {
 
     /// Checks everything that was given but what depends on the records.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        if self.operators() == 0 && !matches!(self.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
+        if self.operators() == 0 && !self.thresholds.are_counted_by_validation() {
             return Err(Error::NoOperators);
         }
         #[expect(clippy::cast_precision_loss, reason = "only shown")]

@@ -27,6 +27,8 @@ pub struct Record<'a> {
     output_range: f64,
     dt: Option<f64>,
     times: Option<&'a [f64]>,
+    /// Samples behind the skipped ones whose output is not fitted, in order.
+    left_out: &'a [usize],
 }
 
 impl<'a> Record<'a> {
@@ -52,7 +54,8 @@ impl<'a> Record<'a> {
             }
         }
         let (low, high) = bounds(&output[skip..]);
-        Ok(Self { input, output, skip, input_bounds: bounds(input), output_range: high - low, dt: None, times: None })
+        let (input_bounds, output_range) = (bounds(input), high - low);
+        Ok(Self { input, output, skip, input_bounds, output_range, dt: None, times: None, left_out: &[] })
     }
 
     /// The same record with a sampling interval of its own, in seconds; the others have that of the options.
@@ -76,6 +79,53 @@ impl<'a> Record<'a> {
         }
         check_finite("times", times)?;
         Ok(Self { times: Some(times), ..self })
+    }
+
+    /// The same record with samples whose output is wrong: their input sets the memory like every other, but their output is not
+    /// fitted and enters no metric.
+    ///
+    /// # Errors
+    /// [`RecordError::LeftOut`] unless they are strictly increasing, from `skip` on and of the record, and
+    /// [`RecordError::Constant`] if what is left of the output is constant or nothing.
+    ///
+    /// ```
+    /// use hysteresis_identify::Record;
+    /// let record = Record::new(&[0.0, 1.0, 2.0, 1.0], &[0.0, 0.9, 99.0, 1.3], 0)?.leaving_out(&[2])?;
+    /// assert_eq!(record.fitted_samples(), 3);
+    /// # Ok::<(), hysteresis_identify::RecordError>(())
+    /// ```
+    pub fn leaving_out(self, samples: &'a [usize]) -> Result<Self, RecordError> {
+        let follows = |k: &usize| {
+            let first = k.checked_sub(1).map_or(self.skip, |before| samples[before] + 1);
+            !(first..self.input.len()).contains(&samples[*k])
+        };
+        if let Some(place) = (0..samples.len()).find(follows) {
+            let (first, last) = (self.skip, self.input.len() - 1);
+            return Err(RecordError::LeftOut { place, first, last, got: samples[place] });
+        }
+        let record = Self { left_out: samples, ..self };
+        let (low, high) = record.output_bounds();
+        if low >= high {
+            return Err(RecordError::Constant { argument: "output", value: low });
+        }
+        Ok(Self { output_range: high - low, ..record })
+    }
+
+    /// The same record with another output, all of whose samples count but the skipped ones.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub(crate) fn with_output<'b>(self, output: &'b [f64]) -> Result<Record<'b>, RecordError>
+    where
+        'a: 'b,
+    {
+        Ok(Record { dt: self.dt, times: self.times, ..Record::new(self.input, output, self.skip)? })
+    }
+
+    /// The samples whose output is left out, in order.
+    #[must_use]
+    pub fn left_out(&self) -> &'a [usize] {
+        self.left_out
     }
 
     /// When every sample was taken, in seconds, if it is known.
@@ -111,12 +161,25 @@ impl<'a> Record<'a> {
     /// How many samples are fitted.
     #[must_use]
     pub fn fitted_samples(&self) -> usize {
-        self.input.len() - self.skip
+        self.input.len() - self.skip - self.left_out.len()
+    }
+
+    /// The fitted samples, in order.
+    pub(crate) fn fitted(&self) -> impl Iterator<Item = usize> + use<'a> {
+        let mut left_out = self.left_out.iter().copied().peekable();
+        (self.skip..self.input.len()).filter(move |k| left_out.next_if_eq(k).is_none())
+    }
+
+    /// What of a signal of this record belongs to fitted samples.
+    pub(crate) fn fitted_of(&self, signal: &[f64]) -> Vec<f64> {
+        self.fitted().map(|k| signal[k]).collect()
     }
 
     /// Smallest and largest output of the fitted samples.
     pub(crate) fn output_bounds(&self) -> (f64, f64) {
-        bounds(&self.output[self.skip..])
+        self.fitted().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), k| {
+            (low.min(self.output[k]), high.max(self.output[k]))
+        })
     }
 
     /// Smallest and largest input of the whole record, skipped samples included: they set the memory too.

@@ -17,6 +17,7 @@ use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
 /// The fit, and how it was found.
+#[derive(Clone)]
 pub(crate) struct Found {
     pub(crate) fit: JointFit,
     /// With everything chosen that was left to cross-validation.
@@ -28,6 +29,13 @@ pub(crate) struct Found {
     /// Where a linear part was fitted.
     pub(crate) linear: Option<LinearEvidence>,
     pub(crate) partial: bool,
+}
+
+impl Found {
+    /// The sampling interval of records that have none of their own; 1, in samples, if none is known.
+    pub(crate) fn interval(&self, records: &[Record<'_>]) -> f64 {
+        self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)
+    }
 }
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
@@ -58,15 +66,35 @@ pub(crate) fn search_all(
         monitor.begin(Span { from: 0.8, to: 1.0 });
         found = with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)?;
     }
-    if let Some(linear) = &mut found.linear {
-        let problem =
-            JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
-        linear.colour = problem.colour(&found.fit);
-    }
+    let found = with_colour(records, found);
     if is_joint {
         monitor.finish();
     }
     Ok(found)
+}
+
+/// The same model fitted to records that differ by a few samples, from where it was.
+pub(crate) fn search_again(
+    records: &[Record<'_>],
+    mut found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
+    let problem = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let (fit, partial) = match problem.search_from(space.clone(), &point, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
+        searched => (searched?, false),
+    };
+    (found.fit, found.partial) = (fit, partial);
+    Ok(with_colour(records, found))
+}
+
+/// The same with how the residuals of the linear part follow from each other.
+fn with_colour(records: &[Record<'_>], found: Found) -> Found {
+    let Some(linear) = found.linear else { return found };
+    let problem = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let linear = LinearEvidence { colour: problem.colour(&found.fit), ..linear };
+    Found { linear: Some(linear), ..found }
 }
 
 /// Hysteresis, loop shift and a dead time.

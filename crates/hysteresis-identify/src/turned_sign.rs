@@ -13,8 +13,8 @@ const MAX_SHARE: f64 = 0.5;
 /// The positions of all records, those that fall where their drive rises turned round.
 pub(crate) fn turned_positions(records: &[Record<'_>]) -> Vec<Vec<f64>> {
     let turned = |record: &Record<'_>| {
-        let fitted = record.skip()..;
-        let correlation = signal::correlation(&record.input()[fitted.clone()], &record.output()[fitted]);
+        let [input, output] = [record.input(), record.output()].map(|signal| record.fitted_of(signal));
+        let correlation = signal::correlation(&input, &output);
         let sign = if correlation.is_some_and(|correlation| correlation < 0.0) { -1.0 } else { 1.0 };
         record.output().iter().map(|y| sign * y).collect()
     };
@@ -27,8 +27,8 @@ pub(crate) fn turned_positions(records: &[Record<'_>]) -> Vec<Vec<f64>> {
 /// None for positions that are those of the records but for their sign.
 pub(crate) fn with_positions<'a>(records: &[Record<'a>], positions: &'a [Vec<f64>]) -> Result<Vec<Record<'a>>, Error> {
     let exchange = |(place, (record, position)): (usize, (&Record<'a>, &'a Vec<f64>))| {
-        let turned = Record::new(record.input(), position, record.skip()).map_err(|error| error.in_record(place))?;
-        record.dt().map_or(Ok(turned), |dt| turned.sampled_every(dt))
+        let turned = record.with_output(position).and_then(|turned| turned.leaving_out(record.left_out()));
+        turned.map_err(|error| error.in_record(place))
     };
     records.iter().zip(positions).enumerate().map(exchange).collect()
 }

@@ -62,9 +62,9 @@ impl Truth {
         let fine = self.dt / f64::from(STEPS);
         let (mut hysteresis, mut block) = (hysteresis().forward(), self.dynamics().block(fine).unwrap());
         let mut amplifier = self.amplifier.map(|f| FirstOrder::new(f).unwrap().block(fine).unwrap());
-        amplifier.iter_mut().for_each(|amplifier| {
+        if let Some(amplifier) = &mut amplifier {
             amplifier.settle(drive[0]);
-        });
+        }
         let mut positions = vec![block.settle(hysteresis.step(drive[0]))];
         for u in drive {
             for _ in 0..STEPS {

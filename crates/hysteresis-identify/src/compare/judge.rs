@@ -13,9 +13,8 @@ use crate::search::Found;
 
 /// The errors of a fit on what it was fitted to and on stretches held out.
 pub(super) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found) -> (ComparedModel, CrossValidation) {
+    let chain = found.fit.chain(found.interval(records));
     let Found { fit, options, smoothness, basis, .. } = found;
-    let first_dt = records.iter().find_map(Record::dt);
-    let chain = fit.chain(options.dt.or(first_dt).unwrap_or(1.0));
     let JointFit { space, fit, .. } = fit;
     let projection = Projection::new(records, &space, &basis, smoothness, 1);
     let terms = Terms { creep: space.creep_amplitudes(), loop_shift: options.loop_shift, smoothness };

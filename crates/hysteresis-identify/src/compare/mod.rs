@@ -17,6 +17,7 @@ use crate::fit::space::Space;
 use crate::numeric::as_f64;
 use crate::options::{ModelKind, Options};
 use crate::record::Record;
+use crate::robust::{leaving_out, search_without_glitches};
 use crate::search::{search_all, search_polynomial};
 
 /// Fits several models to the same records and judges each on stretches that it was not fitted to.
@@ -38,6 +39,8 @@ use crate::search::{search_all, search_polynomial};
 /// stretches, as [`identify`](crate::identify) does: the extensions that stay, the number of operators, the weight law and the
 /// smoothness. All modified models have the law and the operators of the last of them, so that they differ by their
 /// extensions alone.
+///
+/// Samples that the last model takes for glitches are left out for all ([`Options::loss`]).
 ///
 /// The model of `options` does not matter: plays and coupled plays are both fitted. Split weights are for coupled plays only; plays
 /// then have free ones. A [`Stop`] of either kind ends the comparison without a result.
@@ -78,6 +81,7 @@ pub fn compare(
     let (mut candidates, omitted) = candidates(records, &options)?;
     let count = candidates.len();
     let (mut judgements, mut law, mut evaluations) = (Vec::new(), None, 0);
+    let mut left_out = None;
     // Backwards, as the last of the coupled plays tells the others their weight law.
     while let Some(candidate) = candidates.pop() {
         let candidate = candidate.under(law.as_ref());
@@ -92,18 +96,29 @@ pub fn compare(
             }
         };
         let mut monitor = SearchMonitor::new(&mut report);
-        let search = if candidate.has_polynomial { search_polynomial } else { search_all };
-        let found = search(records, &candidate.options, &mut monitor)?;
+        let found = match &left_out {
+            // The last one tells what all of them leave out.
+            None => {
+                let (found, glitches) = search_without_glitches(records, &candidate.options, &mut monitor)?;
+                left_out = Some(glitches);
+                found
+            }
+            Some(glitches) => {
+                let search = if candidate.has_polynomial { search_polynomial } else { search_all };
+                search(&leaving_out(records, glitches)?, &candidate.options, &mut monitor)?
+            }
+        };
         let searched = monitor.evaluations();
         evaluations += searched;
         law.get_or_insert_with(|| Law::of(&found));
-        judgements.push(judged(records, &candidate, found));
+        let fitted = leaving_out(records, left_out.get_or_insert_default())?;
+        judgements.push(judged(&fitted, &candidate, found));
     }
     judgements.reverse();
     share_modified(&mut judgements);
     let (models, validations): (Vec<_>, Vec<_>) = judgements.into_iter().unzip();
     let simplest = CrossValidation::good(&validations, 1.0).next().unwrap_or(0);
-    Ok(Comparison { models, simplest, omitted, stretches: FOLDS })
+    Ok(Comparison { models, simplest, omitted, stretches: FOLDS, left_out_samples: left_out.unwrap_or_default() })
 }
 
 /// Gives the numbers of the modified model to those of its extensions that cross-validation left out: it is the same model, and

@@ -136,6 +136,8 @@ pub struct Comparison {
     pub omitted: Vec<(Extension, Omission)>,
     /// Into how many stretches every record was cut.
     pub stretches: usize,
+    /// The samples of every record that were taken for glitches: no model was fitted to them or judged by them.
+    pub left_out_samples: Vec<Vec<usize>>,
     /// The place of the simplest model that predicts as well as the best.
     pub(crate) simplest: usize,
 }

@@ -26,6 +26,16 @@ pub(super) fn one_part(what: &str, place: Range<usize>, record: &Record<'_>) -> 
     format!("fit {first}; or {second}")
 }
 
+/// Stretches as ` 7 12-15`: the first and the last sample of each.
+pub(super) fn named(stretches: &[Range<usize>]) -> String {
+    let name = |one: &Range<usize>| match one.len() {
+        1 => format!(" {}", one.start),
+        _ => format!(" {}-{}", one.start, one.end - 1),
+    };
+    let more = if stretches.len() > NAMED { " and more" } else { "" };
+    stretches.iter().take(NAMED).map(name).collect::<String>() + more
+}
+
 fn options(name: &str, stretches: &[Range<usize>]) -> String {
     let named = stretches.iter().take(NAMED).map(|one| format!(" {name} {}:{}", one.start, one.end));
     let more = if stretches.len() > NAMED { ", then look for more" } else { "" };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::hints::{leave_out, mend, stretches};
+use super::hints::{leave_out, mend, named, stretches};
 use super::named_sample;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -29,6 +29,24 @@ pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     );
     let finding = Finding::new(FindingCode::Outliers, value, LIMIT, message).at(sample);
     Some(finding.try_next(leave_out(&in_record(record, stretches(&far, AROUND)))))
+}
+
+/// Many samples that were taken for glitches and left out of the fit.
+pub(super) fn left_out(record: &Record<'_>) -> Finding {
+    // What is usual among samples is told with up to a tenth of them wrong: half of that is no rare glitch any more.
+    const LIMIT: f64 = 0.05;
+    let (samples, all) = (record.left_out(), record.input().len() - record.skip());
+    let value = as_f64(samples.len()) / as_f64(all);
+    let message = format!(
+        "{} samples, {:.1} % of all, were taken for glitches and left out of the fit:{}",
+        samples.len(),
+        100.0 * value,
+        named(&stretches(samples, 0))
+    );
+    let finding = Finding::new(FindingCode::Outliers, value, LIMIT, message);
+    let finding =
+        finding.try_next("look at these samples and at the sensor, its cable and its power; record again".into());
+    samples.iter().take(1).fold(finding, |finding, first| finding.at(*first))
 }
 
 /// A stretch of samples far from the model, with the samples about it near: a burst, a moved cable.

@@ -4,6 +4,7 @@ mod dead_time;
 mod hints;
 mod local;
 mod loops;
+mod mended;
 mod remainder;
 mod residual;
 mod stuck;
@@ -26,6 +27,7 @@ use crate::numeric::as_f64;
 use crate::options::{Options, Setting};
 use crate::record::Record;
 use crate::signal;
+use mended::{mended_positions, with_positions};
 use stuck::Stays;
 use survey::Survey;
 
@@ -79,8 +81,19 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     Ok(if explains_all { causes_of_wrong_sign(found) } else { found })
 }
 
-/// The findings about a whole chain.
+/// The findings about a whole chain. What records leave out says nothing but how much it is.
 pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
+    if records.iter().all(|record| record.left_out().is_empty()) {
+        return of_complete(records, chain);
+    }
+    let positions = mended_positions(records, chain);
+    let mut found = of_complete(&with_positions(records, &positions), chain);
+    found.extend(worst(records, |_, record| Some(local::left_out(record))));
+    found
+}
+
+/// The findings about records of which nothing is left out.
+fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let survey = Survey::of(records, chain);
     let mut found = of_records(records, chain, &survey);
     found.extend(worst(records, |place, record| Some(residual::poor_fit(record, &survey.residuals[place]))));

@@ -38,6 +38,7 @@ pub(crate) fn choose_operators(
     let placed: fn(usize) -> Thresholds = match options.thresholds {
         Thresholds::Auto => Thresholds::Uniform,
         Thresholds::AutoQuantiles => Thresholds::Quantiles,
+        Thresholds::AutoGeometric => Thresholds::Geometric,
         _ => return Ok(OperatorChoice { options: options.clone(), tried: Vec::new(), start: None }),
     };
     let searches = OPERATORS.len() + 1;

@@ -20,12 +20,12 @@ pub(crate) enum Course {
         /// How many samples there are.
         samples: usize,
     },
-    /// A selection. Operators are rate-independent: between the rows they need to see the reversals only.
+    /// A selection. Operators are rate-independent: between rows far apart they need to see the reversals only.
     Some {
         /// The samples that are rows.
         rows: Vec<usize>,
-        /// The samples at which the input turns round.
-        turns: Vec<usize>,
+        /// The samples at which the input turns round; none where all samples are to be seen.
+        turns: Option<Vec<usize>>,
     },
 }
 
@@ -34,12 +34,13 @@ impl Course {
     pub(crate) fn new(record: &Record<'_>, stride: usize, unread: usize) -> Self {
         let skip = record.skip();
         let samples = record.input().len().saturating_sub(unread).max(skip + 1);
-        if stride == 1 {
+        if stride == 1 && record.left_out().is_empty() {
             return Self::All { skip, samples };
         }
         let (low, high) = record.input_bounds();
-        let rows = (skip..samples).filter(|k| is_used(k - skip, stride)).collect();
-        Self::Some { rows, turns: turns(record.input(), DEAD_BAND * (high - low)) }
+        let rows = record.fitted().take_while(|k| *k < samples).filter(|k| is_used(k - skip, stride)).collect();
+        let turns = (stride > 1).then(|| turns(record.input(), DEAD_BAND * (high - low)));
+        Self::Some { rows, turns }
     }
 
     /// How many rows there are.
@@ -62,7 +63,7 @@ impl Course {
     pub(crate) fn turns(&self) -> Option<&[usize]> {
         match self {
             Self::All { .. } => None,
-            Self::Some { turns, .. } => Some(turns),
+            Self::Some { turns, .. } => turns.as_deref(),
         }
     }
 }

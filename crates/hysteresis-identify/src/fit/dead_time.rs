@@ -57,8 +57,8 @@ impl JointProblem<'_> {
         let chain = found.chain(1.0);
         let of_record = |(place, record): (usize, &Record<'_>)| {
             let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
-            let measured = record.output().iter().zip(&predicted).skip(record.skip());
-            let residual: Vec<f64> = measured.map(|(y, p)| y - p - found.fit.output_offsets[place]).collect();
+            let left = |k: usize| record.output()[k] - predicted[k] - found.fit.output_offsets[place];
+            let residual: Vec<f64> = record.fitted().map(left).collect();
             (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))
         };
         Colour::pooled(&self.records.iter().enumerate().map(of_record).collect::<Vec<_>>())

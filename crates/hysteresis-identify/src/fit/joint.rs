@@ -2,6 +2,7 @@
 
 use super::chain::Chain;
 use super::choice::levels;
+use super::course::Course;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
@@ -24,6 +25,7 @@ pub(super) struct Attempts {
 }
 
 /// A fit of hysteresis and linear part, and where it was searched.
+#[derive(Clone)]
 pub(crate) struct JointFit {
     pub(crate) space: Space,
     pub(crate) fit: ProjectedFit,
@@ -34,7 +36,7 @@ impl JointFit {
     /// How many rows were fitted.
     pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
         let unread = self.space.unread_samples();
-        records.iter().map(|record| record.fitted_samples().saturating_sub(unread).max(1)).sum()
+        records.iter().map(|record| Course::new(record, 1, unread).len()).sum()
     }
 
     /// What it predicts; `dt` for records that have no sampling interval.

@@ -175,7 +175,9 @@ impl DynamicLanes {
         let Some(dynamics) = &self.dynamics else { return };
         let first = dynamics.answer(self.deviation[0], self.v[0], self.decaying[0]);
         self.further.answers(self.decaying[0], differences);
-        differences.iter_mut().for_each(|answer| *answer -= first);
+        for answer in &mut *differences {
+            *answer -= first;
+        }
     }
 
     /// The derivative of a reading by the dead time, for a sampling interval `dt`.

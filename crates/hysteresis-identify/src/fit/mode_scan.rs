@@ -144,7 +144,9 @@ impl Scan {
             }
             let left = dot(&column, &column);
             if left > OF_ITS_OWN * size {
-                column.iter_mut().for_each(|value| *value /= left.sqrt());
+                for value in &mut *column {
+                    *value /= left.sqrt();
+                }
                 self.columns.push(column);
             }
         }
@@ -161,7 +163,9 @@ impl Scan {
         for signals in &self.signals {
             let rows = &mut column[signals.rows.clone()];
             let mean = rows.iter().sum::<f64>() / as_f64(rows.len());
-            rows.iter_mut().for_each(|value| *value -= mean);
+            for value in &mut *rows {
+                *value -= mean;
+            }
         }
         column
     }

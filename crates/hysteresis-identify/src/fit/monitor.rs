@@ -57,12 +57,14 @@ pub(crate) struct SearchMonitor<'a> {
     span: Span,
     /// The share of the whole work that the present part is.
     part: Span,
+    /// What was reported as done before the work that is now repeated.
+    done: f64,
 }
 
 impl<'a> SearchMonitor<'a> {
     pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
         let now = Progress { stage: SearchStage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now, best: None, keeps_best: false, span: WHOLE, part: WHOLE }
+        Self { report, now, best: None, keeps_best: false, span: WHOLE, part: WHOLE, done: 0.0 }
     }
 
     /// The best point so far, if the search was stopped and that is to be kept.
@@ -98,6 +100,11 @@ impl<'a> SearchMonitor<'a> {
         (self.part, self.span) = (part, WHOLE);
     }
 
+    /// Begins again what is done already: progress does not go back.
+    pub(crate) fn hold(&mut self) {
+        self.done = self.now.fraction;
+    }
+
     pub(crate) fn evaluations(&self) -> usize {
         self.now.evaluations
     }
@@ -127,7 +134,7 @@ impl<'a> SearchMonitor<'a> {
         if rmse < self.now.best_rmse {
             (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
         }
-        self.now.fraction = self.part.within(self.span.within(fraction));
+        self.now.fraction = self.part.within(self.span.within(fraction)).max(self.done);
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(stop) => {

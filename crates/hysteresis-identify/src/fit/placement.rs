@@ -8,6 +8,10 @@ use crate::record::Record;
 /// Reversals nearer to each other than this share of the range count once.
 const MERGED: f64 = 0.01;
 
+/// The smallest threshold of geometric ones over the reach, and the largest factor between neighbours.
+const SMALLEST: f64 = 0.01;
+const OCTAVE: f64 = 2.0;
+
 /// What the thresholds are made of.
 #[derive(Clone)]
 pub(crate) struct Placement {
@@ -46,9 +50,10 @@ impl Placement {
         };
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
-            Thresholds::Auto | Thresholds::AutoQuantiles => Vec::new(),
+            Thresholds::Auto | Thresholds::AutoQuantiles | Thresholds::AutoGeometric => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
+            Thresholds::Geometric(n) => geometric(*n, reach),
             Thresholds::Quantiles(n) => {
                 let knots = self.amplitudes(offset, reach);
                 (0..*n).map(|i| interpolated(&knots, as_f64(i) / as_f64(*n))).collect()
@@ -74,6 +79,12 @@ impl Placement {
         knots.push(reach);
         knots
     }
+}
+
+/// Zero, and thresholds of which each is smaller than the next by the same factor, the reach behind the last.
+fn geometric(n: usize, reach: f64) -> Vec<f64> {
+    let factor = SMALLEST.recip().powf(1.0 / as_f64(n.saturating_sub(1).max(1))).min(OCTAVE);
+    (0..n).map(|i| if i == 0 { 0.0 } else { reach / factor.powf(as_f64(n - i)) }).collect()
 }
 
 fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {

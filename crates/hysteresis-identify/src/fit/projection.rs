@@ -47,6 +47,7 @@ impl ProjectedFit {
 }
 
 /// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a triangle.
+#[derive(Clone)]
 pub(crate) struct Linearised {
     factor: Mat<f64>,
     penalty: Mat<f64>,

@@ -25,7 +25,7 @@ pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
 const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
 
 /// A structure, and what cross-validation said of it and of others.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Structure {
     pub(crate) weights: WeightLaw,
     pub(crate) smoothness: f64,

@@ -7,7 +7,7 @@ use super::records::ManyRecords;
 use super::share::Shared;
 use crate::error::Error;
 use crate::fit::monitor::{SearchMonitor, Stop};
-use crate::options::{Options, Setting, Thresholds, WeightLaw};
+use crate::options::{Options, Setting, WeightLaw};
 use crate::search::search_all;
 
 /// How many actuators are asked.
@@ -15,7 +15,7 @@ const ASKED: usize = 3;
 
 /// Whether nothing is left to choose.
 fn is_settled(options: &Options) -> bool {
-    let counted = !matches!(options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles);
+    let counted = !options.thresholds.are_counted_by_validation();
     counted && options.weights != WeightLaw::Auto && options.smoothness != Setting::Fit
 }
 

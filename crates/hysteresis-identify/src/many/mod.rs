@@ -30,6 +30,7 @@ use crate::error::Error;
 use crate::fit::choice::levels;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
+use crate::loss::Loss;
 use crate::options::Options;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
@@ -38,6 +39,8 @@ use crate::options::Options;
 /// their own are searched in the same way and come to the same bits. Actuators with one drive share the work that depends on the drive
 /// alone, and come to as good a fit in a small part of the time; where an objective has several minima of nearly the same
 /// height, it may be another one of them.
+///
+/// All samples count: glitches are not looked for, whatever [`Options::loss`] leaves open. A robust loss is refused.
 ///
 /// What is left to cross-validation is chosen once for all actuators ([`settled_options`]). An actuator that cannot be fitted has
 /// its error in the result and takes nothing from the others. The result does not depend on the number of threads, nor on which
@@ -71,7 +74,7 @@ use crate::options::Options;
 ///
 /// # Errors
 /// Those of [`identify`](crate::identify()) that are about the options or the length of the records; [`Error::LinearPart`] for
-/// dynamics or creep; [`Error::Interrupted`] when `progress` said to stop.
+/// dynamics or creep; [`Error::RobustMany`] for a robust loss; [`Error::Interrupted`] when `progress` said to stop.
 pub fn identify_many(
     records: &ManyRecords<'_>,
     options: &Options,
@@ -115,6 +118,9 @@ pub fn settled_options(
 
 fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>) -> Result<Options, Error> {
     options.check()?;
+    if options.loss == Loss::Robust {
+        return Err(Error::RobustMany);
+    }
     // What is left open is left out here.
     if options.needs_seconds() {
         return Err(Error::LinearPart);

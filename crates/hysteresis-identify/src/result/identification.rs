@@ -62,10 +62,14 @@ pub struct Identification {
     pub position_range: (f64, f64),
     /// The output offset of every record, in the unit of the output.
     pub output_offsets: Vec<f64>,
-    /// The quality over the fitted samples of all records.
+    /// The quality over the fitted samples of all records, which those that were left out are not.
     pub fit: Quality,
     /// The quality over the fitted samples of every record.
     pub record_fits: Vec<Quality>,
+    /// The samples of every record that were taken for glitches and left out of the fit, in order: see
+    /// [`Options::loss`](crate::Options::loss). They enter neither [`fit`](Self::fit) nor anything else that is said of the
+    /// fit.
+    pub left_out_samples: Vec<Vec<usize>>,
     /// The standard deviation of the noise, from the residuals: the root of the sum of their squares over the number of
     /// samples less that of unknowns, in the unit of the output.
     pub noise: f64,
@@ -230,7 +234,7 @@ impl Identification {
         if record.skip() == 0 || column.is_empty() {
             column = vec![0.0; record.input().len()];
         }
-        let (offset, amplitude) = line_through(&column[record.skip()..], &left[record.skip()..]);
+        let (offset, amplitude) = line_through(&record.fitted_of(&column), &record.fitted_of(&left));
         left.iter().zip(column).map(|(e, more)| e - offset - amplitude * more).collect()
     }
 
@@ -253,9 +257,9 @@ impl Identification {
 
 /// The errors of a model that leaves these residuals.
 pub(crate) fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
-    let (input, measured) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let predicted: Vec<f64> = measured.iter().zip(&residuals[record.skip()..]).map(|(y, e)| y - e).collect();
-    Quality::of(measured, &predicted, record.output_range()).with_loops(input, measured, &predicted)
+    let [input, measured, left] = [record.input(), record.output(), residuals].map(|signal| record.fitted_of(signal));
+    let predicted: Vec<f64> = measured.iter().zip(&left).map(|(y, e)| y - e).collect();
+    Quality::of(&measured, &predicted, record.output_range()).with_loops(&input, &measured, &predicted)
 }
 
 /// The best a + b x for values y: (a, b); b is 0 where x does not vary.

@@ -16,6 +16,7 @@ use crate::numeric::as_f64;
 use crate::record::Record;
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
+use crate::robust::leaving_out;
 use crate::signal::{bounds, turns};
 
 /// The input turns round where it goes back by this share of its range.
@@ -65,13 +66,15 @@ impl Identification {
     /// to its first loop, what comes after the last to its last. Of more than 200 loops, neighbours are left out
     /// together. A record of one loop has, while that is left out, the output offset that suits it best.
     ///
-    /// `records` are those that were fitted; others are judged likewise. One pass with a QR, and a small problem for
+    /// `records` are those that were fitted, and what was left out of them counts for no loop; others, of another number or other
+    /// lengths, are judged likewise. One pass with a QR, and a small problem for
     /// every loop.
     ///
     /// # Errors
     /// [`Error::TooFewLoops`] for fewer than two, [`Error::Core`] if the dead time is not below the length of every
     /// record.
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
+        let records = &self.as_fitted(records)[..];
         let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
         let length = |record: &Record<'_>| as_f64(record.input().len()) * interval(record);
         let shortest = records.iter().map(length).reduce(f64::min).ok_or(Error::NoRecords)?;
@@ -98,6 +101,18 @@ impl Identification {
         let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty };
         let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
         Ok(pass.judge(&solutions))
+    }
+
+    /// Records as long as those that were fitted without what was left out of these; other records as they are.
+    fn as_fitted<'a>(&'a self, records: &[Record<'a>]) -> Vec<Record<'a>> {
+        let fitted = self.left_out_samples.iter().zip(&self.record_fits);
+        let is_fitted = |(record, (left_out, fit)): (&Record<'_>, (&Vec<usize>, &Quality))| {
+            record.left_out().is_empty() && record.fitted_samples() == fit.samples + left_out.len()
+        };
+        if records.len() != fitted.len() || !records.iter().zip(fitted).all(is_fitted) {
+            return records.to_vec();
+        }
+        leaving_out(records, &self.left_out_samples).unwrap_or_else(|_| records.to_vec())
     }
 }
 
@@ -126,6 +141,7 @@ fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
         }
         loops.push((place, begin..record.input().len()));
     }
+    loops.retain(|(place, samples)| records[*place].fitted().any(|k| samples.contains(&k)));
     loops
 }
 
@@ -139,7 +155,13 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Goes to the samples of every loop, in order; `take` gets the loop, the sample and the columns there.
+    /// The samples of a loop that are fitted.
+    fn fitted(&self, place: usize, samples: &Range<usize>) -> impl Iterator<Item = usize> {
+        let left_out = self.records[place].left_out();
+        samples.clone().filter(|k| left_out.binary_search(k).is_err())
+    }
+
+    /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample and the columns there.
     fn walk(&self, mut take: impl FnMut(usize, usize, &[f64])) {
         let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place]);
         let (mut last, mut rows) = (0, start(0));
@@ -148,7 +170,7 @@ impl Pass<'_> {
             if last != *place {
                 (last, rows) = (*place, start(*place));
             }
-            for k in samples.clone() {
+            for k in self.fitted(*place, samples) {
                 rows.write(k, None, &mut row);
                 take(number, k, &row);
             }
@@ -160,20 +182,20 @@ impl Pass<'_> {
         let (own, n) = (self.own.len(), basis.columns());
         let columns = own + n + 1;
         let mut row = vec![0.0; columns];
-        let mut factor: Option<TriangularFactor> = None;
+        let mut factor = TriangularFactor::new(columns);
         let mut triangles = Vec::with_capacity(self.loops.len());
         let in_unknowns = |factor: TriangularFactor| basis.in_unknowns(factor.finish().as_ref(), own);
         self.walk(|number, k, columns_here| {
             let place = self.loops[number].0;
-            if k == self.loops[number].1.start {
-                triangles.extend(factor.take().map(in_unknowns));
+            if triangles.len() < number {
+                triangles.push(in_unknowns(std::mem::replace(&mut factor, TriangularFactor::new(columns))));
             }
             self.own.write(place, k, &mut row[..own]);
             row[own..own + n].copy_from_slice(columns_here);
             row[columns - 1] = self.records[place].output()[k];
-            factor.get_or_insert_with(|| TriangularFactor::new(columns)).push(&row);
+            factor.push(&row);
         });
-        triangles.extend(factor.map(in_unknowns));
+        triangles.push(in_unknowns(factor));
         triangles
     }
 
@@ -192,7 +214,7 @@ impl Pass<'_> {
             let (place, samples) = self.loops[number].clone();
             let record = &self.records[place];
             let (low, high) = bounds(&record.input()[samples.clone()]);
-            let measured = &record.output()[samples.clone()];
+            let measured: Vec<f64> = self.fitted(place, &samples).map(|k| record.output()[k]).collect();
             let quality = |mut predicted: Vec<f64>, offset: Option<f64>| {
                 let offset = offset.unwrap_or_else(|| {
                     let share = 1.0 / as_f64(measured.len());
@@ -201,7 +223,7 @@ impl Pass<'_> {
                 for p in &mut predicted {
                     *p += offset;
                 }
-                Quality::of(measured, &predicted, record.output_range())
+                Quality::of(&measured, &predicted, record.output_range())
             };
             let [fitted, left_out] = outputs;
             LeftOutLoop {

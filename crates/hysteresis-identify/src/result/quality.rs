@@ -5,7 +5,7 @@ use crate::numeric::as_f64;
 
 /// The errors of a model over fitted samples, in the unit of the output.
 ///
-/// e(k) = y(k) - prediction(k); skipped samples do not count. For several records together the samples are pooled,
+/// e(k) = y(k) - prediction(k); skipped samples do not count, and neither do those that were left out as glitches. For several records together the samples are pooled,
 /// `range` is the largest range of any record (their output offsets differ, so a joint peak-to-peak would mean nothing),
 /// and the loop width is that of the record with the largest error of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -57,6 +57,13 @@ impl Identification {
         self.found.output_map().as_ref().map(points)
     }
 
+    /// The samples of each record that were taken for glitches and left out of the fit, counted from 0 with the skipped ones. They
+    /// enter none of the errors of the fit.
+    #[getter]
+    fn left_out_samples(&self) -> Vec<Vec<usize>> {
+        self.found.left_out_samples.clone()
+    }
+
     /// Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
     ///
     /// Parameters

@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 use super::comparison::Comparison;
 use super::identify::report;
 use super::intervals::Intervals;
-use super::options::{creep_model, dynamics_model, law, loop_shift_model, modes_model, placed, setting, smooth};
+use super::options::{
+    self as wanted, creep_model, dynamics_model, law, loop_shift_model, modes_model, placed, setting, smooth,
+};
 use super::records::{checked, signals, skips};
 use crate::convert::arguments::OrNone;
 use crate::convert::errors::{self, unexpected};
@@ -40,8 +42,9 @@ use crate::convert::errors::{self, unexpected};
 ///     Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs as the only argument.
 /// dt : float or list of float, optional
 ///     Sampling interval in seconds. Without it there are no extensions, and times are in samples.
-/// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
-///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
+/// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
+///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
+///     the last model leaves.
 /// creep, loop_shift, dynamics, modes
 ///     As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
 /// skip : int or list of int
@@ -76,10 +79,11 @@ use crate::convert::errors::{self, unexpected};
 /// 'needs a sampling interval'
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
-        dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None, skip=None,
-        progress=None),
+        dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None,
+        loss=None, skip=None, progress=None),
     text_signature = "(u, y=None, *, dt=None, operators=20, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
-        dynamics='auto', modes='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', skip=0, progress=None)")]
+        dynamics='auto', modes='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, \
+        progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn compare(
     py: Python<'_>,
@@ -97,6 +101,7 @@ pub(crate) fn compare(
     loop_shift: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
+    loss: Option<&str>,
     skip: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Comparison> {
@@ -122,6 +127,7 @@ pub(crate) fn compare(
         input_offset: setting("input_offset", "a number", input_offset)?,
         dead_time: setting("dead_time", "a number", dead_time)?,
         smoothness: smooth(smoothness)?,
+        loss: loss.map_or(Ok(default.loss), wanted::loss)?,
         ..default
     };
     let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &[])?;

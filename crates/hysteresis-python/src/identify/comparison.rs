@@ -173,6 +173,12 @@ result_methods!(Comparison {
         self.0.has_creep_under_way()
     }
 
+    /// The samples of each record that were taken for glitches and left out for all models, counted from 0 with the skipped ones.
+    #[getter]
+    fn left_out_samples(&self) -> Vec<Vec<usize>> {
+        self.0.left_out_samples.clone()
+    }
+
     /// All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
     ///
     /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.

@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 use super::identification::Identification;
 use super::intervals::Intervals;
 use super::options::{
-    amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, modes_model, placed, setting,
-    smooth,
+    self as wanted, amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, modes_model,
+    placed, setting, smooth,
 };
 use super::records::{self, HeldOut, at_times, signals, skips};
 use crate::convert::arguments::OrNone;
@@ -72,13 +72,19 @@ use crate::convert::errors::{self, one_record, unexpected};
 /// input_map, output_map : "auto", None or "smooth"
 ///     A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
 ///     logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" is at most one of the two.
-/// thresholds : "uniform", "quantiles" or array, optional
-///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+/// thresholds : "uniform", "quantiles", "geometric" or array, optional
+///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, growing by a constant factor, or given.
+///     "geometric" gives small loops more operators: r_i = X / q^(n - i), i >= 1, q = min(2, 100^(1 / (n - 1))): from X / 100 on.
 /// smoothness : float or "auto"
 ///     Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
 ///     differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
 ///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
 ///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
+/// loss : "auto", "squares" or "robust"
+///     What glitches of y do to the fit: single wrong samples, or runs of up to 30. "auto" leaves those out that lie more than seven
+///     standard deviations of the residual from the samples about them, and begin and end abruptly; a record without any gives the
+///     very fit of "squares", which counts all samples. "robust" does so from 4.5 standard deviations on, for records that are
+///     known to have glitches. `left_out_samples` of the result names them.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
@@ -112,10 +118,11 @@ use crate::convert::errors::{self, one_record, unexpected};
 #[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
         dead_time=None, dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
         amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
-        skip=None, validate=None, progress=None, keep_partial=false),
+        loss=None, skip=None, validate=None, progress=None, keep_partial=false),
     text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=20, weights='auto', ratios='fit', \
         input_offset='fit', dead_time='fit', dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', \
-        input_map='auto', output_map='auto', thresholds=None, smoothness='auto', skip=0, validate=None, progress=None, keep_partial=False)")]
+        input_map='auto', output_map='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, validate=None, \
+        progress=None, keep_partial=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -138,6 +145,7 @@ pub(crate) fn identify(
     output_map: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
+    loss: Option<&str>,
     skip: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
@@ -170,6 +178,7 @@ pub(crate) fn identify(
         input_offset: setting("input_offset", "a number", input_offset)?,
         dead_time: setting("dead_time", "a number", dead_time)?,
         smoothness: smooth(smoothness)?,
+        loss: loss.map_or(Ok(default.loss), wanted::loss)?,
     };
     let skips = skips(skip, signals.len(), &intervals)?;
     let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len(), &intervals)).transpose()?;

@@ -22,6 +22,8 @@ use crate::convert::errors::{self, raise, record, unexpected};
 /// the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of `identify`; where several minima
 /// of the error are nearly as deep, it may be another one. Driven each by its own drive, they get the very fit of `identify`.
 ///
+/// All samples count: glitches are not looked for, as `identify` does with its `loss`. A position with glitches is fitted badly.
+///
 /// Parameters
 /// ----------
 /// u : array of shape (samples,) or (samples, M)

@@ -1,6 +1,6 @@
 //! Actuators shared out among the workers of an executor.
 
-use hysteresis_identify::{ModelKind, Options, Setting, Thresholds};
+use hysteresis_identify::{ModelKind, Options, Setting};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 
@@ -80,7 +80,7 @@ impl<'py> Tasks<'_, 'py> {
                 ModelKind::Conventional => "conventional",
             },
         )?;
-        if matches!(self.options.thresholds, Thresholds::Auto | Thresholds::AutoQuantiles) {
+        if self.options.thresholds.are_counted_by_validation() {
             // Nothing could be fitted, so nothing was chosen.
             keywords.set_item("operators", "auto")?;
         } else {

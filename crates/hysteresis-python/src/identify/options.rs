@@ -1,7 +1,7 @@
 //! What the arguments of `identify` may be.
 
 use hysteresis_identify::{
-    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, MapModel, ModelKind, ModesModel, Options, Order,
+    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Options, Order,
     Setting, Thresholds, WeightLaw,
 };
 use pyo3::prelude::*;
@@ -41,6 +41,18 @@ pub(crate) fn law_name(weights: WeightLaw) -> &'static str {
     }
 }
 
+pub(crate) fn loss(loss: &str) -> PyResult<Loss> {
+    match loss {
+        "auto" => Ok(Loss::Auto),
+        "squares" => Ok(Loss::Squares),
+        "robust" => Ok(Loss::Robust),
+        _ => {
+            let expected = "\"auto\", \"squares\" or \"robust\"";
+            Err(errors::value("loss", format_args!("expected {expected}, got \"{loss}\"")))
+        }
+    }
+}
+
 /// The operators with thresholds as given, or that many with uniform ones.
 pub(crate) fn placed(
     thresholds: Option<&Bound<'_, PyAny>>,
@@ -54,6 +66,9 @@ pub(crate) fn placed(
     if auto && named("quantiles") {
         return Ok(Thresholds::AutoQuantiles);
     }
+    if auto && named("geometric") {
+        return Ok(Thresholds::AutoGeometric);
+    }
     if auto && thresholds.is_some_and(|thresholds| !thresholds.is_instance_of::<PyString>()) {
         let error = "expected a number with thresholds that are given, got \"auto\"";
         return Err(errors::value("operators", error));
@@ -66,8 +81,9 @@ pub(crate) fn placed(
         return match name.to_str()? {
             "uniform" => Ok(Thresholds::Uniform(count)),
             "quantiles" => Ok(Thresholds::Quantiles(count)),
+            "geometric" => Ok(Thresholds::Geometric(count)),
             other => {
-                let expected = "\"uniform\", \"quantiles\" or an array";
+                let expected = "\"uniform\", \"quantiles\", \"geometric\" or an array";
                 Err(errors::value("thresholds", format_args!("expected {expected}, got \"{other}\"")))
             }
         };

@@ -209,11 +209,19 @@ def _stretches(
         help="Penalty on second differences of the weights. auto: by cross-validation.",
     ),
     click.option(
+        "--loss",
+        type=click.Choice(["auto", "squares", "robust"]),
+        help="What glitches of the position do to the fit. auto: samples that lie far from those "
+        "about them, up to 30 in a row, are left out. squares: all samples count. robust: nearer "
+        "ones are left out, too.  [default: auto]",
+    ),
+    click.option(
         "--thresholds",
-        type=click.Choice(["uniform", "quantiles"]),
+        type=click.Choice(["uniform", "quantiles", "geometric"]),
         default="uniform",
         show_default=True,
-        help="Thresholds at equal distances, or at quantiles of the reversals of the drive.",
+        help="Thresholds at equal distances, at quantiles of the reversals of the drive, or growing by "
+        "a constant factor from a hundredth of the range on: more operators for small loops.",
     ),
     click.option(
         "--ratios", **numbers("RA,RB,RC"), help="Ratios ra/r, rb/r, rc/r.  [default: fitted]"

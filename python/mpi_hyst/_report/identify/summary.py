@@ -56,6 +56,9 @@ def title(found: mh.results.Identification, records: int) -> str:
     """Return the kind of model and the number of samples; a partial fit is marked."""
     count = "1 record" if records == 1 else f"{records} records"
     text = f"{model_name(found)} fitted to {found.fit.samples} samples of {count}"
+    glitches = sum(map(len, found.left_out_samples))
+    if glitches:
+        text += f", {glitches} {'glitch' if glitches == 1 else 'glitches'} left out"
     return f"PARTIAL, the search was interrupted: {text}" if found.partial else text
 
 
