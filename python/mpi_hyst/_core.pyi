@@ -905,7 +905,8 @@ class Identification:
     def weights_std(self) -> _Vector:
         """Standard errors of the weights w_i, read-only; NaN where the weight is zero.
 
-        From the fit linearised in weights and searched parameters together, errors of samples taken as independent.
+        From the fit linearised in weights and searched parameters together. They allow for residuals that are correlated in
+        time, and for creep and dynamics that are not in the model (docs/standard_errors.md).
         With smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty says.
         """
     @property
@@ -957,7 +958,9 @@ class Identification:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
     @property
     def left_out_samples(self) -> list[list[int]]:
-        """..."""
+        """The samples of each record that were taken for glitches and left out of the fit, counted from 0 with the skipped ones. They
+        enter none of the errors of the fit.
+        """
     @property
     def terms_validation(self) -> list[tuple[int, str, float]]:
         """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
@@ -992,8 +995,8 @@ class Identification:
         time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
-        the covariance of all that was fitted, linearised at the fit, with the errors
-        of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+        the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
+        like the standard errors. It tells how far the prediction may be from
         that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
         the inputs that they reach, the truth may be further away: a UserWarning says so.
@@ -1018,8 +1021,8 @@ class Identification:
         time. `u` is sampled every `dt` seconds, by default like the first record.
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
-        the covariance of all that was fitted, linearised at the fit, with the errors
-        of successive samples taken as independent and the model as true. It tells how far the prediction may be from
+        the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
+        like the standard errors. It tells how far the prediction may be from
         that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
         the inputs that they reach, the truth may be further away: a UserWarning says so.
@@ -1884,13 +1887,19 @@ def identify(
     input_map, output_map : "auto", None or "smooth"
         A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
         logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" is at most one of the two.
-    thresholds : "uniform", "quantiles" or array, optional
-        The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, or given.
+    thresholds : "uniform", "quantiles", "geometric" or array, optional
+        The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, growing by a constant factor, or given.
+        "geometric" gives small loops more operators: r_i = X / q^(n - i), i >= 1, q = min(2, 100^(1 / (n - 1))): from X / 100 on.
     smoothness : float or "auto"
         Adds smoothness U D to the sum of squared errors: U the sum of squares of u about its mean, D that of the second
         differences w_(i-1) - 2 w_i + w_(i+1), i >= 1, of each family (of weights per threshold interval, divided, where
         thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
         "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
+    loss : "auto", "squares" or "robust"
+        What glitches of y do to the fit: single wrong samples, or runs of up to 30. "auto" leaves those out that lie more than seven
+        standard deviations of the residual from the samples about them, and begin and end abruptly; a record without any gives the
+        very fit of "squares", which counts all samples. "robust" does so from 4.5 standard deviations on, for records that are
+        known to have glitches. `left_out_samples` of the result names them.
     skip : int or list of int
         Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
     validate : (u, y), (u, y, skip), a list of these, float, int or list of int, optional
@@ -2010,7 +2019,7 @@ class Comparison:
         """
     @property
     def left_out_samples(self) -> list[list[int]]:
-        """..."""
+        """The samples of each record that were taken for glitches and left out for all models, counted from 0 with the skipped ones."""
     def table(self, unit: str = "") -> str:
         """All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
 
@@ -2065,8 +2074,9 @@ def compare(
         Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs as the only argument.
     dt : float or list of float, optional
         Sampling interval in seconds. Without it there are no extensions, and times are in samples.
-    operators, weights, ratios, input_offset, dead_time, thresholds, smoothness
-        As in `identify`, for every model. Plays have no ratios; for split weights they have free ones.
+    operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
+        As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
+        the last model leaves.
     creep, loop_shift, dynamics, modes
         As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
     skip : int or list of int
@@ -3119,7 +3129,8 @@ class Bracket:
 class DynamicsIdentification:
     """What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 
-    Standard deviations assume white measurement noise; `warnings` tells what makes the numbers doubtful, by these codes:
+    Standard deviations allow for coloured noise and for lags that are not in the model (docs/standard_errors.md); `warnings`
+    tells what makes the numbers doubtful, by these codes:
 
     - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
       domain, or a plain dead time fits as well up to what noise may pretend: the record does not tell the dynamics, and
@@ -3131,8 +3142,8 @@ class DynamicsIdentification:
       later.
     - "creep_undetermined": the standard deviation of the creep exceeds half of it.
     - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
-    - "residual_coloured": what is left is correlated in time, so something is not modelled, and the standard deviations
-      are too small.
+    - "residual_coloured": what is left is correlated in time: the noise is coloured, or something is not modelled. The
+      standard deviations allow for it.
     """
 
     @property
@@ -3301,6 +3312,8 @@ def identify_many(
     Driven alike (one u for all), actuators share what depends on the drive alone: where to start and the first step take no pass over
     the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of `identify`; where several minima
     of the error are nearly as deep, it may be another one. Driven each by its own drive, they get the very fit of `identify`.
+
+    All samples count: glitches are not looked for, as `identify` does with its `loss`. A position with glitches is fitted badly.
 
     Parameters
     ----------

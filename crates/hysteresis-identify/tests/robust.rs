@@ -303,7 +303,9 @@ fn a_robust_loss_sees_smaller_glitches() {
     let deviation = bench.noise * range(&output);
     let places: Vec<usize> = (100..3000).step_by(200).collect();
     let truth = bench.output(&bench.drive());
-    places.iter().for_each(|k| output[*k] = truth[*k] + 7.5 * deviation);
+    for k in &places {
+        output[*k] = truth[*k] + 7.5 * deviation;
+    }
     assert!(bench.fitted(&output, Loss::Auto).left_out_samples[0].is_empty());
     assert_eq!(bench.fitted(&output, Loss::Robust).left_out_samples[0], places);
 }
@@ -326,7 +328,9 @@ fn many_glitches_are_told() {
 fn glitches_of_the_drive_are_for_mending() {
     let bench = &benches()[0];
     let (mut drive, output) = (bench.drive(), bench.measured(&bench.drive(), 8));
-    [333, 1200, 2000].iter().for_each(|k| drive[*k] = 45.0);
+    for k in [333, 1200, 2000] {
+        drive[k] = 45.0;
+    }
     let found = run(&[Record::new(&drive, &output, 0).unwrap()], &bench.options(Loss::Auto)).unwrap();
     let finding = found.warnings.iter().find(|finding| finding.code == FindingCode::InputOutliers).unwrap();
     assert!(finding.hint.contains("--mend 333:334"), "{finding:?}");
