@@ -19,7 +19,7 @@ fn options(thresholds: Thresholds) -> Options {
 fn thresholds(found: &Identification) -> Vec<f64> {
     match &found.model {
         Model::Modified(model) => model.operators().iter().map(CoupledPlay::r).collect(),
-        Model::Conventional(model) => model.operators().iter().map(|play| play.r()).collect(),
+        Model::Conventional(model) => model.operators().iter().map(hysteresis_core::Play::r).collect(),
     }
 }
 
