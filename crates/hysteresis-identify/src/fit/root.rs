@@ -59,6 +59,11 @@ impl Root {
         (0..self.x.ncols()).map(|k| self.x[(0, k)]).collect()
     }
 
+    /// How many of its columns come from noise: the first ones, as many as there are rows. What the model lacks has the others.
+    pub(crate) fn of_noise(&self) -> usize {
+        self.x.nrows()
+    }
+
     /// X'g for a gradient g; what has no place counts as known.
     pub(crate) fn along(&self, gradient: &Gradient) -> Vec<f64> {
         let mut sum = vec![0.0; self.x.ncols()];

@@ -11,7 +11,8 @@ use crate::fit::weight_basis::WeightBasis;
 /// What the covariance of all parameters makes of an output, linearised at the fit.
 ///
 /// The output is g'p + o, with p the weights and searched parameters, o the output offset of the first record. So its variance is
-/// |X'(g, 1)|^2, with X X' the covariance of p and o.
+/// |X'(g, 1)|^2, with X X' the covariance of p and o that noise makes. Where the model lacks creep or dynamics, p moves so that it
+/// predicts the records all the same: that is no error of what is predicted for records like them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Spread {
@@ -26,7 +27,7 @@ pub(crate) struct Spread {
 impl Spread {
     pub(crate) fn new(fit: &ProjectedFit, root: &Root, basis: &WeightBasis, space: &Space) -> Self {
         let (unknowns, weights, axes) = (fit.unknowns.len(), fit.weights.len(), space.axes().len());
-        let columns = root.x.ncols();
+        let columns = root.of_noise();
         let of_parameter = |j: usize, k: usize| root.places[j].map_or(0.0, |place| root.x[(place, k)]);
         let of_weight = |i: usize, k: usize| (0..unknowns).map(|j| basis.derivative(i, j) * of_parameter(j, k)).sum();
         Self {
@@ -34,7 +35,7 @@ impl Spread {
                 None => of_weight(i, k),
                 Some(axis) => of_parameter(unknowns + axis, k),
             }),
-            of_offset: root.of_offset(),
+            of_offset: root.of_offset().into_iter().take(columns).collect(),
             tangent: space.tangent(&fit.point, weights, Some(&fit.weights)),
         }
     }
