@@ -15,9 +15,9 @@ use crate::options::{Order, Setting};
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
 
-/// A mode that is not asked for must lower the sum of squares to this share, the error by a tenth: what a model of hysteresis or creep
-/// leaves may look like a faint mode.
-const MOST_LEFT_BY_MODE: f64 = 0.81;
+/// A mode that is not asked for must lower the sum of squares to this share, the error by three tenths: what a model of hysteresis or
+/// creep leaves may look like a faint mode.
+const MOST_LEFT_BY_MODE: f64 = 0.5;
 
 /// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
 /// for: two standard deviations.
