@@ -28,7 +28,9 @@ def glitched(y: Array, share: float, seed: int) -> tuple[Array, Array]:
     spikes = rng.choice(np.arange(20, y.size - 20), count // 2, replace=False)
     y[spikes] += rng.uniform(-1.0, 1.0, spikes.size) * np.ptp(y)
     y[spikes[::3]] = 0.0
-    runs = [np.arange(first, first + 3 + first % 8) for first in rng.choice(y.size - 100, count // 13)]
+    runs = [
+        np.arange(first, first + 3 + first % 8) for first in rng.choice(y.size - 100, count // 13)
+    ]
     places = np.unique(np.concatenate([spikes, *runs]))
     for one in runs:
         y[one] = rng.uniform(y.min(), y.max())

@@ -281,7 +281,7 @@ def test_warnings_are_told_by_name_in_the_terminal_and_in_the_report(tmp_path: P
         [
             *("identify", *map(str, paths), "--input", "drive_v", "--output", "position_um"),
             *("--report", str(report), "--ratios", "0.95,0.3,0.35", "--dead-time", "0"),
-            *("--input-offset", "0", "--operators", "16"),
+            *("--input-offset", "0", "--operators", "16", "--loss", "squares"),
         ],
         catch_exceptions=False,
     )

@@ -128,7 +128,10 @@ def test_validation_of_other_records_and_of_the_rest() -> None:
         ({"weights": "cubic"}, '^weights: expected "auto", "free", .* or "split", got "cubic"$'),
         ({"smoothness": -1.0}, r"^smoothness: expected a finite number >= 0 .*, got -1\.0$"),
         ({"smoothness": np.nan}, "^smoothness: expected a finite number >= 0 .*, got NaN$"),
-        ({"thresholds": "log"}, '^thresholds: expected "uniform", "quantiles", "geometric" or an array, got'),
+        (
+            {"thresholds": "log"},
+            '^thresholds: expected "uniform", "quantiles", "geometric" or an array, got',
+        ),
         ({"operators": "auto", "thresholds": [0.0, 1.0]}, "^operators: expected a number"),
         ({"validate": 1.5}, r"^validate: expected a share between 0 and 1, got 1\.5$"),
         ({"validate": ([1.0, 2.0], [1.0])}, "^validate: y: expected 2 samples, got 1$"),

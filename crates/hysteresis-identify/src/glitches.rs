@@ -145,12 +145,12 @@ fn together(far: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-/// Whether far samples are few, and the residual jumps before and after the furthest of them. Beyond the ends of a record it is
-/// as usual.
+/// Whether far samples are few, and the residual jumps before and after the furthest of them. What a record begins with does not
+/// jump: it may be a transient of what was before. Beyond its end the residual is as usual.
 fn is_abrupt(residual: &[f64], levels: &[f64], distances: &[f64], far: &[usize]) -> bool {
     let (Some(first), Some(last)) = (far.first(), far.last()) else { return false };
     let Some(furthest) = (*first..=*last).max_by(|p, q| distances[*p].total_cmp(&distances[*q])) else { return false };
-    let before = |k: usize| k.checked_sub(1).map_or(levels[k], |before| residual[before]);
+    let before = |k: usize| residual[k.saturating_sub(1)];
     let after = |k: usize| residual.get(k + 1).copied().unwrap_or(levels[k]);
     let begins = (*first..=furthest).any(|k| (residual[k] - before(k)).abs() >= ABRUPT * distances[furthest]);
     let ends = (furthest..=*last).any(|k| (residual[k] - after(k)).abs() >= ABRUPT * distances[furthest]);

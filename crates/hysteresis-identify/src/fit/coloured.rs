@@ -56,13 +56,13 @@ impl ColouredFit<'_> {
         let free = white.free();
         let pass = Pass::new(self, &free, white.deviation);
         let models = pass.models(&pass.residuals);
-        let first = Generalised::of(&pass.whitened(&models), pass.told(), pass.rows_whitened(&models));
+        let first = pass.solved(&pass.whitened(&models), &models);
         if first.lags.is_none() && models.iter().all(|model| model.order() == 0) {
             return white;
         }
         let (plain, models) = pass.after(&first);
         let (whitened, coloured) = pass.whitened_and_coloured(&models);
-        let mut second = Generalised::of(&whitened, pass.told(), pass.rows_whitened(&models));
+        let mut second = pass.solved(&whitened, &models);
         if first.lags.is_none() {
             second.lags = None;
         }
@@ -170,6 +170,11 @@ impl<'a> Pass<'a> {
     /// The rows that are left when they are whitened.
     fn rows_whitened(&self, models: &[Autoregression]) -> usize {
         self.courses.iter().zip(models).map(|(course, model)| course.len().saturating_sub(model.order())).sum()
+    }
+
+    /// The solution from the triangle of the rows that these models whitened.
+    fn solved(&self, whitened: &Mat<f64>, models: &[Autoregression]) -> Generalised {
+        Generalised::of(whitened, self.told(), &self.lags.are_creep(), self.rows_whitened(models))
     }
 
     /// The triangle of the whitened rows.

@@ -54,6 +54,12 @@ impl Lags {
         self.time_constants.len() + 2 * self.ringing.len()
     }
 
+    /// Whether each column is one of creep.
+    pub(crate) fn are_creep(&self) -> Vec<bool> {
+        let of_ringing = std::iter::repeat_n(false, 2 * self.ringing.len());
+        self.time_constants.iter().map(|tau| *tau >= self.creep_from).chain(of_ringing).collect()
+    }
+
     /// How much later slow motion is seen per unit of the amplitude of every column: dynamics delay it, creep does not count.
     pub(crate) fn delays(&self, dt: f64) -> Vec<f64> {
         let of_lag = |tau: &f64| if *tau < self.creep_from { -dt / (-dt / tau).exp_m1() } else { 0.0 };
