@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, Literal
 
 import mpi_hyst as mh
 import numpy as np
@@ -11,7 +12,7 @@ from commands import run
 from support import Array
 
 RATE = 1000.0
-PLAIN = {"operators": 8, "dynamics": None, "creep": None, "loop_shift": None}
+PLAIN: dict[str, Any] = {"operators": 8, "dynamics": None, "creep": None, "loop_shift": None}
 
 
 def record(seed: int) -> tuple[Array, Array]:
@@ -45,7 +46,7 @@ def test_glitches_cost_no_accuracy(seed: int, share: float) -> None:
     unseen = 400.0 * np.sin(np.arange(3000) / 70.0) * np.linspace(0.1, 1.0, 3000)
     truth = mh.paper.table_1_recovered().forward().run(unseen)
 
-    def error(y: Array, loss: str) -> float:
+    def error(y: Array, loss: Literal["auto", "squares"]) -> float:
         found = mh.identify(u, y, dt=1.0 / RATE, loss=loss, **PLAIN)
         return float(np.std(found.predict(unseen) - truth))
 
@@ -60,9 +61,10 @@ def test_glitches_cost_no_accuracy(seed: int, share: float) -> None:
 
 def test_a_clean_record_gives_the_same_bits() -> None:
     u, y = record(4)
-    fits = [mh.identify(u, y, dt=1.0 / RATE, loss=loss, **PLAIN) for loss in ("auto", "squares")]
-    assert fits[0].model == fits[1].model
-    assert fits[0].left_out_samples == fits[1].left_out_samples == [[]]
+    auto = mh.identify(u, y, dt=1.0 / RATE, loss="auto", **PLAIN)
+    squares = mh.identify(u, y, dt=1.0 / RATE, loss="squares", **PLAIN)
+    assert auto.model == squares.model
+    assert auto.left_out_samples == squares.left_out_samples == [[]]
 
 
 def test_models_are_compared_without_glitches() -> None:
@@ -76,8 +78,10 @@ def test_models_are_compared_without_glitches() -> None:
 
 def test_the_choices_are_named() -> None:
     u, y = record(6)
-    with pytest.raises(ValueError, match='^loss: expected "auto", "squares" or "robust", got "l1"'):
-        mh.identify(u, y, loss="l1")
+    with pytest.raises(
+        ValueError, match=r'^loss: expected "auto", "squares" or "robust", got "l1"'
+    ):
+        mh.identify(u, y, loss="l1")  # type: ignore[arg-type]
 
 
 def test_the_command_line_tells_how_many(tmp_path: Path) -> None:
