@@ -221,7 +221,8 @@ def _stretches(
         default="uniform",
         show_default=True,
         help="Thresholds at equal distances, at quantiles of the reversals of the drive, or "
-        "growing by a constant factor from a hundredth of the range on: more operators for small loops.",
+        "growing by a constant factor from a hundredth of the range on: more operators "
+        "for small loops.",
     ),
     click.option(
         "--ratios", **numbers("RA,RB,RC"), help="Ratios ra/r, rb/r, rc/r.  [default: fitted]"
