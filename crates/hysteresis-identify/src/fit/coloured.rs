@@ -106,6 +106,7 @@ impl<'a> Pass<'a> {
         };
         let residuals: Vec<Vec<f64>> = (0..records.len()).map(residual).collect();
         let lags = Lags::new(intervals.smallest(), intervals.longest_record());
+        let lags = if fit.chain.linear.time_constants.is_empty() { lags } else { lags.without_creep() };
         let lags = residuals.iter().enumerate().fold(lags, |lags, (place, residuals)| {
             lags.with_ringing(&Autoregression::of(residuals), intervals.of_record(place))
         });

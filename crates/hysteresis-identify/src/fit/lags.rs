@@ -38,6 +38,13 @@ impl Lags {
         Self { time_constants, creep_from: CREEP_SAMPLES * dt, ringing: Vec::new() }
     }
 
+    /// Those of dynamics alone: beside creep that is in the model, creep of other time constants is not told from it.
+    pub(crate) fn without_creep(mut self) -> Self {
+        let creep_from = self.creep_from;
+        self.time_constants.retain(|tau| *tau < creep_from);
+        self
+    }
+
     /// The same with the frequencies at which the residuals of a record ring, by their model.
     pub(crate) fn with_ringing(mut self, residuals: &Autoregression, dt: f64) -> Self {
         self.ringing.extend(ringing(residuals).into_iter().map(|a| a.ln() / dt));
