@@ -996,8 +996,8 @@ class Identification:
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
-        like the standard errors. It tells how far the prediction may be from
-        that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
+        like the standard errors. It tells how far noise may move the prediction; the noise of a measurement comes on top, and
+        so does what the model lacks. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
         the inputs that they reach, the truth may be further away: a UserWarning says so.
 
@@ -1022,8 +1022,8 @@ class Identification:
 
         With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
         the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
-        like the standard errors. It tells how far the prediction may be from
-        that of the true parameters; the noise of a measurement comes on top. What was given and what lies at a bound (a
+        like the standard errors. It tells how far noise may move the prediction; the noise of a measurement comes on top, and
+        so does what the model lacks. What was given and what lies at a bound (a
         weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
         the inputs that they reach, the truth may be further away: a UserWarning says so.
 
