@@ -40,6 +40,8 @@ mod saved;
 mod search;
 mod signal;
 mod turned_sign;
+#[cfg(test)]
+mod white_noise;
 
 pub use amplifier_model::AmplifierModel;
 pub use compare::{ComparedModel, Comparison, Extension, Omission, compare};

@@ -180,19 +180,10 @@ fn with_structure(
     found: Found,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let JointFit { space, fit, .. } = &found.fit;
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let searched = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
-    let maps = MapProblem {
-        records,
-        asked,
-        options: &found.options,
-        basis: &found.basis,
-        smoothness: usual,
-        leaves_something: !fit.is_exact() && searched.colour(&found.fit).is_coloured(),
-    };
-    let Place { space, point } = maps.choose(&Place { space: space.clone(), point: fit.point }, fit, monitor)?;
+    let fitted = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let Place { space, point } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
     let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;

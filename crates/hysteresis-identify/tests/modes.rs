@@ -84,9 +84,12 @@ impl Truth {
 
     fn found(&self, seed: u64, options: &Options) -> Identification {
         let drive = drive();
-        let position = self.measured(&drive, seed);
+        self.found_in(&drive, &self.measured(&drive, seed), options)
+    }
+
+    fn found_in(&self, drive: &[f64], position: &[f64], options: &Options) -> Identification {
         let options = Options { dt: Some(self.dt), ..options.clone() };
-        run(&[Record::new(&drive, &position, 0).unwrap()], &options).unwrap()
+        run(&[Record::new(drive, position, 0).unwrap()], &options).unwrap()
     }
 
     /// That the modes are those of this stage, and that another record is predicted.
@@ -140,6 +143,21 @@ fn two_modes_come_back() {
         let lag = dead_time * truth.dt + lags.sum::<f64>();
         assert!((found.lag - lag).abs() < 5.0 * found.standard_errors.lag.max(1e-9), "{} {lag}", found.lag);
     }
+}
+
+/// Once glitches are known they are left out of the search for a further mode too.
+#[test]
+fn glitches_do_not_hide_a_mode() {
+    let truth = Truth::at_10_khz(&[[0.8, 800.0, 0.02], [0.2, 1900.0, 0.01]]);
+    let drive = drive();
+    let mut position = truth.measured(&drive, 1);
+    let wrong: Vec<usize> = (50..position.len()).step_by(97).collect();
+    for k in &wrong {
+        position[*k] = if k % 2 == 0 { -20.0 } else { 60.0 };
+    }
+    let found = truth.found_in(&drive, &position, &options());
+    truth.check(&found);
+    assert_eq!(found.left_out_samples, [wrong]);
 }
 
 #[test]

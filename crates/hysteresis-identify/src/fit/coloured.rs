@@ -55,7 +55,7 @@ impl ColouredFit<'_> {
         }
         let free = white.free();
         let pass = Pass::new(self, &free, white.deviation);
-        let models = pass.models(&pass.residuals);
+        let models = pass.models(pass.colours.clone());
         let first = pass.solved(&pass.whitened(&models), &models);
         if first.lags.is_none() && models.iter().all(|model| model.order() == 0) {
             return white;
@@ -89,6 +89,8 @@ struct Pass<'a> {
     /// Of every record the modelled output, all samples, and what it leaves of the fitted ones.
     outputs: Vec<Vec<f64>>,
     residuals: Vec<Vec<f64>>,
+    /// The models of these residuals.
+    colours: Vec<Autoregression>,
 }
 
 impl<'a> Pass<'a> {
@@ -106,14 +108,15 @@ impl<'a> Pass<'a> {
         };
         let residuals: Vec<Vec<f64>> = (0..records.len()).map(residual).collect();
         let lags = Lags::new(intervals.smallest(), intervals.longest_record());
-        let lags = if fit.chain.linear.time_constants.is_empty() { lags } else { lags.without_creep() };
-        let lags = residuals.iter().enumerate().fold(lags, |lags, (place, residuals)| {
-            lags.with_ringing(&Autoregression::of(residuals), intervals.of_record(place))
-        });
+        let lags = lags.beside_creep(&fit.chain.linear.time_constants);
+        let colours: Vec<_> = residuals.iter().map(|residuals| Autoregression::of(residuals)).collect();
+        let with_ringing =
+            |lags: Lags, (place, colour): (usize, &_)| lags.with_ringing(colour, intervals.of_record(place));
+        let lags = colours.iter().enumerate().fold(lags, with_ringing);
         let rows: usize = courses.iter().map(Course::len).sum();
         let lags = if rows < ROWS_PER_COLUMN * (own + free.len() + lags.len()) { Lags::none() } else { lags };
         let tangent = space.tangent(&fit.fit.point, basis.columns(), Some(&fit.fit.weights));
-        Self { fit, tangent, courses, lags, own, free, deviation, outputs, residuals }
+        Self { fit, tangent, courses, lags, own, free, deviation, outputs, residuals, colours }
     }
 
     /// How many columns there are.
@@ -157,15 +160,15 @@ impl<'a> Pass<'a> {
         triangle_of(Mat::from_fn(all.nrows(), chosen.len(), |i, j| all[(i, chosen[j])]))
     }
 
-    /// The models of what is left in every record, as large as the noise of which the fit took a part.
-    fn models(&self, left: &[Vec<f64>]) -> Vec<Autoregression> {
+    /// The models of what is left in every record, enlarged to the noise of which the fit took a part.
+    fn models(&self, left: Vec<Autoregression>) -> Vec<Autoregression> {
         let rows: usize = self.courses.iter().map(Course::len).sum();
         let taken = (as_f64(rows) / as_f64(rows.saturating_sub(self.told()).max(1))).sqrt();
-        let model = |series: &Vec<f64>| {
-            let model = Autoregression::of(series);
-            Autoregression { deviation: (taken * model.deviation).max(MIN_NOISE_SHARE * self.deviation), ..model }
+        let enlarged = |model: Autoregression| {
+            let deviation = (taken * model.deviation).max(MIN_NOISE_SHARE * self.deviation);
+            Autoregression { deviation, ..model }
         };
-        left.iter().map(model).collect()
+        left.into_iter().map(enlarged).collect()
     }
 
     /// The rows that are left when they are whitened.
@@ -200,9 +203,9 @@ impl<'a> Pass<'a> {
                 let (columns, residual) = row.split_at(along.len());
                 series.push(residual[0] - columns.iter().zip(&along).map(|(z, c)| z * c).sum::<f64>());
             });
-            left.push(series);
+            left.push(Autoregression::of(&series));
         }
-        (self.selected(factor), self.models(&left))
+        (self.selected(factor), self.models(left))
     }
 
     /// What multiplies every column of a row in a solution.

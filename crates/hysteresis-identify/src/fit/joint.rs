@@ -6,7 +6,7 @@ use super::course::Course;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};
-use super::search::{attempt, by_objective, search};
+use super::search::{best_attempt, search};
 use super::space::Space;
 use super::starts::starts;
 use super::weight_basis::WeightBasis;
@@ -155,14 +155,9 @@ impl JointProblem<'_> {
     ) -> Result<JointFit, Error> {
         let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         // What is left is the work once the best of them is found.
-        let whole = Span { from: 0.0, to: 0.6 };
-        let mut fits = Vec::new();
-        for (number, start) in starts.iter().enumerate() {
-            let span = Span { from: whole.at(number, starts.len()), to: whole.at(number + 1, starts.len()) };
-            fits.push(attempt(&levels[level], self.basis, start, passes, span, monitor)?);
-        }
-        fits.sort_by(by_objective);
-        let (fit, linearised) = search(&levels, self.basis, fits.first(), monitor)?;
+        let span = Span { from: 0.0, to: 0.6 };
+        let start = best_attempt(&levels[level], self.basis, starts, passes, span, monitor)?;
+        let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
     }

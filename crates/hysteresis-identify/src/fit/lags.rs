@@ -38,10 +38,12 @@ impl Lags {
         Self { time_constants, creep_from: CREEP_SAMPLES * dt, ringing: Vec::new() }
     }
 
-    /// Those of dynamics alone: beside creep that is in the model, creep of other time constants is not told from it.
-    pub(crate) fn without_creep(mut self) -> Self {
-        let creep_from = self.creep_from;
-        self.time_constants.retain(|tau| *tau < creep_from);
+    /// Those of dynamics alone, shorter than any creep that is in the model: longer ones are not told from it.
+    pub(crate) fn beside_creep(mut self, time_constants: &[f64]) -> Self {
+        if let Some(shortest) = time_constants.iter().copied().reduce(f64::min) {
+            let from = shortest.min(self.creep_from);
+            self.time_constants.retain(|tau| *tau < from);
+        }
         self
     }
 

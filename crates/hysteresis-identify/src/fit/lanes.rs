@@ -103,14 +103,7 @@ impl DynamicLanes {
         std::mem::swap(&mut self.p, &mut self.before);
         self.p.copy_from_slice(p);
         let Some(dynamics) = &self.dynamics else { return };
-        // From t_(k-1) to t_k p(k-1) was held; from now on the distance is that from p(k).
-        let (e, n) = (dynamics.step, p.len());
-        let (before, deviation, v) = (&self.before[..n], &mut self.deviation[..n], &mut self.v[..n]);
-        for i in 0..n {
-            let moved = e.xx * deviation[i] + e.xv * v[i];
-            v[i] = e.vx * deviation[i] + e.vv * v[i];
-            deviation[i] = moved + (before[i] - p[i]);
-        }
+        hold(dynamics, &self.before, p, &mut self.deviation, &mut self.v);
         self.further.hold(&self.before, p);
     }
 
@@ -118,19 +111,15 @@ impl DynamicLanes {
     /// go, and of the state what does not decay with it.
     #[inline(always)]
     fn lead(&mut self, p: &[f64], amplifier: &SampledAmplifier) {
-        let Some(e) = self.dynamics.as_ref().map(|dynamics| dynamics.step) else { return };
-        self.further.lead(&self.p, &self.before, &self.decaying, p);
-        let ([x, speed], n) = (amplifier.start, p.len());
+        let Some(dynamics) = &self.dynamics else { return };
+        let inputs = LedInputs { ends: &self.p, before: &self.before, decaying: &self.decaying, p };
+        lead(dynamics, amplifier, &inputs, &mut self.deviation, &mut self.v);
+        self.further.lead(&inputs);
+        let n = p.len();
         let (ends, before, decaying) = (&mut self.p[..n], &mut self.before[..n], &mut self.decaying[..n]);
-        let (deviation, v) = (&mut self.deviation[..n], &mut self.v[..n]);
         for i in 0..n {
             let end = before[i] + (p[i] - before[i]) * amplifier.reach;
-            let left = before[i] - end;
-            let change = decaying[i] * amplifier.step - left;
-            let moved = e.xx * deviation[i] + e.xv * v[i];
-            v[i] = e.vx * deviation[i] + e.vv * v[i] + speed * change;
-            deviation[i] = moved + (ends[i] - end) + x * change;
-            (ends[i], before[i], decaying[i]) = (end, p[i], left);
+            (ends[i], before[i], decaying[i]) = (end, p[i], before[i] - end);
         }
     }
 
@@ -189,6 +178,48 @@ impl DynamicLanes {
             }
             None => (self.before[lane] - self.p[lane]) / dt,
         }
+    }
+}
+
+/// Takes dynamics of every lane on by an interval in which `before` was held; from now on the distance is that from `p`.
+#[inline(always)]
+pub(super) fn hold(dynamics: &SampledDynamics, before: &[f64], p: &[f64], deviation: &mut [f64], v: &mut [f64]) {
+    let (e, n) = (dynamics.step, p.len());
+    let (before, deviation, v) = (&before[..n], &mut deviation[..n], &mut v[..n]);
+    for i in 0..n {
+        let moved = e.xx * deviation[i] + e.xv * v[i];
+        v[i] = e.vx * deviation[i] + e.vv * v[i];
+        deviation[i] = moved + (before[i] - p[i]);
+    }
+}
+
+/// The inputs of every lane behind an amplifier: from `before` they went towards `ends`, from which they were `decaying` away, and
+/// go to `p` now.
+pub(super) struct LedInputs<'a> {
+    ends: &'a [f64],
+    before: &'a [f64],
+    decaying: &'a [f64],
+    p: &'a [f64],
+}
+
+/// As [`hold`] behind an amplifier.
+#[inline(always)]
+pub(super) fn lead(
+    dynamics: &SampledDynamics,
+    amplifier: &SampledAmplifier,
+    inputs: &LedInputs<'_>,
+    deviation: &mut [f64],
+    v: &mut [f64],
+) {
+    let (e, [x, speed], n) = (dynamics.step, amplifier.start, inputs.p.len());
+    let (ends, before, decaying, p) = (&inputs.ends[..n], &inputs.before[..n], &inputs.decaying[..n], inputs.p);
+    let (deviation, v) = (&mut deviation[..n], &mut v[..n]);
+    for i in 0..n {
+        let end = before[i] + (p[i] - before[i]) * amplifier.reach;
+        let change = decaying[i] * amplifier.step - (before[i] - end);
+        let moved = e.xx * deviation[i] + e.xv * v[i];
+        v[i] = e.vx * deviation[i] + e.vv * v[i] + speed * change;
+        deviation[i] = moved + (ends[i] - end) + x * change;
     }
 }
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::choice::levels;
 use super::curve::OutputMap;
 use super::folds::{CrossValidation, Stretches, Terms};
+use super::joint::{JointFit, JointProblem};
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
-use super::projection::ProjectedFit;
 use super::regressor::Regressor;
-use super::search::{attempt, best_of_starts, by_objective};
+use super::search::{best_attempt, best_of_starts};
 use super::space::Space;
 use super::variety::Variety;
 use super::weight_basis::WeightBasis;
@@ -17,7 +17,6 @@ use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::map_model::MapModel;
 use crate::options::Options;
-use crate::record::Record;
 
 /// How many passes over the records a map may take to find its shape.
 const PASSES: usize = 8;
@@ -41,15 +40,12 @@ pub(crate) struct Place {
 
 /// Records, and what is known before maps are searched.
 pub(crate) struct MapProblem<'a> {
-    pub(crate) records: &'a [Record<'a>],
+    /// What was fitted.
+    pub(crate) fitted: JointProblem<'a>,
     /// What was asked for.
     pub(crate) asked: &'a Options,
-    /// What was fitted.
-    pub(crate) options: &'a Options,
-    pub(crate) basis: &'a WeightBasis,
+    /// How smooth the weights are while maps are tried.
     pub(crate) smoothness: f64,
-    /// Whether what was fitted leaves more than rounding or white noise, which no map explains.
-    pub(crate) leaves_something: bool,
 }
 
 /// The maps of one candidate.
@@ -73,15 +69,10 @@ impl Maps {
 impl MapProblem<'_> {
     /// The best place with the maps that were asked for, or as cross-validation asks for them: the one without a map unless
     /// another predicts better, and then the one that predicts best.
-    pub(crate) fn choose(
-        &self,
-        found: &Place,
-        fit: &ProjectedFit,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<Place, Error> {
-        let candidates = self.candidates(found, fit);
+    pub(crate) fn choose(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Place, Error> {
+        let candidates = self.candidates(found);
         if let [Maps { input: false, output: None }] = candidates[..] {
-            return Ok(found.clone());
+            return Ok(Place { space: found.space.clone(), point: found.fit.point });
         }
         let (mut places, mut tried) = (Vec::new(), Vec::new());
         let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len());
@@ -91,7 +82,7 @@ impl MapProblem<'_> {
             tried.push(validation);
             places.push(place);
         }
-        let must_gain = if Variety::of(self.records).apart_from_time { MUST_GAIN } else { MUST_GAIN_IN_DECAY };
+        let must_gain = if Variety::of(self.fitted.records).apart_from_time { MUST_GAIN } else { MUST_GAIN_IN_DECAY };
         let good: Vec<usize> = CrossValidation::good(&tried, must_gain).collect();
         let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
         let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
@@ -99,41 +90,44 @@ impl MapProblem<'_> {
     }
 
     /// The candidates, the one of the fewest maps first.
-    fn candidates(&self, found: &Place, fit: &ProjectedFit) -> Vec<Maps> {
+    fn candidates(&self, found: &JointFit) -> Vec<Maps> {
         let Options { input_map, output_map, .. } = self.asked;
         let with =
-            |(input, has_output): (bool, bool)| Maps { input, output: has_output.then(|| self.output_map(found, fit)) };
+            |(input, has_output): (bool, bool)| Maps { input, output: has_output.then(|| self.output_map(found)) };
         let given = (*input_map == MapModel::Smooth, *output_map == MapModel::Smooth);
-        let is_open = |map: &MapModel| *map == MapModel::Auto && self.leaves_something;
-        let output = is_open(output_map).then_some((given.0, true));
-        let input = is_open(input_map).then_some((true, given.1));
+        let is_open = |map: &MapModel| *map == MapModel::Auto;
+        let is_tried = (is_open(output_map) || is_open(input_map)) && self.leaves_something(found);
+        let output = (is_open(output_map) && is_tried).then_some((given.0, true));
+        let input = (is_open(input_map) && is_tried).then_some((true, given.1));
         [Some(given), output, input].into_iter().flatten().map(with).collect()
+    }
+
+    /// Whether a fit leaves more than rounding or white noise, which no map explains.
+    fn leaves_something(&self, found: &JointFit) -> bool {
+        !found.fit.is_exact() && self.fitted.colour(found).is_coloured()
     }
 
     /// Where maps lead from a point, and how that predicts.
     fn candidate(
         &self,
         maps: &Maps,
-        found: &Place,
+        found: &JointFit,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<(Place, CrossValidation), Error> {
+        let JointProblem { records, options, basis, .. } = self.fitted;
+        let [alone, together] = [0, 1].map(|half| Span { from: span.at(half, 2), to: span.at(half + 1, 2) });
         let space = maps.in_front_and_behind(&found.space);
-        let mut starts = vec![found.point];
+        let mut starts = vec![found.fit.point];
         if !maps.is_none() {
-            starts.push(self.with_hysteresis_alone(maps, found, monitor)?);
+            starts.push(self.with_hysteresis_alone(maps, found, alone, monitor)?);
         }
-        let levels = levels(self.records, &space, self.basis, self.smoothness, true)?;
+        let levels = levels(records, &space, basis, self.smoothness, true)?;
         let projection = &levels[levels.len() - 1];
-        let mut fits = Vec::new();
-        for start in &starts {
-            fits.push(attempt(projection, self.basis, start, PASSES, span, monitor)?);
-        }
-        fits.sort_by(by_objective);
-        let fit = fits.swap_remove(0);
+        let fit = best_attempt(projection, basis, &starts, PASSES, together, monitor)?;
         let creep = space.creep_amplitudes();
         let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
-        let validation = Stretches::new(projection, &fit).under(self.options, self.basis).cross_validate(&terms);
+        let validation = Stretches::new(projection, &fit).under(options, basis).cross_validate(&terms);
         drop(levels);
         Ok((Place { space, point: fit.point }, validation))
     }
@@ -142,23 +136,25 @@ impl MapProblem<'_> {
     fn with_hysteresis_alone(
         &self,
         maps: &Maps,
-        found: &Place,
+        found: &JointFit,
+        span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Point, Error> {
-        let options = self.options.hysteresis_alone();
-        let space = maps.in_front_and_behind(&Space::new(self.records, &options)?);
+        let (records, options) = (self.fitted.records, self.fitted.options.hysteresis_alone());
+        let space = maps.in_front_and_behind(&Space::new(records, &options)?);
         let basis = WeightBasis::new(&options, space.shift_len());
-        let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
-        let alone = best_of_starts(&levels[0], &basis, &ROUNDS, monitor)?.point;
-        Ok(Parameter::of_hysteresis().fold(found.point, |point, parameter| point.with(parameter, alone.get(parameter))))
+        let levels = levels(records, &space, &basis, self.smoothness, true)?;
+        let alone = best_of_starts(&levels[0], &basis, &ROUNDS, span, monitor)?.point;
+        let with_alone = |point: Point, parameter| point.with(parameter, alone.get(parameter));
+        Ok(Parameter::of_hysteresis().fold(found.fit.point, with_alone))
     }
 
     /// An output map over what the hysteresis puts out.
-    fn output_map(&self, found: &Place, fit: &ProjectedFit) -> OutputMap {
-        let operators = found.space.operators(&found.point);
-        let weights = &fit.weights;
+    fn output_map(&self, found: &JointFit) -> OutputMap {
+        let operators = found.space.operators(&found.fit.point);
+        let weights = &found.fit.weights;
         let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
-        for (place, record) in self.records.iter().enumerate() {
+        for (place, record) in self.fitted.records.iter().enumerate() {
             let dt = found.space.intervals().of_record(place);
             let mut regressor = Regressor::new(&operators, record.input(), 0.0, dt);
             for k in 0..record.input().len() {

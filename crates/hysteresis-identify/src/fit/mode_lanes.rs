@@ -1,6 +1,7 @@
 //! The modes beside the first, for many signals at once.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
+use super::lanes::{LedInputs, hold, lead};
 use super::linear_part::{SampledDynamics, SampledPart};
 
 /// Signals side by side, each through the same modes. See [`DynamicLanes`](super::lanes::DynamicLanes), which has the first mode
@@ -26,39 +27,22 @@ impl ModeLanes {
         self.modes.iter()
     }
 
-    /// Goes on by an interval in which `before` was held; from now on the distance is that from `p`.
+    /// See [`hold`].
     #[inline(always)]
     pub(crate) fn hold(&mut self, before: &[f64], p: &[f64]) {
-        let n = self.lanes;
         for (number, (_, mode)) in self.modes.iter().enumerate() {
-            let (e, lanes) = (mode.step, number * n..(number + 1) * n);
-            let (deviation, v) = (&mut self.deviation[lanes.clone()], &mut self.v[lanes]);
-            let (before, p) = (&before[..n], &p[..n]);
-            for i in 0..n {
-                let moved = e.xx * deviation[i] + e.xv * v[i];
-                v[i] = e.vx * deviation[i] + e.vv * v[i];
-                deviation[i] = moved + (before[i] - p[i]);
-            }
+            let lanes = number * self.lanes..(number + 1) * self.lanes;
+            hold(mode, before, p, &mut self.deviation[lanes.clone()], &mut self.v[lanes]);
         }
     }
 
-    /// The same behind an amplifier: the input went from `before` towards `ends`, from which it was `decaying` away, and goes
-    /// to `p` now.
+    /// See [`lead`].
     #[inline(always)]
-    pub(crate) fn lead(&mut self, ends: &[f64], before: &[f64], decaying: &[f64], p: &[f64]) {
-        let n = self.lanes;
+    pub(super) fn lead(&mut self, inputs: &LedInputs<'_>) {
         for (number, (_, mode)) in self.modes.iter().enumerate() {
             let Some(amplifier) = &mode.amplifier else { continue };
-            let (e, [x, speed], lanes) = (mode.step, amplifier.start, number * n..(number + 1) * n);
-            let (deviation, v) = (&mut self.deviation[lanes.clone()], &mut self.v[lanes]);
-            let (ends, before, decaying, p) = (&ends[..n], &before[..n], &decaying[..n], &p[..n]);
-            for i in 0..n {
-                let end = before[i] + (p[i] - before[i]) * amplifier.reach;
-                let change = decaying[i] * amplifier.step - (before[i] - end);
-                let moved = e.xx * deviation[i] + e.xv * v[i];
-                v[i] = e.vx * deviation[i] + e.vv * v[i] + speed * change;
-                deviation[i] = moved + (ends[i] - end) + x * change;
-            }
+            let lanes = number * self.lanes..(number + 1) * self.lanes;
+            lead(mode, amplifier, inputs, &mut self.deviation[lanes.clone()], &mut self.v[lanes]);
         }
     }
 

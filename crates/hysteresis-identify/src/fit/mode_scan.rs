@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::axes::{MAX_MODE_CYCLES, MAX_MODE_GAIN, MIN_MODE_CYCLES};
+use super::course::Course;
 use super::joint::JointFit;
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, Mode, SampledPart};
@@ -91,9 +92,16 @@ struct Signals {
     dt: f64,
     /// Behind the creep.
     input: Vec<f64>,
-    /// The samples that are rows, and where the rows are among those of all records.
-    samples: Range<usize>,
+    /// Its rows, and where they are among those of all records.
+    course: Course,
     rows: Range<usize>,
+}
+
+impl Signals {
+    /// The samples that are rows.
+    fn samples(&self) -> impl Iterator<Item = usize> {
+        (0..self.course.len()).map(|row| self.course.sample(row))
+    }
 }
 
 impl Scan {
@@ -106,11 +114,11 @@ impl Scan {
             let output = hysteresis(&chain.operators, &fit.weights, record.input(), 0.0, dt);
             let mut creep = CreepLanes::new(&SampledPart::new(&part, dt), 1);
             let input = output.iter().map(|h| creep.put_out(&[*h])[0]).collect();
-            let end = record.input().len().saturating_sub(space.unread_samples()).max(record.skip() + 1);
-            let (samples, first) = (record.skip()..end, residual.len());
+            let course = Course::new(record, 1, space.unread_samples());
+            let one = Signals { dt, input, rows: residual.len()..residual.len() + course.len(), course };
             let predicted = chain.response_in(place, record.input(), dt);
-            residual.extend(samples.clone().map(|k| record.output()[k] - predicted[k]));
-            signals.push(Signals { dt, input, samples, rows: first..residual.len() });
+            residual.extend(one.samples().map(|k| record.output()[k] - predicted[k]));
+            signals.push(one);
         }
         let intervals = space.intervals();
         let range = (MIN_MODE_CYCLES / intervals.longest_record(), MAX_MODE_CYCLES / intervals.smallest());
@@ -154,7 +162,10 @@ impl Scan {
 
     /// The answers of a linear part at the rows of all records.
     fn answers(&self, part: &LinearPart) -> Vec<f64> {
-        let of_record = |signals: &Signals| through(part, &signals.input, signals.dt)[signals.samples.clone()].to_vec();
+        let of_record = |signals: &Signals| {
+            let answer = through(part, &signals.input, signals.dt);
+            signals.samples().map(|k| answer[k]).collect::<Vec<_>>()
+        };
         self.signals.iter().flat_map(of_record).collect()
     }
 
@@ -210,7 +221,7 @@ impl Scan {
         for signals in &self.signals {
             let sampled = SampledPart::new(&part, signals.dt);
             let (mut lane, mut taken, mut sums) = (DynamicLanes::new(&sampled, 1), 0, vec![0.0; n]);
-            for (sample, row) in signals.samples.clone().zip(signals.rows.clone()) {
+            for (sample, row) in signals.samples().zip(signals.rows.clone()) {
                 // Before the record the modes are at rest; behind its end the last sample is held.
                 let Some(source) = sampled.source(sample) else { continue };
                 while taken <= source {

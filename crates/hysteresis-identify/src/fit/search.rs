@@ -21,6 +21,9 @@ const LONG: usize = 60;
 const MEDIUM: usize = 15;
 const SHORT: usize = 3;
 
+/// The part of a search from nothing that finds where to go on with all samples.
+const FIRST: Span = Span { from: 0.0, to: 0.6 };
+
 /// A longer dead time must lower the sum of squares by this share: whole periods of the drive fit alike.
 const DEAD_TIME_MUST_GAIN: f64 = 0.01;
 
@@ -56,8 +59,11 @@ pub(crate) fn search(
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let mut found =
-            if let Some(known) = known { known.clone() } else { best_of_starts(thinned, basis, &ROUNDS, monitor)? };
+        let mut found = if let Some(known) = known {
+            known.clone()
+        } else {
+            best_of_starts(thinned, basis, &ROUNDS, FIRST, monitor)?
+        };
         let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
         for (i, more) in middle.iter().enumerate() {
             let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
@@ -84,21 +90,22 @@ pub(super) fn best_of_starts(
     thinned: &Projection<'_>,
     basis: &WeightBasis,
     rounds: &Rounds,
+    span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
-    let scanned = scan(thinned, &thinned.space().starts(), monitor)?;
-    refine(thinned, basis, rounds, scanned, monitor)
+    let scanned = scan(thinned, &thinned.space().starts(), Span { to: span.at(1, 3), ..span }, monitor)?;
+    refine(thinned, basis, rounds, scanned, Span { from: span.at(1, 3), ..span }, monitor)
 }
 
 /// The fits at all starts, best first, all at the dead time that suits the best of them.
 fn scan(
     thinned: &Projection<'_>,
     starts: &[Point],
+    span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Vec<ProjectedFit>, Error> {
     let dead_times = thinned.space().dead_times();
     let (mut done, total) = (0, 2 * starts.len() + dead_times.len());
-    let span = Span { from: 0.0, to: 0.2 };
     let mut fit_at = |point: &Point| {
         let fit = thinned.fit(point, None);
         done += 1;
@@ -128,11 +135,11 @@ fn refine(
     basis: &WeightBasis,
     rounds: &Rounds,
     mut fits: Vec<ProjectedFit>,
+    whole: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
     monitor.enter(SearchStage::Refine);
     let (mut done, total) = (0, rounds.iter().map(|(entering, _)| entering).sum());
-    let whole = Span { from: 0.2, to: 0.6 };
     for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
         for fit in &mut fits {
@@ -146,21 +153,27 @@ fn refine(
     Ok(fits.swap_remove(0))
 }
 
-pub(super) fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
+fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
     p.objective.total_cmp(&q.objective)
 }
 
-/// Where a few steps lead from a start.
-pub(super) fn attempt(
+/// The best of where a few steps lead from each start, of which there is one at least.
+pub(super) fn best_attempt(
     projection: &Projection<'_>,
     basis: &WeightBasis,
-    start: &Point,
+    starts: &[Point],
     passes: usize,
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
-    let patience = Patience { gain: 1e-4, passes };
-    Ok(improve(projection, basis, start, None, patience, span, monitor)?.0)
+    let mut fits = Vec::with_capacity(starts.len());
+    for (number, start) in starts.iter().enumerate() {
+        let span = Span { from: span.at(number, starts.len()), to: span.at(number + 1, starts.len()) };
+        let patience = Patience { gain: 1e-4, passes };
+        fits.push(improve(projection, basis, start, None, patience, span, monitor)?.0);
+    }
+    fits.sort_by(by_objective);
+    Ok(fits.swap_remove(0))
 }
 
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.

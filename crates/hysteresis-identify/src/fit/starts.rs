@@ -31,7 +31,7 @@ const STARTS: usize = 4;
 /// The amplitude of creep to start from, in units of its parameters.
 const CREEP: f64 = 0.01;
 
-/// Points with dynamics and creep for a fit of the hysteresis with a dead time alone, the most promising first.
+/// Points with dynamics and creep for a fit of the hysteresis with a dead time alone, the most promising first, and one at least.
 ///
 /// The dead time of that fit is the lag of everything, 2 zeta / w and what is dead time in truth: each frequency and
 /// damping is tried with the rest of it, and a few others.
@@ -65,7 +65,8 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
         }
         along.push(best);
     }
-    minima(&along)
+    // A record of a few samples has none of these frequencies.
+    if along.is_empty() { vec![point(known.unwrap_or(lag))] } else { minima(&along) }
 }
 
 /// Those that fit better than their neighbours, the best first.

@@ -141,14 +141,14 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
     if len(found.creep_std) < len(amplitudes):
         # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
         decade = np.log10(times[-1] / times[-2])
-        slow = 100.0 * float(amplitudes[-1] / decade)
-        percent = with_error(slow, 100.0 * float(found.creep_std[0]), "%", scale=_CREEP)
+        slow = float(amplitudes[-1] / decade)
+        percent = _percent(slow, float(found.creep_std[0]))
         span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
         fast = []
         if len(found.creep_std) > 1:
             decades = np.log10(_SLOW / times[0]) + 0.5 * decade
-            share = 100.0 * float(amplitudes[times < _SLOW].sum() / decades)
-            error = with_error(share, 100.0 * float(found.creep_std[1]), "%", scale=_CREEP)
+            share = float(amplitudes[times < _SLOW].sum() / decades)
+            error = _percent(share, float(found.creep_std[1]))
             fast = [("creep below 0.1 s", f"{error} of a step per decade")]
         return [
             ("creep", f"{percent} of a step per decade"),
@@ -156,13 +156,17 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
             ("creep time constants", span),
         ]
     pairs = zip(amplitudes, found.creep_std, strict=True)
-    shares = "  ".join(
-        with_error(100.0 * share, 100.0 * std, "%", scale=_CREEP) for share, std in pairs
-    )
+    shares = "  ".join(_percent(share, std) for share, std in pairs)
     return [
         ("creep", f"{shares} of a step"),
         ("creep time constants", "  ".join(f"{digits(time)} s" for time in times)),
     ]
+
+
+def _percent(share: float, std: float) -> str:
+    """Return an amplitude of creep with its standard error, in per cent."""
+    percent = 100.0 * share
+    return with_error(percent, 100.0 * std, "%", scale=max(abs(percent), _CREEP))
 
 
 def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str, str]]:
