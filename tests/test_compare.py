@@ -79,10 +79,13 @@ def stage_of(**parts: Any) -> Array:
     return np.stack([u, noisy(mh.Stage(COUPLED, **parts).forward(DT).run(u))])
 
 
+BENT = np.linspace(-200.0, 200.0, 81)
+
 TRUTHS: dict[str, dict[str, Any]] = {
     "creep": {"creep": mh.plant.Creep.logarithmic(0.03, 0.1, 100.0, 6)},
     "loop shift": {"loop_shift": mh.plant.LoopShift(0.0, 80.0, (-4.0, 2.0), 0.1, 2.0)},
     "dynamics": {"dynamics": mh.plant.SecondOrder(12.0, 0.1)},
+    "maps": {"output_map": (BENT, 100.0 * np.tanh(BENT / 100.0))},
 }
 
 
@@ -107,7 +110,7 @@ def test_what_is_not_kept_changes_nothing() -> None:
     found = mh.compare(*stage_of(), dt=DT, **FAST)
     rows = by_name(found)
     assert found.simplest == "modified"
-    for name in ("modified + creep", "modified + loop shift", "modified + dynamics"):
+    for name in (f"modified + {extension}" for extension in TRUTHS):
         assert rows[name].kept == [] and rows[name].model == name
         assert rows[name].stretches == rows["modified"].stretches
         assert rows[name].fit.rmse == rows["modified"].fit.rmse
@@ -187,9 +190,10 @@ def test_extensions_that_cannot_be_told_are_named_with_the_reason() -> None:
     y = noisy(COUPLED.forward().run(U))
     seconds = mh.compare(U, y, **FAST)
     assert set(seconds.omitted.values()) == {"needs a sampling interval"}
-    assert list(seconds.omitted) == ["creep", "loop shift", "dynamics"]
-    asked = mh.compare(U, y, dt=DT, creep=None, loop_shift=None, **FAST)
-    assert asked.omitted == {"creep": "not asked for", "loop shift": "not asked for"}
+    assert list(seconds.omitted) == ["creep", "loop shift", "dynamics", "maps"]
+    left_out = dict.fromkeys(("creep", "loop_shift", "input_map", "output_map"))
+    asked = mh.compare(U, y, dt=DT, **left_out, **FAST)
+    assert asked.omitted == dict.fromkeys(("creep", "loop shift", "maps"), "not asked for")
     assert [row.model for row in asked.rows] == [*SIMPLE, "modified + dynamics"]
     same = mh.signals.triangle(80.0, 1.0, seconds=6.0, rate=1.0 / DT)
     alike = mh.compare(
@@ -302,12 +306,19 @@ def test_the_command_compares_after_the_summary(there: Path) -> None:
     write_csv(there / "other.csv", HEADER, record_rows(300.0))
     result = run(
         *("identify", "record.csv", "other.csv", *COLUMNS, *FIT, "--skip", "20"),
-        *("--compare", "--creep", "none", "-o", "found.json", "--report", "report.html"),
+        *("--compare", "--creep", "none", "--amplifier", "none", "--input-map", "none"),
+        *("-o", "found.json", "--report", "report.html"),
     )
     assert result.exit_code == 0, result.output
     summary, _, table = result.stdout.partition("models compared on held-out stretches\n\n")
     assert summary.startswith("verdict: ")
-    for name in (*SIMPLE, "modified + loop shift", "modified + dynamics", "modified + all"):
+    for name in (
+        *SIMPLE,
+        "modified + loop shift",
+        "modified + dynamics",
+        "modified + maps",
+        "modified + all",
+    ):
         assert f"\n  {name}" in table
     assert "held out (µm)" in table and "not tried: creep: not asked for" in table
     assert "stage   found.json" in table

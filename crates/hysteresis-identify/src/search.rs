@@ -16,6 +16,9 @@ use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
 use crate::options::{DynamicsModel, Options, Setting};
 use crate::record::Record;
 
+/// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
+const DESCENTS: usize = 3;
+
 /// The fit, and how it was found.
 #[derive(Clone)]
 pub(crate) struct Found {
@@ -35,6 +38,11 @@ impl Found {
     /// The sampling interval of records that have none of their own; 1, in samples, if none is known.
     pub(crate) fn interval(&self, records: &[Record<'_>]) -> f64 {
         self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)
+    }
+
+    /// What is searched in the records with everything chosen.
+    fn problem<'a>(&'a self, records: &'a [Record<'a>]) -> JointProblem<'a> {
+        JointProblem { records, options: &self.options, basis: &self.basis, smoothness: self.smoothness }
     }
 }
 
@@ -63,11 +71,12 @@ pub(crate) fn search_all(
         found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
     }
     if chooses && !found.partial {
-        monitor.begin(Span { from: 0.8, to: 1.0 });
+        monitor.begin(Span { from: 0.8, to: if is_joint { 0.97 } else { 1.0 } });
         found = with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)?;
     }
+    let found = with_own_gains(records, found, monitor)?;
     let found = with_colour(records, found);
-    if is_joint {
+    if is_joint || chooses {
         monitor.finish();
     }
     Ok(found)
@@ -80,21 +89,33 @@ pub(crate) fn search_again(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
-    let problem = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let problem = found.problem(records);
     let (fit, partial) = match problem.search_from(space.clone(), &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
         searched => (searched?, false),
     };
     (found.fit, found.partial) = (fit, partial);
+    let found = with_own_gains(records, found, monitor)?;
     Ok(with_colour(records, found))
+}
+
+/// The same with dynamics that do not stand in for what the hysteresis lacks.
+fn with_own_gains(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    if found.partial || found.linear.is_none() {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.97, to: 1.0 });
+    match found.problem(records).with_own_gains(&found.fit, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
+        fit => Ok(Found { fit: fit?, ..found }),
+    }
 }
 
 /// The same with how the residuals of the linear part follow from each other.
 fn with_colour(records: &[Record<'_>], found: Found) -> Found {
-    let Some(linear) = found.linear else { return found };
-    let problem = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
-    let linear = LinearEvidence { colour: problem.colour(&found.fit), ..linear };
-    Found { linear: Some(linear), ..found }
+    let colour = found.linear.is_some().then(|| found.problem(records).colour(&found.fit));
+    let linear = found.linear.zip(colour).map(|(linear, colour)| LinearEvidence { colour, ..linear });
+    Found { linear, ..found }
 }
 
 /// Hysteresis, loop shift and a dead time.
@@ -182,9 +203,9 @@ fn with_structure(
 ) -> Result<Found, Error> {
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let fitted = JointProblem { records, options: &found.options, basis: &found.basis, smoothness: found.smoothness };
+    let fitted = found.problem(records);
     let Place { space, point } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
-    let structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
+    let mut structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;
     let mut point = point;
@@ -194,19 +215,44 @@ fn with_structure(
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = WeightBasis::new(&options, space.shift_len());
-    let smoothness = structure.smoothness;
-    let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
-    monitor.within(1, 2);
-    let (fit, partial) = match problem.search_around(space.clone(), &point, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => {
-            (problem.at(&space, &monitor.kept().unwrap_or(point))?, true)
-        }
-        searched => (searched?, false),
-    };
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: structure.smoothness };
+    let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
     let is_told = |_: &LinearEvidence| {
         let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
         asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
     };
     let linear = found.linear.filter(is_told);
-    Ok(Found { fit, options, smoothness, basis, structure, linear, partial, ..found })
+    Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
+}
+
+/// The last descent, with the smoothness that is chosen where it led until that stays the same; and whether it was stopped.
+fn last_descents(
+    mut problem: JointProblem<'_>,
+    structure: &mut Structure,
+    Place { mut space, mut point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(JointFit, bool), Error> {
+    let (records, options) = (problem.records, problem.options);
+    let mut descents = 0;
+    loop {
+        monitor.within(DESCENTS + descents, 2 * DESCENTS);
+        let fit = match problem.search_around(space.clone(), &point, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => {
+                return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
+            }
+            searched => searched?,
+        };
+        descents += 1;
+        if options.smoothness != Setting::Fit || descents == DESCENTS {
+            return Ok((fit, false));
+        }
+        // It was chosen at ratios that suit another one.
+        (space, point) = (fit.space.clone(), fit.fit.point);
+        let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
+        if again.smoothness == problem.smoothness {
+            return Ok((fit, false));
+        }
+        problem.smoothness = again.smoothness;
+        (structure.smoothness, structure.smoothness_tried) = (again.smoothness, again.smoothness_tried);
+    }
 }

@@ -53,7 +53,7 @@ fn a_polynomial_beside_plays_predicts_what_it_made() {
     assert_eq!(found.simplest().name, "polynomial + plays");
     assert_eq!(polynomial.unknowns, conventional.unknowns + 2);
     let reasons: Vec<_> = found.omitted.iter().map(|(_, reason)| *reason).collect();
-    assert_eq!(reasons, [Omission::NoSamplingInterval; 3]);
+    assert_eq!(reasons, [Omission::NoSamplingInterval; 4]);
 }
 
 #[test]
@@ -63,8 +63,8 @@ fn extensions_are_tried_where_the_records_tell_them() {
     // One record that only decays, twice: amplitudes come back.
     assert_eq!(names.last(), Some(&"modified + all"));
     assert!(names.contains(&"modified + creep") && names.contains(&"modified + dynamics"));
-    let all = [Extension::Creep, Extension::LoopShift, Extension::Dynamics].map(Extension::name);
-    assert_eq!(all, ["creep", "loop shift", "dynamics"]);
+    let all = [Extension::Creep, Extension::LoopShift, Extension::Dynamics, Extension::Maps].map(Extension::name);
+    assert_eq!(all, ["creep", "loop shift", "dynamics", "maps"]);
 }
 
 #[test]

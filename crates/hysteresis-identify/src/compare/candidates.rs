@@ -5,6 +5,7 @@ use crate::creep_model::CreepModel;
 use crate::error::Error;
 use crate::fit::intervals::Intervals;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::map_model::MapModel;
 use crate::options::{DynamicsModel, ModelKind, Options, Setting, Thresholds, WeightLaw};
 use crate::record::Record;
 use crate::search::Found;
@@ -99,6 +100,7 @@ fn name(extension: Extension) -> &'static str {
         Extension::Creep => "modified + creep",
         Extension::LoopShift => "modified + loop shift",
         Extension::Dynamics => "modified + dynamics",
+        Extension::Maps => "modified + maps",
     }
 }
 
@@ -108,6 +110,7 @@ fn has(options: &Options, extension: Extension) -> bool {
         Extension::Creep => options.creep.has_terms() || options.creep == CreepModel::Auto,
         Extension::LoopShift => options.loop_shift != LoopShiftModel::None,
         Extension::Dynamics => options.dynamics != DynamicsModel::None,
+        Extension::Maps => [options.input_map, options.output_map].iter().any(|map| *map != MapModel::None),
     }
 }
 
@@ -116,6 +119,7 @@ fn with(plain: &Options, extension: Extension, told: &Options) -> Options {
     match extension {
         Extension::Creep => Options { creep: told.creep.clone(), ..plain.clone() },
         Extension::LoopShift => Options { loop_shift: told.loop_shift, ..plain.clone() },
-        Extension::Dynamics => Options { dynamics: told.dynamics, ..plain.clone() },
+        Extension::Dynamics => Options { dynamics: told.dynamics, amplifier: told.amplifier, ..plain.clone() },
+        Extension::Maps => Options { input_map: told.input_map, output_map: told.output_map, ..plain.clone() },
     }
 }

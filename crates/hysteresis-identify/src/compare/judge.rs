@@ -23,6 +23,7 @@ pub(super) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
         (Extension::Creep, space.creep_amplitudes() > 0),
         (Extension::LoopShift, space.shift_len() > 0 && !candidate.has_polynomial),
         (Extension::Dynamics, space.order().is_some()),
+        (Extension::Maps, space.has_map()),
     ];
     let intervals = (0..records.len()).map(|place| space.intervals().of_record(place)).collect();
     let fitted = Fitted { chain, output_offsets: fit.output_offsets, intervals };

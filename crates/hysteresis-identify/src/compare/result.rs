@@ -12,21 +12,24 @@ pub enum Extension {
     Creep,
     /// The centre of a loop moves with its amplitude.
     LoopShift,
-    /// Linear dynamics.
+    /// Linear dynamics, and the amplifier beside them.
     Dynamics,
+    /// A map in front of the hysteresis, or behind it.
+    Maps,
 }
 
 impl Extension {
     /// In the order in which they are tried.
-    pub(super) const ALL: [Self; 3] = [Self::Creep, Self::LoopShift, Self::Dynamics];
+    pub(super) const ALL: [Self; 4] = [Self::Creep, Self::LoopShift, Self::Dynamics, Self::Maps];
 
-    /// Its name in lower case: "creep", "loop shift" or "dynamics".
+    /// Its name in lower case: "creep", "loop shift", "dynamics" or "maps".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Creep => "creep",
             Self::LoopShift => "loop shift",
             Self::Dynamics => "dynamics",
+            Self::Maps => "maps",
         }
     }
 }

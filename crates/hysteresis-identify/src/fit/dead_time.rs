@@ -54,13 +54,19 @@ impl JointProblem<'_> {
 
     /// How the residuals of all records follow from each other.
     pub(crate) fn colour(&self, found: &JointFit) -> Colour {
-        let chain = found.chain(1.0);
-        let of_record = |(place, record): (usize, &Record<'_>)| {
-            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
-            let left = |k: usize| record.output()[k] - predicted[k] - found.fit.output_offsets[place];
-            let residual: Vec<f64> = record.fitted().map(left).collect();
+        let of_record = |(record, residual): (&Record<'_>, Vec<f64>)| {
             (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))
         };
-        Colour::pooled(&self.records.iter().enumerate().map(of_record).collect::<Vec<_>>())
+        Colour::pooled(&self.records.iter().zip(self.residuals(found)).map(of_record).collect::<Vec<_>>())
+    }
+
+    /// What a fit leaves of the fitted samples of every record.
+    pub(super) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
+        let chain = found.chain(1.0);
+        self.records.iter().enumerate().map(move |(place, record)| {
+            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
+            let left = |k: usize| record.output()[k] - predicted[k] - found.fit.output_offsets[place];
+            record.fitted().map(left).collect()
+        })
     }
 }

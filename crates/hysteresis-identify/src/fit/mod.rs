@@ -28,6 +28,7 @@ mod mode_scan;
 mod modes;
 pub(crate) mod monitor;
 pub(crate) mod own_columns;
+mod own_gains;
 mod placement;
 pub(crate) mod point;
 pub(crate) mod projection;

@@ -43,6 +43,12 @@ impl Parameter {
         matches!(self, Self::ModeLogFrequency(_) | Self::ModeLogDamping(_) | Self::ModeGain(_))
     }
 
+    /// Whether it is one of the dynamics, or of the dead time and the amplifier beside them.
+    pub(crate) fn is_of_dynamics(self) -> bool {
+        matches!(self, Self::DeadTime | Self::LogFrequency | Self::LogDamping | Self::LogBandwidth)
+            || self.is_of_further_mode()
+    }
+
     fn place(self) -> usize {
         match self {
             Self::Ra => 0,

@@ -210,7 +210,7 @@ impl<'a> Projection<'a> {
     }
 
     /// Hands over the rows of one record, numbered.
-    fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
+    pub(super) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
         let (own, record, course) = (self.own(), &self.records[place], &self.courses[place]);
         let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place));
         let last = own + tangent.columns + tangent.slopes.len();

@@ -138,6 +138,11 @@ impl Space {
         &self.own
     }
 
+    /// Whether there is a map in front of the hysteresis or behind it.
+    pub(crate) fn has_map(&self) -> bool {
+        self.has_input_map || self.output_map.is_some()
+    }
+
     /// The creep that may be under way when a record begins.
     pub(crate) fn underway(&self) -> &CreepBasis {
         &self.underway

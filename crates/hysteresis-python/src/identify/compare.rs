@@ -10,7 +10,8 @@ use super::comparison::Comparison;
 use super::identify::report;
 use super::intervals::Intervals;
 use super::options::{
-    self as wanted, creep_model, dynamics_model, law, loop_shift_model, modes_model, placed, setting, smooth,
+    self as wanted, amplifier_model, creep_model, dynamics_model, law, loop_shift_model, map_model, modes_model,
+    placed, setting, smooth,
 };
 use super::records::{checked, signals, skips};
 use crate::convert::arguments::OrNone;
@@ -23,7 +24,7 @@ use crate::convert::errors::{self, unexpected};
 /// | conventional | sum_i w_i p_i[u], p_i plays |
 /// | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
 /// | modified | sum_i w_i z_i[u], z_i coupled plays |
-/// | modified + creep, modified + loop shift, modified + dynamics | the same with one extension |
+/// | modified + creep, + loop shift, + dynamics, + maps | the same with one extension |
 /// | modified + all | with all extensions, as `identify` fits them |
 ///
 /// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
@@ -45,8 +46,8 @@ use crate::convert::errors::{self, unexpected};
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
 ///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
 ///     the last model leaves.
-/// creep, loop_shift, dynamics, modes
-///     As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
+/// creep, loop_shift, dynamics, modes, amplifier, input_map, output_map
+///     As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// progress : callable, optional
@@ -79,11 +80,12 @@ use crate::convert::errors::{self, unexpected};
 /// 'needs a sampling interval'
 #[pyfunction]
 #[pyo3(signature = (u, y=None, *, dt=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
-        dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven, thresholds=None, smoothness=None,
+        dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
+        amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
         loss=None, skip=None, progress=None),
     text_signature = "(u, y=None, *, dt=None, operators=20, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
-        dynamics='auto', modes='auto', creep='auto', loop_shift='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, \
-        progress=None)")]
+        dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', input_map='auto', \
+        output_map='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn compare(
     py: Python<'_>,
@@ -99,6 +101,9 @@ pub(crate) fn compare(
     modes: Option<&Bound<'_, PyAny>>,
     creep: OrNone<'_>,
     loop_shift: OrNone<'_>,
+    amplifier: OrNone<'_>,
+    input_map: OrNone<'_>,
+    output_map: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
     loss: Option<&str>,
@@ -119,6 +124,9 @@ pub(crate) fn compare(
         modes: modes.map_or(Ok(default.modes), modes_model)?,
         creep: creep.or(default.creep, creep_model)?,
         loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
+        amplifier: amplifier.or(default.amplifier, amplifier_model)?,
+        input_map: input_map.or(default.input_map, |map| map_model("input_map", map))?,
+        output_map: output_map.or(default.output_map, |map| map_model("output_map", map))?,
         thresholds: placed(thresholds, operators)?,
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),

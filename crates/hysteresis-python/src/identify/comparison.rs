@@ -44,7 +44,7 @@ result_methods!(ComparedModel {
         self.0.unknowns
     }
 
-    /// The extensions in it: "creep", "loop shift", "dynamics". One that was "auto" is there if cross-validation kept it.
+    /// The extensions in it: "creep", "loop shift", "dynamics", "maps". One that was "auto" is there if cross-validation kept it.
     #[getter]
     fn kept(&self) -> Vec<&'static str> {
         self.0.kept.iter().map(|extension| extension.name()).collect()

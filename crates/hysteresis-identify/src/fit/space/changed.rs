@@ -4,7 +4,7 @@ use super::Space;
 use crate::error::Error;
 use crate::fit::axes;
 use crate::fit::curve::OutputMap;
-use crate::fit::point::{Axis, Parameter};
+use crate::fit::point::{Axis, Parameter, Point};
 use crate::fit::shift::ShiftColumns;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::record::Record;
@@ -14,6 +14,17 @@ impl Space {
     pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
         let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time that is not
+    /// negative at `point` stays so.
+    pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
+        let bounded = |axis: &Axis| {
+            let stays = axis.parameter == Parameter::DeadTime && point.get(Parameter::DeadTime) >= 0.0;
+            Axis { lower: if stays { axis.lower.max(0.0) } else { axis.lower }, ..*axis }
+        };
+        let axes = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics()).map(bounded).collect();
+        Self { axes, ..self.clone() }
     }
 
     /// The same with the loop shift of other options; a space with powers has none.
