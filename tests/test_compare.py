@@ -206,7 +206,8 @@ def test_extensions_that_cannot_be_told_are_named_with_the_reason() -> None:
 def test_creep_under_way_is_in_all_models_alike() -> None:
     """A record that begins while the stage still creeps from elsewhere."""
     u, y = stage_of(**TRUTHS["creep"])
-    given = {"dt": DT, "loop_shift": None, "dynamics": None, **FAST}
+    left_out = dict.fromkeys(("loop_shift", "dynamics", "input_map", "output_map"))
+    given = {"dt": DT, **left_out, **FAST}
     with_it = mh.compare(u[1100:], y[1100:], skip=30, **given)
     without = mh.compare(u[1100:], y[1100:], skip=30, creep=None, **given)
     assert with_it.creep_under_way and not without.creep_under_way

@@ -103,8 +103,12 @@ fn untold_modes(space: &Space, UntoldModes { asked, evidence, needed }: UntoldMo
     Finding::new(FindingCode::ModeNotTold, evidence, needed, message)
 }
 
+/// A dead time that is not told from the lag of the dynamics; `error` is its standard error, in samples, when it was settled.
 fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error: Option<f64>) -> Option<Finding> {
-    let (error, lag) = (error?, space.linear_part(&fit.point).lag());
+    // The one of the result knows what the model lacks, but is not a number where the dead time settled at 0.
+    let (settled, of_result) = (error?, errors.dead_time / space.intervals().smallest());
+    let error = if settled.is_nan() { settled } else { settled.max(of_result) };
+    let lag = space.linear_part(&fit.point).lag();
     let alone = if error.is_nan() { "not at all".to_owned() } else { format!("to {error:.2} samples") };
     let message = format!(
         "dead time is confounded with the lag of the dynamics: the records tell their sum, {:.4} ms to {:.4} ms, and the \

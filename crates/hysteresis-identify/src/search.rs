@@ -76,7 +76,7 @@ pub(crate) fn search_all(
     }
     let found = with_own_gains(records, found, monitor)?;
     let found = with_colour(records, found);
-    if is_joint || chooses {
+    if is_joint {
         monitor.finish();
     }
     Ok(found)
@@ -235,7 +235,7 @@ fn last_descents(
     let (records, options) = (problem.records, problem.options);
     let mut descents = 0;
     loop {
-        monitor.within(DESCENTS + descents, 2 * DESCENTS);
+        monitor.within(1, 2);
         let fit = match problem.search_around(space.clone(), &point, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => {
                 return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
@@ -246,7 +246,8 @@ fn last_descents(
         if options.smoothness != Setting::Fit || descents == DESCENTS {
             return Ok((fit, false));
         }
-        // It was chosen at ratios that suit another one.
+        // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
+        monitor.hold();
         (space, point) = (fit.space.clone(), fit.fit.point);
         let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
         if again.smoothness == problem.smoothness {
