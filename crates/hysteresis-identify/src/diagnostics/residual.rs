@@ -42,7 +42,9 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
         let (begin, later) = (largest(&levels[..*blocks]), largest(&levels[*blocks..]));
         begin > (MATTERS * record.output_range()).max(LIMIT * later) && swings_on(input, blocks * size)
     };
-    let settles = |blocks: &usize| levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]);
+    let settles = |blocks: &usize| {
+        levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]) && swings_on(input, blocks * size)
+    };
     let first = beginnings.clone().find(is_large)?;
     let blocks = beginnings.filter(|blocks| (first..=2 * first).contains(blocks)).find(settles).unwrap_or(first);
     // What decays goes on after it is small, and the fit has taken a part of it up.
