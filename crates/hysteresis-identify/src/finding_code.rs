@@ -105,7 +105,7 @@ pub enum FindingCode {
     /// seven robust standard deviations of its steps.
     OutputJump,
     /// The position moves by another factor of the drive from some sample on: another unit, gain or range. Value: the ratio of
-    /// the gains of both parts, if with them the squared residual is at most a quarter of what it was; limit 1.25.
+    /// the gains of both parts, if with them at most a tenth of the squares is left; limit 1.25.
     GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,

@@ -105,9 +105,7 @@ pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
 fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let survey = Survey::of(records, chain);
     let mut found = of_records(records, chain, &survey);
-    found.extend(worst(records, |place, record| {
-        Some(residual::poor_fit(record, &survey.residuals[place])).filter(|_| is_wide(records, record))
-    }));
+    found.extend(worst(records, |place, record| Some(residual::poor_fit(record, &survey.residuals[place]))));
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
     found.extend(of_residuals(records, chain, &survey));
@@ -118,10 +116,10 @@ fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
         found.retain(|finding| finding.code != FindingCode::StartUpTransient);
     }
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
-    if !is_there(FindingCode::Drift)
-        && let Some(drift) = survey.slow_change(records)
-    {
-        // What drifts is worst where the fit cannot take it up: at the beginning.
+    let begins_wrong = is_there(FindingCode::StartUpTransient);
+    let drift = survey.slow_change(records).filter(|_| !is_there(FindingCode::Drift));
+    // A beginning that settles is a slow change, too: what explains most is told.
+    if let Some(drift) = drift.filter(|drift| !begins_wrong || drift.value > slow::MOST) {
         found.retain(|finding| finding.code != FindingCode::StartUpTransient);
         found.push(drift);
     }
@@ -172,10 +170,7 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
 fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Finding> {
     let of = |place: usize| &survey.residuals[place][..];
     let lag = |record: &Record<'_>| chain.linear.lag().max(0.0) / record.dt().unwrap_or(chain.dt);
-    let mut found: Vec<_> =
-        worst(records, |place, record| residual::start_up(record, of(place)).filter(|_| is_wide(records, record)))
-            .into_iter()
-            .collect();
+    let mut found: Vec<_> = worst(records, |place, record| residual::start_up(record, of(place))).into_iter().collect();
     let followed = |(place, record)| remainder::followed(record, of(place), lag(record));
     let followed: Vec<Vec<Finding>> = records.iter().enumerate().map(followed).collect();
     for code in remainder::CODES {
@@ -209,13 +204,6 @@ fn worst(records: &[Record<'_>], measure: impl Fn(usize, &Record<'_>) -> Option<
     let past = measured.filter(|(_, m)| is_past(m));
     let (place, most) = past.max_by(|(_, a), (_, b)| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
     Some(Finding { record: (records.len() > 1).then_some(place), ..most })
-}
-
-/// Whether a record moves a tenth as far as the one that moves furthest: errors of the others are small.
-fn is_wide(records: &[Record<'_>], record: &Record<'_>) -> bool {
-    const WIDE: f64 = 0.1;
-    let widest = records.iter().map(Record::output_range).fold(0.0, f64::max);
-    record.output_range() >= WIDE * widest
 }
 
 fn is_past(finding: &Finding) -> bool {

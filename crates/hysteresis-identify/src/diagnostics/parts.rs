@@ -23,10 +23,10 @@ pub(super) fn gain_change(record: &Record<'_>, residual: &[f64]) -> Option<Findi
     const LIMIT: f64 = 1.25;
     /// The model leaves more than this share of the range, or there is nothing to explain.
     const POOR: f64 = 0.01;
-    /// Another gain leaves at most this share of the squares that one gain leaves.
-    const LEFT: f64 = 0.25;
+    /// Another gain leaves at most this share of the squares that one gain leaves: a beginning that settles leaves more.
+    const LEFT: f64 = 0.1;
     /// The plays explain all but this share of the squares of either part: nothing explains a sensor that has failed.
-    const UNEXPLAINED: f64 = 0.1;
+    const UNEXPLAINED: f64 = 0.03;
     /// A swing of the drive, which goes from -1 to 1.
     const SWING: f64 = 0.1;
     /// So many places are looked at, and then every sample about the best.

@@ -26,6 +26,8 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     const LIMIT: f64 = 3.0;
     const BLOCKS: usize = 100;
     const SHORTEST: usize = 10;
+    /// Fewer blocks have no beginning.
+    const FEWEST: usize = 10;
     /// The longest beginning, as a share of the record.
     const LONGEST: f64 = 0.3;
     /// What is left of the beginning matters from this share of the range on.
@@ -35,6 +37,9 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     let size = (residual.len() / BLOCKS).max(SHORTEST);
     let middle = signal::median(residual);
     let levels: Vec<f64> = residual.chunks_exact(size).map(|block| level(block, middle)).collect();
+    if levels.len() < FEWEST {
+        return None;
+    }
     let largest = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
     let input = &record.input()[record.skip()..];
     let beginnings = (1..levels.len()).take_while(|blocks| as_f64(*blocks) <= LONGEST * as_f64(levels.len()));

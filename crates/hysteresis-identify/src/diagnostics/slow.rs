@@ -10,6 +10,9 @@ use crate::record::Record;
 /// Time, a slow exponential of it, and a fast one, which is a beginning that settles.
 pub(super) const COLUMNS: usize = 3;
 
+/// The multiple correlation of a slow change that explains most of what is left: two thirds of the squares.
+pub(super) const MOST: f64 = 0.8;
+
 /// The exponentials fall by so many e-folds in a record.
 const FOLDS: [f64; 2] = [3.0, 12.0];
 
