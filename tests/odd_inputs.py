@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from odd import defects, dialects, drives, positions, times
+from odd import defects, dialects, drives, positions, rigs, times
 from odd.case import Case
 
 CASES: list[Case] = [
@@ -11,4 +11,5 @@ CASES: list[Case] = [
     *positions.CASES,
     *drives.CASES,
     *defects.CASES,
+    *rigs.CASES,
 ]

@@ -82,8 +82,8 @@ JUMPS = [
         "micrometres, then nanometres",
         STACK,
         Trial(text(NANOMETRES), VOLTS),
-        ["red gain_change", "--rows 992"],
-        Trial(text(NANOMETRES), [*VOLTS, "--rows", "992"]),
+        ["red gain_change", "--rows 1300"],
+        Trial(text(NANOMETRES), [*VOLTS, "--rows", "1300"]),
     ),
 ]
 CLIPPED = [

@@ -1,6 +1,8 @@
-//! The codes of findings: what each says, from where on it is red, and what to try next.
+//! The codes of findings: what each says.
 
 use std::fmt;
+
+pub(crate) use crate::what_to_try::Red;
 
 /// What may be wrong with records, or with what was fitted to them.
 ///
@@ -50,7 +52,8 @@ pub enum FindingCode {
     /// coefficient; limit: 0.3, about a tenth of the variance of the residual, or what chance gives once in 10^4
     /// records, 4 / sqrt(m), if that is more. m is the number of independent samples, N (1 - a b) / (1 + a b) with a
     /// and b the correlations of neighbouring samples of either signal (Bartlett, J. Roy. Stat. Soc. 98, 536, 1935).
-    /// What moves the output by less than 1e-4 of its range rms is not told.
+    /// What moves the output by less than 1e-4 of its range rms is not told. Beside the operators, which take up a part of it:
+    /// the multiple correlation of what they leave with time and a slow exponential; limit 0.5.
     Drift,
     /// The residual follows the input: a bend of the whole curve that the model lacks. Value: the multiple correlation
     /// with the first three powers of the input; limit as for [`Drift`](Self::Drift), but 0.6, and what moves the output by
@@ -83,15 +86,26 @@ pub enum FindingCode {
     /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
     /// median of eleven, over the range of the medians; limit 0.03.
     InputOutliers,
+    /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
+    /// Value: the standard deviation of that noise over the range of the drive; limit 0.003.
+    NoisyInput,
+    /// The position jumps from one of its ends to the other and back by the same height, though the drive does not: a counter
+    /// that wraps. Value: how often; limit 0.
+    OutputWraps,
+    /// Rows of one and the same drive and position between rows that are far from them: a reading that failed. Value: how many
+    /// of them; limit 1.
+    FailedRows,
+    /// The position is later than the drive, and no sampling interval is known, so nothing that has a time can be fitted. Value:
+    /// the dead time in samples; limit 0.5.
+    NoInterval,
     /// Stretches of three samples and more, up to a tenth of the record, that lie far from the model while those about them
     /// do not. Value: how far the furthest residual is, over the range; limit 0.02 and ten robust standard deviations.
     BadStretch,
     /// The residual goes on at another level from one sample to the next. Value: by how much, over the range; limit 0.01 and
     /// seven robust standard deviations of its steps.
     OutputJump,
-    /// The position moves by another factor of the drive from some reversal on: another unit, gain or range. Value: the ratio of
-    /// the median gains of three swings before and after that are about as high; any gain before is apart from any after by a
-    /// factor of 1.25. Limit 1.6.
+    /// The position moves by another factor of the drive from some sample on: another unit, gain or range. Value: the ratio of
+    /// the gains of both parts, if with them at most a tenth of the squares is left; limit 1.25.
     GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,
@@ -137,20 +151,9 @@ pub enum FindingCode {
     ResidualColoured,
 }
 
-/// From where on a finding is red.
-#[derive(Clone, Copy)]
-pub(crate) enum Red {
-    Never,
-    Always,
-    From(f64),
-    Below(f64),
-    /// From so many times its limit on.
-    Factor(f64),
-}
-
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 40] = [
         Self::WrongSign,
         Self::LoopBackwards,
         Self::NegativeDeadTime,
@@ -159,12 +162,16 @@ impl FindingCode {
         Self::StuckOutput,
         Self::StuckInput,
         Self::InputOutliers,
+        Self::FailedRows,
+        Self::OutputWraps,
         Self::GainChange,
         Self::Unrelated,
+        Self::NoInterval,
         Self::TimeGap,
         Self::RateChange,
         Self::TimeJitter,
         Self::StartUpTransient,
+        Self::NoisyInput,
         Self::TooFewSamples,
         Self::NoMinorLoops,
         Self::IdenticalLoops,
@@ -210,7 +217,7 @@ impl FindingCode {
         )
     }
 
-    /// Whether it is about what a fit made of the records, so that it says nothing where the sign of the position is wrong.
+    /// Whether it is about what a fit made of the records, so that it says nothing where a defect of the record spoils the fit.
     pub(crate) fn is_of_fit(self) -> bool {
         let of_residual = matches!(
             self,
@@ -228,6 +235,11 @@ impl FindingCode {
         of_residual || of_model || self.is_of_linear_part()
     }
 
+    /// Whether no fit to such a record says anything about the stage.
+    pub(crate) fn spoils_a_fit(self) -> bool {
+        matches!(self, Self::GainChange | Self::OutputWraps | Self::FailedRows)
+    }
+
     /// What to try next, whatever the record; a finding may say it more exactly.
     #[must_use]
     pub fn hint(self) -> &'static str {
@@ -237,107 +249,6 @@ impl FindingCode {
     /// From where on it is red.
     pub(crate) fn red(self) -> Red {
         self.about().1
-    }
-
-    fn about(self) -> (&'static str, Red, &'static str) {
-        use Red::{Always, Below, Factor, From, Never};
-        match self {
-            Self::WrongSign => {
-                ("wrong_sign", Always, "turn the sign of the position: --negate-output, or -y in Python")
-            }
-            Self::LoopBackwards => (
-                "loop_backwards",
-                Always,
-                "exchange drive and position if their columns are swapped; reverse the rows if they run from the last to the \
-                 first; if each row holds a position that was read after the drive had moved on, shift the position column down",
-            ),
-            Self::PoorFit => (
-                "poor_fit",
-                Factor(5.0),
-                "follow the other hints first; then more operators, split weights, --dynamics or --creep",
-            ),
-            Self::StartUpTransient => ("start_up_transient", Never, "skip the beginning (--skip)"),
-            Self::TimeGap => ("time_gap", Never, "record without gaps, or fit the part before or after the gap"),
-            Self::TimeJitter => ("time_jitter", Factor(5.0), "let a timer take the samples, or record more slowly"),
-            Self::UnreachedThreshold => ("unreached_threshold", Never, "drive further, or fit smaller thresholds"),
-            Self::NoMinorLoops => ("no_minor_loops", Never, "add a decaying sweep to the record"),
-            Self::IdenticalLoops => ("identical_loops", Never, "keep about five of these loops (--skip, --rows)"),
-            Self::CollinearOperators => {
-                ("collinear_operators", Never, "fit fewer operators, ask for smooth weights, or record less noise")
-            }
-            Self::RateEffects => ("rate_effects", Never, "identify the dynamics as well, or record more slowly"),
-            Self::Drift => ("drift", Never, "identify creep as well, or let the stage settle before the record"),
-            Self::InputEffects => ("input_effects", Never, "fit more operators, or split weights (--weights split)"),
-            Self::AmplitudeEffects => (
-                "amplitude_effects",
-                Never,
-                "split weights (--weights split), or loops of the amplitudes that you will use",
-            ),
-            Self::Outliers => ("outliers", Never, "leave these samples out of the fit (--leave-out)"),
-            Self::BadStretch => ("bad_stretch", From(0.2), "leave these samples out of the fit (--leave-out)"),
-            Self::OutputJump => (
-                "output_jump",
-                From(0.1),
-                "give both parts a zero of their own (--leave-out), or fit one of them (--rows, --skip)",
-            ),
-            Self::StuckOutput => ("stuck_output", From(0.2), "leave these samples out of the fit (--leave-out)"),
-            Self::StuckInput => {
-                ("stuck_input", From(0.2), "put a straight line in the place of this part of the drive (--mend)")
-            }
-            Self::InputOutliers => {
-                ("input_outliers", From(0.5), "put straight lines in the place of these samples of the drive (--mend)")
-            }
-            Self::GainChange => ("gain_change", Always, "fit the part before or after the change (--rows, --skip)"),
-            Self::RateChange => ("rate_change", Never, "fit the part before or after the change (--rows, --skip)"),
-            Self::Unrelated => (
-                "unrelated",
-                From(0.8),
-                "check that these are the columns of one drive and its position, or record less noise",
-            ),
-            Self::ClippedOutput => {
-                ("clipped_output", From(0.1), "drive less far, or widen the range of the sensor or its converter")
-            }
-            Self::ClippedInput => {
-                ("clipped_input", From(0.2), "record the drive that was sent, or widen the range of the monitor")
-            }
-            Self::TooFewSamples => ("too_few_samples", Below(3.0), "record longer, or fit fewer operators"),
-            Self::Extrapolation => {
-                ("extrapolation", From(0.1), "identify from records that reach these drives, or drive less far")
-            }
-            Self::ImplausibleDeadTime => (
-                "implausible_dead_time",
-                Factor(2.5),
-                "check that drive and position are of the same time, and add minor loops or a faster record",
-            ),
-            Self::NegativeDeadTime => (
-                "negative_dead_time",
-                Always,
-                "row k seems to hold the position read at the end of the interval: shift the position column down by one row",
-            ),
-            Self::DeadTimeConfounded => {
-                ("dead_time_confounded", Never, "add a record with a chirp or a step, or give the dead time")
-            }
-            Self::ResonanceNotExcited => {
-                ("resonance_not_excited", Never, "drive with a chirp or a step that reaches the resonance")
-            }
-            Self::ModeNotTold => {
-                ("mode_not_told", Never, "drive with a chirp or a step that reaches this mode, or ask for fewer modes")
-            }
-            Self::DampingUndetermined => {
-                ("damping_undetermined", Never, "drive with a chirp or a step that lets the resonance ring out")
-            }
-            Self::CreepUndetermined => (
-                "creep_undetermined",
-                Never,
-                "add a record that holds a position for long after a large move, or fit no creep",
-            ),
-            Self::GainNotOne => {
-                ("gain_not_one", From(0.5), "identify the hysteresis from records of this stage, in the same units")
-            }
-            Self::ResidualColoured => {
-                ("residual_coloured", Never, "fit creep or another order, and look at the residual over time")
-            }
-        }
     }
 }
 

@@ -21,6 +21,7 @@ use crate::fit::shift::ShiftColumns;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::{joint_findings, untold_dead_time};
+use crate::no_interval::without_interval;
 use crate::numeric::as_f64;
 use crate::options::{ModelKind, Options, Setting, Thresholds};
 use crate::record::Record;
@@ -127,6 +128,9 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
             warnings.extend(found.into_iter().filter(|finding| !told.contains(&finding.code)));
         }
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
+    }
+    if !intervals.are_seconds() {
+        warnings = without_interval(warnings, chain.linear.dead_time);
     }
     let quality = |(place, record): (usize, &Record<'_>)| {
         let predicted = chain.response_in(place, record.input(), intervals.of_record(place));

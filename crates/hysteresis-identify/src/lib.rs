@@ -29,6 +29,7 @@ mod loss;
 mod many;
 mod map_model;
 mod modes_model;
+mod no_interval;
 mod numeric;
 mod options;
 mod record;
@@ -40,6 +41,7 @@ mod saved;
 mod search;
 mod signal;
 mod turned_sign;
+mod what_to_try;
 #[cfg(test)]
 mod white_noise;
 

@@ -49,10 +49,13 @@ pub(super) fn noise(values: &[f64]) -> f64 {
     rms(&differences) * core::f64::consts::FRAC_1_SQRT_2
 }
 
-/// The standard deviation of normal noise that has this median of magnitudes.
+/// The standard deviation of normal noise that has this median of magnitudes; of no values, 0.
 pub(super) fn robust_deviation(values: &[f64]) -> f64 {
     let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     let middle = magnitudes.len() / 2;
+    if magnitudes.is_empty() {
+        return 0.0;
+    }
     1.4826 * *magnitudes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
@@ -266,7 +269,7 @@ mod tests {
 
     #[test]
     fn deviations_by_hand() {
-        assert_eq!(robust_deviation(&[1.0, -1.0, 1.0, -1.0, 100.0]), 1.4826);
+        assert_eq!((robust_deviation(&[1.0, -1.0, 1.0, -1.0, 100.0]), robust_deviation(&[])), (1.4826, 0.0));
         assert_eq!(distances_from_neighbours(&[0.0, 0.0, 7.0, 0.0, 0.0, 1.0]), [0.0, 0.0, 7.0, 0.0, 0.0, 1.0]);
         assert_eq!(rms(&[3e-200, 4e-200]), 12.5_f64.sqrt() * 1e-200);
         assert!((noise(&[1.0, -1.0, 1.0]) - 2.0_f64.sqrt()).abs() < 1e-15);

@@ -1,6 +1,6 @@
 //! A position of the wrong sign: told by a fit to the position turned round.
 
-use crate::diagnostics::causes_of_wrong_sign;
+use crate::diagnostics::causes;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -39,7 +39,7 @@ pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Fin
     if turned >= MAX_SHARE * plain {
         return findings.into_iter().filter(|finding| finding.code != FindingCode::WrongSign).collect();
     }
-    let mut findings = causes_of_wrong_sign(findings);
+    let mut findings = causes(findings);
     for finding in findings.iter_mut().filter(|finding| finding.code == FindingCode::WrongSign) {
         finding.message = format!(
             "{}; the fit leaves {:.3} % of the range rms, and one with the sign of the position turned {:.3} %",

@@ -145,9 +145,25 @@ fn defects_at_a_place_are_found_there() {
     assert_found(&glitch, &output, FindingCode::InputOutliers, 3333, "--mend 3333:3334");
     let held = spoilt(&input, 1600, 1690, &|_| input[1600]);
     assert_found(&held, &output, FindingCode::StuckInput, 1600, "--mend 1600:1690");
-    // from the middle of a swing on: the drive turns at 75, 225, 375, and so on
     let other_unit = spoilt(&output, 3100, SAMPLES, &|y| 3.0 * y);
-    assert_found(&input, &other_unit, FindingCode::GainChange, 3225, "--rows 3075");
+    assert_found(&input, &other_unit, FindingCode::GainChange, 3100, "--rows 3100");
+    let failed = spoilt(&output, 3333, 3334, &|_| 0.0);
+    let failed = spoilt(&failed, 4000, 4001, &|_| 0.0);
+    let zeros = spoilt(&spoilt(&input, 3333, 3334, &|_| 0.0), 4000, 4001, &|_| 0.0);
+    assert_found(&zeros, &failed, FindingCode::FailedRows, 3333, "--mend 3333:3334 --mend 4000:4001");
+    let counts: Vec<f64> = output.iter().map(|y| (1000.0 * y).round().rem_euclid(4096.0)).collect();
+    let first = counts.windows(2).skip(SKIP).position(|pair| (pair[1] - pair[0]).abs() > 2048.0).unwrap();
+    assert_found(&input, &counts, FindingCode::OutputWraps, SKIP + 1 + first, "period=4096");
+}
+
+#[test]
+fn a_noisy_monitor_of_the_drive_is_told_from_a_noisy_drive() {
+    let mut noise = noise(7);
+    let sent = sweep(500.0);
+    let read: Vec<f64> = sent.iter().map(|u| u + 10.0 * noise()).collect();
+    let is_told = |output: &[f64]| found(&read, output).iter().any(|finding| finding.code == FindingCode::NoisyInput);
+    assert!(is_told(&measured(&sent, 1)));
+    assert!(!is_told(&measured(&read, 1)));
 }
 
 #[test]

@@ -172,6 +172,36 @@ pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     Some(finding.try_next(mend(&stretches(&far, 1))))
 }
 
+/// Rows of one and the same drive and position, far from the rows about them: zeros, or what stands for no reading.
+///
+/// No sensor reads the same number to the last digit after jumps of the drive from different places.
+pub(super) fn failed_rows(record: &Record<'_>) -> Option<Finding> {
+    const LIMIT: f64 = 1.0;
+    /// How far such rows are from their neighbours, over the range of the medians.
+    const FAR: f64 = 0.03;
+    let shares = |values: &[f64]| {
+        let medians = signal::medians(values, AROUND);
+        let (low, high) = signal::bounds(&medians);
+        values.iter().zip(&medians).map(|(x, median)| (x - median).abs() / (high - low)).collect::<Vec<f64>>()
+    };
+    let (drive, position) = (shares(record.input()), shares(record.output()));
+    let far: Vec<usize> = (0..drive.len()).filter(|k| drive[*k] > FAR && position[*k] > FAR).collect();
+    let row = |k: &usize| (record.input()[*k].to_bits(), record.output()[*k].to_bits());
+    let same = |k: &usize| far.iter().filter(|other| row(other) == row(k)).count();
+    let common = far.iter().copied().max_by_key(same)?;
+    let failed: Vec<usize> = far.iter().copied().filter(|k| row(k) == row(&common)).collect();
+    let places = stretches(&failed, 0);
+    let message = format!(
+        "{} rows have the drive {} and the position {}, far from the rows about them: a reading that failed, first {}",
+        failed.len(),
+        record.input()[common],
+        record.output()[common],
+        named_sample(record, failed[0])
+    );
+    let finding = Finding::new(FindingCode::FailedRows, as_f64(places.len()), LIMIT, message).at(failed[0]);
+    Some(finding.try_next(mend(&places)))
+}
+
 /// The position does what the drive does not tell.
 pub(super) fn unrelated(record: &Record<'_>, residual: &[f64]) -> Finding {
     const LIMIT: f64 = 0.6;

@@ -1,6 +1,5 @@
 //! The loops of records: their sign, their direction, and which there are.
 
-use super::hints::one_part;
 use super::{input_bounds, named_sample};
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
@@ -91,45 +90,6 @@ pub(super) fn early(record: &Record<'_>) -> Option<Finding> {
         -value
     );
     Some(Finding::new(FindingCode::NegativeDeadTime, value, LIMIT, message).try_next(hint))
-}
-
-/// The position moves by another factor of the drive from some reversal on: another unit, gain or range.
-pub(super) fn gain_change(record: &Record<'_>) -> Option<Finding> {
-    const LIMIT: f64 = 1.6;
-    /// Swings on either side that tell the gain, and within which factor they are as high.
-    const SWINGS: usize = 3;
-    const AS_HIGH: f64 = 1.5;
-    /// The least factor between any gain before and any after.
-    const APART: f64 = 1.25;
-    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (low, high) = signal::bounds(input);
-    let turns = signal::turns(input, SWING * (high - low));
-    let heights = |signal: &[f64]| turns.windows(2).map(|pair| (signal[pair[1]] - signal[pair[0]]).abs()).collect();
-    let (drive, position): (Vec<f64>, Vec<f64>) = (heights(input), heights(output));
-    let gains: Vec<f64> = drive.iter().zip(&position).map(|(u, y)| y / u).collect();
-    // The change may lie within a swing, so the one between both sides does not count.
-    let sides = |values: &[f64], place: usize| {
-        let (before, after) = (&values[place - 1 - SWINGS..place - 1], &values[place..place + SWINGS]);
-        let ratio = signal::median(after) / signal::median(before);
-        ratio.max(ratio.recip())
-    };
-    // Small loops have a smaller gain, and so have fast ones: all gains of one side must lie well beyond all of the other.
-    let apart = |place: usize| {
-        let ((low, high), (lower, higher)) = (signal::bounds(&gains[..place - 1]), signal::bounds(&gains[place..]));
-        (place, (low / higher).max(lower / high))
-    };
-    let places = SWINGS + 1..(gains.len() + 1).checked_sub(SWINGS)?;
-    let changes = places.filter(|place| sides(&drive, *place) < AS_HIGH).map(apart);
-    let (place, _) = changes.filter(|(_, factor)| *factor > APART).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let value = sides(&gains, place);
-    let (from, to) = (record.skip() + turns[place - 1], record.skip() + turns[place]);
-    let message = format!(
-        "between {} and sample {to} the position begins to move by another factor of the drive, {value:.3} times larger or \
-         smaller",
-        named_sample(record, from)
-    );
-    let finding = Finding::new(FindingCode::GainChange, value, LIMIT, message).at(to);
-    Some(finding.try_next(one_part("the change", from..to, record)))
 }
 
 /// The input hardly ever turns inside its range.

@@ -1,12 +1,16 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 
 mod dead_time;
+mod flat_ends;
 mod hints;
 mod local;
 mod loops;
 mod mended;
+mod noisy_input;
+mod parts;
 mod remainder;
 mod residual;
+mod slow;
 mod stuck;
 mod survey;
 mod times;
@@ -15,7 +19,7 @@ use hysteresis_core::Model;
 
 use crate::creep_model::CreepBasis;
 use crate::error::Error;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::finding_code::FindingCode;
 use crate::fit::bank::OperatorBank;
 use crate::fit::chain::Chain;
@@ -78,18 +82,23 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     );
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
     let explains_all = is_there(FindingCode::WrongSign) && is_there(FindingCode::PoorFit);
-    Ok(if explains_all { causes_of_wrong_sign(found) } else { found })
+    Ok(if explains_all { causes(found) } else { found })
 }
 
 /// The findings about a whole chain. What records leave out says nothing but how much it is.
 pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
-    if records.iter().all(|record| record.left_out().is_empty()) {
-        return of_complete(records, chain);
-    }
-    let positions = mended_positions(records, chain);
-    let mut found = of_complete(&with_positions(records, &positions), chain);
-    found.extend(worst(records, |_, record| Some(local::left_out(record))));
-    found
+    let failed = worst(records, |_, record| local::failed_rows(record));
+    let mut found = if records.iter().all(|record| record.left_out().is_empty()) {
+        of_complete(records, chain)
+    } else {
+        let positions = mended_positions(records, chain);
+        let mut found = of_complete(&with_positions(records, &positions), chain);
+        found.extend(worst(records, |_, record| Some(local::left_out(record))));
+        found
+    };
+    found.extend(failed);
+    let spoils = |finding: &Finding| finding.code.spoils_a_fit();
+    if found.iter().any(spoils) { causes(found) } else { found }
 }
 
 /// The findings about records of which nothing is left out.
@@ -100,15 +109,25 @@ fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
         .extend([survey.unreached(), survey.collinear(), dead_time::implausible(records, chain)].into_iter().flatten());
     found.extend(of_residuals(records, chain, &survey));
-    // Where the gain changes, the position jumps as well.
-    if found.iter().any(|finding| finding.code == FindingCode::GainChange) {
-        found.retain(|finding| finding.code != FindingCode::OutputJump);
+    let is_clipped =
+        |finding: &Finding| finding.code == FindingCode::ClippedOutput && finding.severity == Severity::Red;
+    if found.iter().any(is_clipped) {
+        // The beginning is what goes to the end.
+        found.retain(|finding| finding.code != FindingCode::StartUpTransient);
+    }
+    let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
+    let begins_wrong = is_there(FindingCode::StartUpTransient);
+    let drift = survey.slow_change(records).filter(|_| !is_there(FindingCode::Drift));
+    // A beginning that settles is a slow change, too: what explains most is told.
+    if let Some(drift) = drift.filter(|drift| !begins_wrong || drift.value > slow::MOST) {
+        found.retain(|finding| finding.code != FindingCode::StartUpTransient);
+        found.push(drift);
     }
     found
 }
 
-/// Without what the wrong sign of a position makes of a fit.
-pub(crate) fn causes_of_wrong_sign(findings: Vec<Finding>) -> Vec<Finding> {
+/// Without what a defect of a record makes of a fit.
+pub(crate) fn causes(findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
 }
 
@@ -125,11 +144,16 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
     let doubted = |measure: fn(&Record<'_>) -> Option<Finding>| {
         worst(records, |place, record| measure(record).filter(|_| unexplained(place, record)))
     };
+    let gain_change = worst(records, |place, record| parts::gain_change(record, &survey.residuals[place]));
+    // The turns of a noisy drive are anywhere.
+    let noisy = worst(records, |_, record| noisy_input::noisy_input(record));
     let checks = [
         worst(records, |_, record| loops::wrong_sign(record)),
         worst(records, |_, record| loops::backwards(record)),
-        if chain.linear.is_dead_time_alone() { doubted(loops::early) } else { None },
-        doubted(loops::gain_change),
+        if chain.linear.is_dead_time_alone() && noisy.is_none() { doubted(loops::early) } else { None },
+        if gain_change.is_none() { doubted(parts::wraps) } else { None },
+        gain_change,
+        noisy,
         doubted(local::input_outliers),
         doubted(|record| Stays::of(record).stuck(record)),
         worst(records, |_, record| times::gap(record)),
@@ -163,7 +187,11 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
         worst(records, |place, record| local::bad_stretch(record, of(place), &bursts[place])),
         worst(records, |place, record| local::jump(record, of(place), &bursts[place])),
         worst(records, |place, record| stuck::input(record, unexplained(place), of(place))),
-        worst(records, |_, record| Stays::of(record).clipped(record)),
+        worst(records, |place, record| {
+            let is_poor = signal::rms(of(place)) > EXPLAINED * record.output_range();
+            let noisy = || flat_ends::clipped(record).filter(|_| is_poor);
+            Stays::of(record).clipped(record).filter(is_past).or_else(noisy)
+        }),
         worst(records, |place, record| Some(residual::clipped_input(record, unexplained(place), of(place)))),
     ];
     found.extend(last.into_iter().flatten());
@@ -173,9 +201,13 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
 /// The finding of the record that is furthest past its limit, if one is.
 fn worst(records: &[Record<'_>], measure: impl Fn(usize, &Record<'_>) -> Option<Finding>) -> Option<Finding> {
     let measured = records.iter().enumerate().filter_map(|(i, record)| Some((i, measure(i, record)?)));
-    let past = measured.filter(|(_, m)| m.value / m.limit > 1.0);
+    let past = measured.filter(|(_, m)| is_past(m));
     let (place, most) = past.max_by(|(_, a), (_, b)| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
     Some(Finding { record: (records.len() > 1).then_some(place), ..most })
+}
+
+fn is_past(finding: &Finding) -> bool {
+    finding.value / finding.limit > 1.0
 }
 
 fn too_few_samples(records: &[Record<'_>], survey: &Survey) -> Option<Finding> {

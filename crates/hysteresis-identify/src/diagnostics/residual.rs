@@ -26,6 +26,8 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     const LIMIT: f64 = 3.0;
     const BLOCKS: usize = 100;
     const SHORTEST: usize = 10;
+    /// Fewer blocks have no beginning.
+    const FEWEST: usize = 10;
     /// The longest beginning, as a share of the record.
     const LONGEST: f64 = 0.3;
     /// What is left of the beginning matters from this share of the range on.
@@ -35,6 +37,9 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     let size = (residual.len() / BLOCKS).max(SHORTEST);
     let middle = signal::median(residual);
     let levels: Vec<f64> = residual.chunks_exact(size).map(|block| level(block, middle)).collect();
+    if levels.len() < FEWEST {
+        return None;
+    }
     let largest = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
     let input = &record.input()[record.skip()..];
     let beginnings = (1..levels.len()).take_while(|blocks| as_f64(*blocks) <= LONGEST * as_f64(levels.len()));
@@ -42,7 +47,9 @@ pub(super) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
         let (begin, later) = (largest(&levels[..*blocks]), largest(&levels[*blocks..]));
         begin > (MATTERS * record.output_range()).max(LIMIT * later) && swings_on(input, blocks * size)
     };
-    let settles = |blocks: &usize| levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]);
+    let settles = |blocks: &usize| {
+        levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]) && swings_on(input, blocks * size)
+    };
     let first = beginnings.clone().find(is_large)?;
     let blocks = beginnings.filter(|blocks| (first..=2 * first).contains(blocks)).find(settles).unwrap_or(first);
     // What decays goes on after it is small, and the fit has taken a part of it up.

@@ -2,6 +2,7 @@
 
 use faer::Mat;
 
+use super::slow;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
@@ -22,6 +23,8 @@ pub(super) struct Survey {
     thresholds: Vec<f64>,
     /// R of the operators' outputs, each record's mean removed.
     factor: Mat<f64>,
+    /// What is left of the slow columns and of the residual behind the operators, as R.
+    slow: Mat<f64>,
     /// The norm of the outputs, each record's mean removed.
     output_norm: f64,
 }
@@ -38,8 +41,9 @@ impl Survey {
             slopes: Vec::new(),
         };
         let (means, n) = (records.len(), thresholds.len());
-        let mut factor = TriangularFactor::new(means + n);
-        let mut row = vec![0.0; means + n];
+        let columns = means + n + slow::COLUMNS + 1;
+        let mut factor = TriangularFactor::new(columns);
+        let mut row = vec![0.0; columns];
         let mut operator_bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); n];
         let (mut residuals, mut squares) = (Vec::new(), 0.0);
         for (place, record) in records.iter().enumerate() {
@@ -50,7 +54,9 @@ impl Survey {
             row[place] = 1.0;
             let mut residual = Vec::with_capacity(record.fitted_samples());
             for (k, measured) in record.output().iter().enumerate().skip(record.skip()) {
-                rows.write(k, None, &mut row[means..]);
+                rows.write(k, None, &mut row[means..means + n]);
+                row[means + n..columns - 1].copy_from_slice(&slow::columns(k, record));
+                row[columns - 1] = measured - predicted[k];
                 factor.push(&row);
                 for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {
                     (*low, *high) = (low.min(*z), high.max(*z));
@@ -61,12 +67,19 @@ impl Survey {
             let output = centred(&record.output()[record.skip()..]);
             squares += as_f64(output.len()) * signal::rms(&output).powi(2);
         }
-        let factor = factor.finish().get(means.., means..).to_owned();
-        Self { residuals, operator_bounds, thresholds, factor, output_norm: squares.sqrt() }
+        let whole = factor.finish();
+        let factor = whole.get(means..means + n, means..means + n).to_owned();
+        let slow = whole.get(means + n.., means + n..).to_owned();
+        Self { residuals, operator_bounds, thresholds, factor, slow, output_norm: squares.sqrt() }
     }
 
     pub(super) fn operators(&self) -> usize {
         self.thresholds.len()
+    }
+
+    /// A slow change beside the operators.
+    pub(super) fn slow_change(&self, records: &[Record<'_>]) -> Option<Finding> {
+        slow::change(&self.slow, records)
     }
 
     fn is_moved(&self, operator: usize) -> bool {

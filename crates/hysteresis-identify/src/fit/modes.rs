@@ -60,7 +60,7 @@ impl JointProblem<'_> {
     }
 }
 
-/// A point with this mode as the last one.
+/// A point with this mode as the last one, within the bounds of the search: a scan may have found it just beyond.
 fn start(space: &Space, point: &Point, mode: Mode) -> Point {
     let number = space.modes() - 2;
     let values = [
@@ -68,7 +68,9 @@ fn start(space: &Space, point: &Point, mode: Mode) -> Point {
         (Parameter::ModeLogDamping(number), mode.damping.ln()),
         (Parameter::ModeGain(number), mode.gain),
     ];
-    values.into_iter().fold(*point, |point, (parameter, value)| point.with(parameter, value))
+    let within =
+        |parameter, value: f64| space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper));
+    values.into_iter().fold(*point, |point, (parameter, value)| point.with(parameter, within(parameter, value)))
 }
 
 impl JointFit {
