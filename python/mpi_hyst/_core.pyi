@@ -1948,7 +1948,7 @@ class ComparedModel:
         """
     @property
     def kept(self) -> list[Literal["creep", "loop shift", "dynamics"]]:
-        """The extensions in it: "creep", "loop shift", "dynamics". One that was "auto" is there if cross-validation kept it."""
+        """The extensions in it: "creep", "loop shift", "dynamics", "maps". One that was "auto" is there if cross-validation kept it."""
     @property
     def fit(self) -> Quality:
         """The errors over the fitted samples of all records."""
@@ -2055,7 +2055,7 @@ def compare(
     | conventional | sum_i w_i p_i[u], p_i plays |
     | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
     | modified | sum_i w_i z_i[u], z_i coupled plays |
-    | modified + creep, modified + loop shift, modified + dynamics | the same with one extension |
+    | modified + creep, + loop shift, + dynamics, + maps | the same with one extension |
     | modified + all | with all extensions, as `identify` fits them |
 
     Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
@@ -2077,8 +2077,8 @@ def compare(
     operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
         As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
         the last model leaves.
-    creep, loop_shift, dynamics, modes
-        As in `identify`, for the extensions. None leaves one out; the modes are those of the dynamics.
+    creep, loop_shift, dynamics, modes, amplifier, input_map, output_map
+        As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
     skip : int or list of int
         Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
     progress : callable, optional
