@@ -47,7 +47,8 @@ def coupled_plays(drive: Array) -> Array:
         lambda u: np.minimum(u + ra, np.maximum(0.0, u + rb)),
         drive,
     )
-    return z @ weights
+    output: Array = z @ weights
+    return output
 
 
 def play_behind_tanh(drive: Array) -> Array:
@@ -55,7 +56,8 @@ def play_behind_tanh(drive: Array) -> Array:
     r = np.linspace(0.0, 60.0, 21)
     weights = np.r_[0.8, 0.05 * np.exp(-r[1:] / 40.0)]
     bent = 200.0 * (np.tanh((drive - 60.0) / 200.0) + np.tanh(0.3))
-    return operators(lambda u: u - r, lambda u: u + r, bent) @ weights
+    output: Array = operators(lambda u: u - r, lambda u: u + r, bent) @ weights
+    return output
 
 
 def bouc_wen(drive: Array) -> Array:
@@ -103,7 +105,8 @@ class PhysicalStage:
         share = CREEP * np.log10(CREEP_TIMES[-1] / CREEP_TIMES[0]) / CREEP_TIMES.size
         x = x + share * sum(through_lag(x, tau) for tau in CREEP_TIMES)
         late = round(DEAD_TIME / STEP)
-        return np.r_[np.zeros(late), x[:-late]][:: round(dt / STEP)]
+        delayed: Array = np.r_[np.zeros(late), x[:-late]]
+        return delayed[:: round(dt / STEP)]
 
     def measured(self, drive: Array, dt: float, seed: int) -> Array:
         """Return the position with noise, from a converter of 16 bits."""
@@ -113,19 +116,22 @@ class PhysicalStage:
 
 def rounded(values: Array, span: float) -> Array:
     bit = span / 2.0**16
-    return np.round(values / bit) * bit
+    steps: Array = np.round(values / bit)
+    return steps * bit
 
 
 def through_lag(signal: Array, time_constant: float) -> Array:
     decay = np.exp(-STEP / time_constant)
-    return lfilter([0.0, 1.0 - decay], [1.0, -decay], signal)
+    answer: Array = lfilter([0.0, 1.0 - decay], [1.0, -decay], signal)
+    return answer
 
 
 def through_mode(signal: Array) -> Array:
     w = 2.0 * np.pi * FREQUENCY
     continuous = ([w * w], [1.0, 2.0 * DAMPING * w, w * w])
     numerator, denominator, _ = cont2discrete(continuous, STEP, "zoh")
-    return lfilter(numerator.ravel(), denominator, signal)
+    answer: Array = lfilter(numerator.ravel(), denominator, signal)
+    return answer
 
 
 STAGES = {

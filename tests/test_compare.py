@@ -191,7 +191,8 @@ def test_extensions_that_cannot_be_told_are_named_with_the_reason() -> None:
     seconds = mh.compare(U, y, **FAST)
     assert set(seconds.omitted.values()) == {"needs a sampling interval"}
     assert list(seconds.omitted) == ["creep", "loop shift", "dynamics", "maps"]
-    left_out = dict.fromkeys(("creep", "loop_shift", "input_map", "output_map"))
+    extensions = ("creep", "loop_shift", "input_map", "output_map")
+    left_out: dict[str, Any] = dict.fromkeys(extensions)
     asked = mh.compare(U, y, dt=DT, **left_out, **FAST)
     assert asked.omitted == dict.fromkeys(("creep", "loop shift", "maps"), "not asked for")
     assert [row.model for row in asked.rows] == [*SIMPLE, "modified + dynamics"]
