@@ -87,3 +87,25 @@ impl JointFit {
         modes.iter().enumerate().all(is_apart) && self.space.axes().iter().all(is_inside)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::{DynamicsModel, Options, Order};
+    use crate::record::Record;
+
+    #[test]
+    fn starts_lie_within_the_bounds_of_their_search() {
+        let input: Vec<f64> = (0..400).map(|k| (f64::from(k) / 9.0).sin()).collect();
+        let record = Record::new(&input, &input, 0).unwrap();
+        let dynamics = DynamicsModel::Order(Order::Second);
+        let options = Options { dt: Some(1e-3), dynamics, ..Options::default() };
+        let space = Space::new(&[record], &options).unwrap().with_mode();
+        let beyond = Mode { frequency: 1.0, damping: 0.9, gain: -7.0 };
+        let start = start(&space, space.origin(), beyond);
+        for axis in space.axes().iter().filter(|axis| axis.parameter.is_of_further_mode()) {
+            let value = start.get(axis.parameter);
+            assert!((axis.lower..=axis.upper).contains(&value), "{:?} {value}", axis.parameter);
+        }
+    }
+}
