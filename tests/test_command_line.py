@@ -103,7 +103,7 @@ def changed(line: int, text: str) -> list[list[object]]:
 WRONG_RECORDS: dict[str, tuple[list[list[object]], list[str]]] = {
     "text": (changed(11, "0.045,volts,1"), ["line 11, column drive_v", "'volts'"]),
     "empty cell": (changed(11, "0.045,,1"), ["line 11, column drive_v", "empty cell"]),
-    "nan": (changed(11, "0.045,1,nan"), ["line 11, column position_um", "not finite: nan"]),
+    "nan": (changed(11, "0.045,nan,1"), ["line 11, column drive_v", "not finite: nan"]),
     "huge": (changed(11, "0.045,1e200,1"), ["line 11, column drive_v", "larger than 1e+100"]),
     "infinite": (changed(11, "0.045,-inf,1"), ["line 11, column drive_v", "not finite: -inf"]),
     "underscore": (changed(11, "0.045,1_0,1"), ["line 11, column drive_v", "'1_0'"]),
@@ -178,11 +178,11 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["trajectory.csv", "no column 'drive_v'"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-from", "500"],
+            ["record.csv", *COLUMNS, "--validate", "other.csv", "--validate-from", "500"],
             ["--validate and --validate-from"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-skip", "1000"],
+            ["record.csv", *COLUMNS, "--validate", "other.csv", "--validate-skip", "1000"],
             ["record.csv: --validate-skip 1000 leaves none of 1000 samples"],
         ),
         (
@@ -201,7 +201,7 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["at least", "got 30"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "record.csv", "-o", "./record.csv"],
+            ["record.csv", *COLUMNS, "--validate", "other.csv", "-o", "./record.csv"],
             ["overwritten"],
         ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
@@ -243,34 +243,36 @@ def test_the_wrong_one_of_two_held_out_records_is_named(there: Path) -> None:
     write_csv(there / "wrong.csv", HEADER, WRONG_RECORDS["constant output"][0])
     slow = [[10 * k, *row[1:]] for k, row in enumerate(record_rows())]
     write_csv(there / "slow.csv", HEADER, slow)
+    write_csv(there / "other.csv", HEADER, record_rows(300.0))
     before = names_in(there)
     for wrong, said in (("wrong.csv", "sampling interval"), ("slow.csv", "sampling interval")):
         result = run(
             *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
-            *("--validate", "record.csv", "--validate", wrong),
+            *("--validate", "other.csv", "--validate", wrong),
         )
         assert_refused(result, there, before, wrong, said)
     flat = [[k / RATE, k, 7] for k in range(99)]
     write_csv(there / "wrong.csv", HEADER, flat)
     result = run(
         *("identify", "record.csv", *COLUMNS, "-o", "out.json"),
-        *("--validate", "record.csv", "--validate", "wrong.csv"),
+        *("--validate", "other.csv", "--validate", "wrong.csv"),
     )
     assert_refused(result, there, before, "wrong.csv: column position_um: ", "vary, got 7.0")
 
 
 def test_held_out_files_are_predicted_and_not_fitted(there: Path) -> None:
     write_csv(there / "other.csv", HEADER, record_rows(300.0))
+    write_csv(there / "third.csv", HEADER, record_rows(200.0))
     options = ["--operators", "4"]
     plain = run("identify", "record.csv", *COLUMNS, *options, "-o", "plain.json")
     result = run(
         *("identify", "record.csv", *COLUMNS, *options, "-o", "found.json"),
-        *("--validate", "other.csv", "--validate", "record.csv", "--validate-skip", "1s"),
+        *("--validate", "other.csv", "--validate", "third.csv", "--validate-skip", "1s"),
     )
     assert result.exit_code == plain.exit_code == 0, result.output
     assert (there / "found.json").read_bytes() == (there / "plain.json").read_bytes()
     rows = [line.split() for line in result.stdout.splitlines() if "held out: " in line]
-    assert [row[2:4] for row in rows] == [["other.csv", "800"], ["record.csv", "800"],
+    assert [row[2:4] for row in rows] == [["other.csv", "800"], ["third.csv", "800"],
                                           ["all", "1600"]]  # fmt: skip
 
 

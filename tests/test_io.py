@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import gzip
 import lzma
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,6 +23,7 @@ NAMED = ("time_s", "drive_v", "pos_um")
 READ: dict[str, tuple[bytes, tuple[str, str, str]]] = {
     "plain": (PLAIN.encode(), NAMED),
     "tabs": (PLAIN.replace(",", "\t").encode(), NAMED),
+    "vertical bars": (PLAIN.replace(",", " | ").encode(), NAMED),
     "semicolons": (PLAIN.replace(",", ";").encode(), NAMED),
     "spaces of any width": (PLAIN.replace(",", "   ").encode(), NAMED),
     "indented, spaces and tabs": (
@@ -33,6 +35,7 @@ READ: dict[str, tuple[bytes, tuple[str, str, str]]] = {
     "decimal comma, semicolons": (COMMA.encode(), NAMED),
     "decimal comma, tabs": (COMMA.replace(";", "\t").encode(), NAMED),
     "decimal comma, spaces": (COMMA.replace(";", "  ").encode(), NAMED),
+    "double precision of Fortran": (re.sub(r"(?m)(\d)(,|$)", r"\1D+00\2", PLAIN).encode(), NAMED),
     "byte order mark": (PLAIN.encode("utf-8-sig"), NAMED),
     "UTF-16": (PLAIN.encode("utf-16"), NAMED),
     "UTF-16, big end first, no mark": (PLAIN.encode("utf-16-be"), NAMED),

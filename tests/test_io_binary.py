@@ -39,6 +39,23 @@ def write_mat(path: Path) -> None:
     scipy.io.savemat(path, NESTED)
 
 
+def write_mat_array(path: Path) -> None:
+    columns = np.array([(T,), (U,), (Y,)], dtype=[("Data", object)])
+    scipy.io.savemat(path, {"rec": {"Y": columns, "cells": np.array([T, U, Y[:5]], dtype=object)}})
+
+
+def write_mat73_cells(path: Path) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, column in {"a": T, "b": U, "c": Y}.items():
+            file[f"#refs#/{name}"] = column[None, :]
+        refs = [[file[f"#refs#/{name}"].ref] for name in "abc"]
+        file.create_dataset("rec/Y/Data", data=refs, dtype=h5py.ref_dtype)
+        itself = file.create_dataset("rec/loop", (1,), dtype=h5py.ref_dtype)
+        itself[0] = itself.ref
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
 def write_mat73(path: Path) -> None:
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, column in {"time_s": T, "drive": U, "deep/pos": Y}.items():
@@ -109,6 +126,12 @@ FILES: dict[str, tuple[Callable[[Path], None], str, tuple[str, str, str], str]] 
     "npz": (write_npz, ".npz", ("time_s", "u", "both:2"), "NumPy archive"),
     "mat": (write_mat, ".mat", ("data.time_s", "data.drive", "data.deep.pos"), "MATLAB 5"),
     "mat, paths": (write_mat, ".mat", ("data/time_s", "data/drive", "/data/deep/pos"), "MATLAB 5"),
+    "mat, structures in an array": (
+        write_mat_array, ".mat", ("rec.Y.0.Data", "rec.Y.1.Data", "rec.Y.2.Data"), "MATLAB 5"
+    ),
+    "mat 7.3, cells": (
+        write_mat73_cells, ".mat", ("rec.Y.Data.0", "rec.Y.Data.1", "rec.Y.Data.2"), "MATLAB 7.3"
+    ),
     "mat 7.3": (write_mat73, ".mat", ("data.time_s", "data.drive", "data.deep.pos"), "MATLAB 7.3"),
     "mat 7.3, matrix": (write_mat73, ".mat", ("data.all:0", "data/all:1", "data.all:2"),
                         "MATLAB 7.3"),

@@ -91,6 +91,52 @@ def test_noise_is_no_poor_fit() -> None:
     assert found.fit.nrmse > 0.025 and found.verdict == "green"
 
 
+def test_rows_in_another_order() -> None:
+    u = mh.signals.decaying_triangle(100.0, 0.5, cycles=6, rate=RATE)
+    play = mh.PrandtlIshlinskii([1.0], [40.0]).forward()
+    y = u + play.run(u)
+    order = np.random.default_rng(5).permutation(u.size)
+    assert finding(fitted(u[order], y[order]), "poor_fit").hint.count("order of time") == 1
+    assert "poor_fit" not in codes(fitted(u, y))
+
+
+@each
+def test_a_monitor_of_the_drive_has_no_hysteresis(bench: Bench) -> None:
+    u, skip = bench.drive()
+    monitor = 0.1 * u + np.random.default_rng(6).normal(0.0, 1e-5 * np.ptp(u), u.size)
+    none = finding(fitted(u, monitor, skip=skip), "no_hysteresis")
+    assert abs(none.value) < none.limit == 0.001 and "monitor" in none.hint
+    assert "no_hysteresis" not in codes(fitted(u, bench.measured(u), skip=skip))
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.04, 0.1, 1.0, 30.0])
+def test_slow_records_are_fitted_by_default(dt: float) -> None:
+    bench = BENCHES[0]
+    u, skip = bench.drive()
+    assert mh.identify(u, bench.measured(u), operators=8, skip=skip, dt=dt).fit.nrmse < 0.005
+
+
+def test_a_chirp_does_not_begin_with_a_transient() -> None:
+    # A model without the mode leaves most where the chirp passes it: in the middle.
+    u = mh.signals.chirp(1.0, 10.0, 400.0, seconds=2.0, rate=2000)
+    t = np.arange(u.size) / 2000.0
+    passes = 0.05 * u * np.exp(-(((t - 0.5) / 0.1) ** 2))
+    found = mh.identify(u, u + passes, operators=4, weights="free", dt=1 / 2000)
+    assert "start_up_transient" not in codes(found)
+
+
+@each
+def test_two_equal_readings_are_chance(bench: Bench) -> None:
+    u, skip = bench.drive()
+    u, skip = u[::25].copy(), skip // 25
+    y = bench.measured(u)
+    middle = int(np.argmax(np.abs(np.diff(u)[skip + 20 : -20]))) + skip + 20
+    y[middle + 1] = y[middle]
+    assert "stuck_output" not in codes(fitted(u, y, skip=skip, operators=4))
+    y[middle + 1 : middle + 4] = y[middle]
+    assert "stuck_output" in codes(fitted(u, y, skip=skip, operators=4))
+
+
 @each
 def test_a_beginning_that_lies_on_no_loop(bench: Bench) -> None:
     u, _ = bench.drive()

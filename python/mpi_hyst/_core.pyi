@@ -944,7 +944,9 @@ class Identification:
         """The covariance of `parameters`: what was given or lies at a bound is left out."""
     @property
     def cross_validation(self) -> list[tuple[int, float]]:
-        """What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto"."""
+        """What cross-validation said of every number of operators: pairs (operators, error), the error the geometric
+        mean of the rms errors on the stretches that were held out; empty unless "auto".
+        """
     @property
     def weights_law(self) -> Literal["free", "quadratic", "split"]:
         """What the weights might be: as given, or as cross-validation chose."""
@@ -952,7 +954,7 @@ class Identification:
     def weights_validation(
         self,
     ) -> list[tuple[Literal["free", "quadratic", "split"], float]]:
-        """What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto"."""
+        """What cross-validation said of every weight law: pairs (law, error) as in `cross_validation`; empty unless "auto"."""
     @property
     def smoothness(self) -> float:
         """How smooth the weights were asked to be: as given, or as cross-validation chose."""
@@ -963,12 +965,14 @@ class Identification:
         """
     @property
     def terms_validation(self) -> list[tuple[int, str, float]]:
-        """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
-        best of every kind, the simplest first; empty if there was nothing to choose.
+        """What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, error as in
+        `cross_validation`), the best of every kind, the simplest first; empty if there was nothing to choose.
         """
     @property
     def smoothness_validation(self) -> list[tuple[float, float]]:
-        """What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto"."""
+        """What cross-validation said of every smoothness: pairs (smoothness, error) as in `cross_validation`; empty unless
+        "auto".
+        """
     @property
     def kkt_residual(self) -> float:
         """By how much the weights miss the conditions (Karush, Kuhn, Tucker) of the best ones: rounding, 1e-13 or less."""

@@ -200,7 +200,7 @@ ORDER = [
         STACK,
         Trial(both(text(RECORD), text(RECORD, "row,drive_v,position_um", name="b.csv")), VOLTS),
         ("expected a time",),
-        Trial(both(text(RECORD), text(RECORD, name="b.csv")), VOLTS),
+        Trial(both(text(RECORD), text(RECORD, name="b.csv", digits=8)), VOLTS),
     ),
 ]
 CASES = [*CLOCKS, *UNEVEN, *ORDER]

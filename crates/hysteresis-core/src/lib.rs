@@ -21,6 +21,7 @@ extern crate std;
 mod control;
 mod engine;
 mod error;
+mod filter;
 mod fingerprint;
 mod inverse;
 mod model;
@@ -35,6 +36,7 @@ pub use control::{
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
 pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, is_admissible};
+pub use filter::{Biquad, Filter, FilterState, MAX_SECTIONS, Sections};
 pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};

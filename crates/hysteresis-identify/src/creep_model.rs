@@ -123,6 +123,17 @@ impl CreepModel {
         !matches!(self, Self::None | Self::UnderWay | Self::Auto)
     }
 
+    /// The largest amplitude that is searched, per unit of its parameter: as a share of the position, per decade for log-type creep.
+    ///
+    /// Piezoelectric ceramics creep by 1 to 2 % a decade, soft polymers by several. What nobody asked for must not stand in, with more
+    /// than that, for operators that the model lacks.
+    pub(crate) fn largest(&self) -> f64 {
+        match self {
+            Self::Auto | Self::Slow | Self::SlowAndFast => 0.2,
+            _ => 1.0,
+        }
+    }
+
     /// The creep that may be under way when a record begins whose start is not fitted: log-type, where creep of that kind is
     /// searched or left open and the records are long enough; else none.
     pub(crate) fn underway(&self, seconds: f64, dt: f64) -> CreepBasis {
@@ -149,7 +160,8 @@ impl CreepModel {
             Self::SlowAndFast => {
                 let slow = CreepBasis::logarithmic(SLOW, None, seconds, dt)?;
                 let start = SPAN.0.max(FASTEST_LOGARITHMIC_SAMPLES * dt);
-                if slow.time_constants[0] < 2.0 * start {
+                // Slow sampling leaves no room for faster ones.
+                if SLOW < 2.0 * start || slow.time_constants[0] < 2.0 * start {
                     return Ok(slow);
                 }
                 let terms = terms_of(start, SLOW);

@@ -17,8 +17,8 @@ pub enum FindingCode {
     /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value: the mean
     /// width of the loops, positive if the position leads, over the range of the position; limit 0.01.
     LoopBackwards,
-    /// The fit leaves more than noise. Value: the rms residual without the noise, which is estimated from the differences of
-    /// neighbouring residuals, over the range of the position; limit 0.01.
+    /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
+    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the range of the position; limit 0.005.
     PoorFit,
     /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
     /// hundredth of the record without its two largest samples; limit 3.
@@ -92,6 +92,12 @@ pub enum FindingCode {
     /// The position jumps from one of its ends to the other and back by the same height, though the drive does not: a counter
     /// that wraps. Value: how often; limit 0.
     OutputWraps,
+    /// The position of one record moves by another factor of its drive than those of most: another unit, or another stage. Value: that
+    /// factor over theirs; limit 3.
+    RecordsDiffer,
+    /// The position follows the drive without hysteresis: it may be the drive's own monitor. Value: the mean width of the loops over the
+    /// range of the position; limit 0.001, below which it is one.
+    NoHysteresis,
     /// Rows of one and the same drive and position between rows that are far from them: a reading that failed. Value: how many
     /// of them; limit 1.
     FailedRows,
@@ -153,9 +159,11 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 40] = [
+    pub const ALL: [Self; 42] = [
         Self::WrongSign,
+        Self::RecordsDiffer,
         Self::LoopBackwards,
+        Self::NoHysteresis,
         Self::NegativeDeadTime,
         Self::ClippedOutput,
         Self::ClippedInput,
@@ -235,9 +243,23 @@ impl FindingCode {
         of_residual || of_model || self.is_of_linear_part()
     }
 
+    /// Whether it compares what the drive does with what the position does, so that it says nothing where the sign is wrong.
+    pub(crate) fn compares_drive_and_position(self) -> bool {
+        matches!(
+            self,
+            Self::LoopBackwards
+                | Self::NegativeDeadTime
+                | Self::ClippedInput
+                | Self::StuckInput
+                | Self::StuckOutput
+                | Self::InputOutliers
+                | Self::NoInterval
+        )
+    }
+
     /// Whether no fit to such a record says anything about the stage.
     pub(crate) fn spoils_a_fit(self) -> bool {
-        matches!(self, Self::GainChange | Self::OutputWraps | Self::FailedRows)
+        matches!(self, Self::RecordsDiffer | Self::GainChange | Self::OutputWraps | Self::FailedRows)
     }
 
     /// What to try next, whatever the record; a finding may say it more exactly.

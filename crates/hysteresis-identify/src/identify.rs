@@ -6,7 +6,7 @@ use hysteresis_control::linear::{Creep, Modes, SecondOrder};
 use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
-use crate::diagnostics::findings;
+use crate::diagnostics::{findings, is_falling};
 use crate::error::Error;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
@@ -23,7 +23,7 @@ use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::{joint_findings, untold_dead_time};
 use crate::no_interval::without_interval;
 use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options, Setting, Thresholds};
+use crate::options::{ModelKind, Options, Setting, Thresholds, WeightLaw};
 use crate::record::Record;
 use crate::result::covariance::Covariance;
 use crate::result::identification::Identification;
@@ -80,10 +80,25 @@ pub fn identify(
     Space::new(records, options)?;
     let asked = options.resolved(records)?;
     let mut monitor = SearchMonitor::new(progress);
-    let (found, left_out) = search_without_glitches(records, &asked, &mut monitor)?;
+    if is_falling(records) {
+        // Nothing else is worth a search if the sign is wrong.
+        let plain = asked.hysteresis_and_dead_time();
+        let plain = Options { weights: WeightLaw::Free, smoothness: Setting::Fixed(0.0), ..plain };
+        let found = fit(records, &plain, &mut monitor)?;
+        if found.partial || found.warnings.iter().any(|finding| finding.code == FindingCode::WrongSign) {
+            return Ok(found);
+        }
+        monitor.hold();
+    }
+    fit(records, &asked, &mut monitor)
+}
+
+/// Searches, and judges what was found.
+fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Identification, Error> {
+    let (found, left_out) = search_without_glitches(records, asked, monitor)?;
     let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, found, monitor.evaluations())?;
-    judge_sign(records, options, found, &mut monitor)
+    judge_sign(records, asked, found, monitor)
 }
 
 /// Fits again with the sign of the position turned where that seems to be wrong, and says what it finds.

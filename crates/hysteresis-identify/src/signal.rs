@@ -90,7 +90,20 @@ pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
 
 /// The median of every sample and so many on either side, as far as there are such.
 pub(super) fn medians(values: &[f64], around: usize) -> Vec<f64> {
-    let of = |k: usize| median(&values[k.saturating_sub(around)..(k + around + 1).min(values.len())]);
+    // The values about a sample, in order; it changes by two from one sample to the next.
+    let mut window: Vec<f64> = Vec::with_capacity(2 * around + 1);
+    let place = |window: &[f64], value: f64| window.partition_point(|other| other.total_cmp(&value).is_lt());
+    let add = |window: &mut Vec<f64>, value: f64| window.insert(place(window, value), value);
+    values[..around.min(values.len())].iter().for_each(|value| add(&mut window, *value));
+    let of = |k: usize| {
+        if let Some(gone) = k.checked_sub(around + 1) {
+            window.remove(place(&window, values[gone]));
+        }
+        if let Some(value) = values.get(k + around) {
+            add(&mut window, *value);
+        }
+        window[window.len() / 2]
+    };
     (0..values.len()).map(of).collect()
 }
 

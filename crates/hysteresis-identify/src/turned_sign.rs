@@ -40,6 +40,7 @@ pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Fin
         return findings.into_iter().filter(|finding| finding.code != FindingCode::WrongSign).collect();
     }
     let mut findings = causes(findings);
+    findings.retain(|finding| !finding.code.compares_drive_and_position());
     for finding in findings.iter_mut().filter(|finding| finding.code == FindingCode::WrongSign) {
         finding.message = format!(
             "{}; the fit leaves {:.3} % of the range rms, and one with the sign of the position turned {:.3} %",

@@ -28,10 +28,19 @@ impl FindingCode {
                 "exchange drive and position if their columns are swapped; reverse the rows if they run from the last to the \
                  first; if each row holds a position that was read after the drive had moved on, shift the position column down",
             ),
+            Self::RecordsDiffer => {
+                ("records_differ", Always, "bring all records to the same units, and leave those of another stage out")
+            }
+            Self::NoHysteresis => (
+                "no_hysteresis",
+                Never,
+                "check that the position is neither the monitor of the drive nor the sensor of a closed loop: those have no hysteresis",
+            ),
             Self::PoorFit => (
                 "poor_fit",
-                Factor(5.0),
-                "follow the other hints first; then more operators, split weights, --dynamics or --creep",
+                Factor(10.0),
+                "follow the other hints first; if it is noise, look at the sensor and whether the rows are in the order of time; else try more \
+                 operators, split weights, --dynamics or --creep",
             ),
             Self::StartUpTransient => ("start_up_transient", Never, "skip the beginning (--skip)"),
             Self::TimeGap => ("time_gap", Never, "record without gaps, or fit the part before or after the gap"),

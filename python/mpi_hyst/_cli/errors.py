@@ -1,4 +1,4 @@
-"""Errors of the command line: one line that names the file, column or option.
+"""Errors and notes of the command line: one line that names the file, column or option.
 
 A message of the library begins with the place: "record 1: u[3]: expected ...". The error carries
 the name of the argument as `parameter`. The command line names a file, column or option instead.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import re
+
+import click
 
 from mpi_hyst._text import printable
 
@@ -31,6 +33,11 @@ def short_line(text: str) -> str:
     """Return the text on one line, without control characters, shortened if it is very long."""
     line = printable(" ".join(text[: 2 * _LONGEST].split()))
     return line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ..."
+
+
+def note(text: str) -> None:
+    """Say on standard error what the user should know; the command goes on."""
+    click.echo(f"mpi-hyst: note: {short_line(text)}", err=True)
 
 
 def parameter(error: BaseException) -> str:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NoReturn
 
-import click
 import numpy as np
 
-from mpi_hyst._cli.errors import CommandError, short_line
+from mpi_hyst._cli.errors import CommandError, note
 from mpi_hyst._text import digits
 from mpi_hyst.io import Columns
 
 _AVERAGED = 50  # samples
 # Seconds. Steps outside are hardly those of a record of hysteresis.
 _SHORTEST, _LONGEST = 1e-7, 0.5
+_SLOWEST = 60.0
 
 
 class UnevenTimesError(CommandError):
@@ -53,7 +54,7 @@ def _say_unit(columns: Columns) -> None:
     """Say on standard error that times were converted: a unit taken wrongly scales all of them."""
     if columns.time_unit != "s":
         what = f"time column {columns.time_column} is converted from {columns.time_unit} to seconds"
-        click.echo(f"mpi-hyst: note: {short_line(f'{columns.source}: {what}')}", err=True)
+        note(f"{columns.source}: {what}")
 
 
 def fitted_interval(columns: Columns, rate: float | None = None) -> float | None:
@@ -68,6 +69,8 @@ def fitted_interval(columns: Columns, rate: float | None = None) -> float | None
     else:
         if rate is None and dt is not None:
             _check_unit(columns, dt)
+        if dt is not None and not _SHORTEST <= dt < _SLOWEST:
+            _refuse_interval(columns, rate, dt)
         return dt
     assert seconds is not None
     over = min(_AVERAGED, seconds.size - 1)
@@ -93,6 +96,17 @@ def _check_unit(columns: Columns, dt: float) -> None:
             "hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "
             "out with --time none --rate HZ"
         )
+
+
+def _refuse_interval(columns: Columns, rate: float | None, dt: float) -> NoReturn:
+    """Refuse what no rig samples at, as a rate for an interval, or another unit of time."""
+    span = f"expected a sampling interval of {digits(_SHORTEST)} to {digits(_SLOWEST)} s"
+    if rate is not None:
+        raise CommandError(f"--rate: {span}, got {digits(dt)} s; --rate is samples per second")
+    raise CommandError(
+        f"{columns.source}: {span}, got {digits(dt)} s; say what the unit of the time is with "
+        "--time-unit, or leave the time out with --time none --rate HZ"
+    )
 
 
 def _interval_of(rate: float, columns: Columns) -> float:

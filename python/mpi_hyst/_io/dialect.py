@@ -16,11 +16,21 @@ from dataclasses import dataclass, field
 
 from mpi_hyst._quantity import known_unit
 
-DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
+DELIMITERS = {
+    "\t": "tabs",
+    ";": "semicolons",
+    ",": "commas",
+    "|": "vertical bars",
+    " ": "white space",
+}
 _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "-", "--", "na", "n/a", "null", "none", "missing", "?"}
 # A number in any notation, also one that is refused later: that must not hide the separators.
-_LIKE = re.compile(r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
+_LIKE = re.compile(
+    r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf)"
+)
+# An exponent of double precision as Fortran writes it: 1.5D-03.
+_FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 _UNIT_WORDS = {"", "-", "--", "%", "a.u.", "raw", "counts", "bit", "k", "°c", "degc"}
 
 
@@ -77,18 +87,24 @@ def is_comment(line: str, delimiter: str) -> bool:
     return line.lstrip().startswith(marks)
 
 
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with this decimal mark."""
-    # float() also accepts 1_000, which is an error in a data file.
+def number(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell with this decimal mark, or None if it holds none."""
     if decimal == ",":
         if "." in cell:
-            return False
+            return None
         cell = cell.replace(",", ".")
+    # float() also accepts 1_000, which is an error in a data file.
+    if "_" in cell:
+        return None
     try:
-        float(cell)
+        return float(cell)
     except ValueError:
-        return False
-    return "_" not in cell
+        return float(_FORTRAN.sub(r"\1e\2", cell)) if _FORTRAN.fullmatch(cell.strip()) else None
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with this decimal mark."""
+    return number(cell, decimal) is not None
 
 
 def detect(lines: Sequence[str]) -> Dialect:
@@ -305,8 +321,7 @@ def why_no_number(cell: str, decimal: str) -> str:
     if not text:
         return "empty cell"
     shown = text[:40]
-    if is_number(text, decimal):
-        value = float(text.replace(",", ".") if decimal == "," else text)
+    if (value := number(text, decimal)) is not None:
         return f"larger than 1e+100: {shown}" if math.isfinite(value) else f"not finite: {shown}"
     point = "point" if decimal == "." else "comma"
     bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)

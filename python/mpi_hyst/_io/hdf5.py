@@ -17,6 +17,7 @@ from mpi_hyst._quantity import known_unit
 
 _UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")
 _MATLAB_OWN = "#refs#"
+_DEEPEST = 8  # cells in cells; a file may point at itself
 
 
 def read_hdf5(path: Path) -> Table:
@@ -39,9 +40,18 @@ def _read(path: Path, format_name: str, separator: str) -> Table:
         """Add the columns of a dataset. External links are not followed."""
         if not isinstance(item, h5py.Dataset) or place.startswith(_MATLAB_OWN) or not item.shape:
             return
-        name = place.replace("/", separator)
+        add(place.replace("/", separator), item)
+
+    def add(name: str, item: Any, depth: int = 0) -> None:
+        if h5py.check_ref_dtype(item.dtype) is h5py.Reference:
+            # Cells of MATLAB, and fields of its structures in an array.
+            for index, one in enumerate(np.asarray(item[()]).reshape(-1)):
+                cell = item.file[one] if one else None
+                if isinstance(cell, h5py.Dataset) and cell.shape and depth < _DEEPEST:
+                    add(f"{name}{separator}{index}", cell, depth + 1)
+            return
         for column, part, size in _parts(name, item):
-            columns[column] = partial(_load, path, place, part)
+            columns[column] = partial(_load, path, item.name, part)
             sizes[column] = size
             if unit := _unit(item):
                 units[column] = unit

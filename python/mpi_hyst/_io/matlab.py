@@ -34,7 +34,10 @@ def _flat(name: str, value: Any) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """Return the arrays in a structure by their paths; numbers and texts beside them are none."""
     if isinstance(value, dict):
         return {k: v for key, one in value.items() for k, v in _flat(f"{name}.{key}", one).items()}
-    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        parts = [_flat(f"{name}.{index}", one) for index, one in enumerate(value.reshape(-1))]
+    is_cells = isinstance(value, np.ndarray) and value.dtype.kind == "O"
+    # Cells, and structures in an array: scipy makes lists of some.
+    if is_cells or isinstance(value, list):
+        cells = value.reshape(-1) if is_cells else value
+        parts = [_flat(f"{name}.{index}", one) for index, one in enumerate(cells)]
         return {k: v for part in parts for k, v in part.items()}
     return {name: value} if isinstance(value, np.ndarray) and value.ndim and value.size else {}

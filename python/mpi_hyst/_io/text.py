@@ -143,12 +143,5 @@ def _sample(lines: Lines) -> Iterator[str]:
 
 def _value(cell: str, decimal: str) -> float | None:
     """Return the number in a cell, or None if it holds no admissible one."""
-    if decimal == ",":
-        if "." in cell:
-            return None
-        cell = cell.replace(",", ".")
-    try:
-        value = float(cell)
-    except ValueError:
-        return None
-    return value if -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE and "_" not in cell else None
+    value = dialects.number(cell, decimal)
+    return value if value is not None and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE else None

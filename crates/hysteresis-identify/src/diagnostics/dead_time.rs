@@ -25,7 +25,8 @@ pub(super) fn implausible(records: &[Record<'_>], chain: &Chain) -> Option<Findi
         "the dead time is {:.0} % of the period of the drive: creep, loop width or shifted columns may look like it",
         100.0 * value
     );
-    let late = records.iter().filter_map(turns_late).reduce(f64::max).filter(|samples| *samples > 1.0);
+    let late =
+        records.iter().filter_map(turns_late).map(|(late, _)| late).reduce(f64::max).filter(|samples| *samples > 1.0);
     let finding = Finding::new(FindingCode::ImplausibleDeadTime, value, LIMIT, message);
     let finding = match late {
         Some(samples) => finding.try_next(format!(

@@ -19,9 +19,14 @@ pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     const SMALLEST: f64 = 1e-5;
     let deviation = signal::robust_deviation(residual).max(SMALLEST * record.output_range());
     let distances = signal::distances_from_neighbours(residual);
-    let far: Vec<usize> = (0..distances.len()).filter(|k| distances[*k] > LIMIT * deviation).collect();
-    let (first, largest) = distances.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    let (value, sample) = (largest / deviation, record.skip() + first);
+    let near = near_turns(&record.input()[record.skip()..]);
+    // What every model lacks, it lacks at the turns: there only what is unusual at turns is a glitch.
+    let at_turns: Vec<f64> = distances.iter().zip(&near).filter(|(_, near)| **near).map(|(one, _)| *one).collect();
+    let deviation_at_turns = deviation.max(signal::robust_deviation(&at_turns));
+    let share = |k: usize| distances[k] / if near[k] { deviation_at_turns } else { deviation };
+    let far: Vec<usize> = (0..distances.len()).filter(|k| share(*k) > LIMIT).collect();
+    let first = (0..distances.len()).max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
+    let (value, sample) = (share(first), record.skip() + first);
     let message = format!(
         "{} samples lie far from their neighbours, the furthest {} by {value:.1} standard deviations",
         far.len(),
@@ -29,6 +34,17 @@ pub(super) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     );
     let finding = Finding::new(FindingCode::Outliers, value, LIMIT, message).at(sample);
     Some(finding.try_next(leave_out(&in_record(record, stretches(&far, AROUND)))))
+}
+
+/// Whether the drive turns at a sample or next to it.
+fn near_turns(input: &[f64]) -> Vec<bool> {
+    let mut near = vec![false; input.len()];
+    for (first, three) in input.windows(3).enumerate() {
+        if (three[1] - three[0]) * (three[2] - three[1]) < 0.0 {
+            near[first..first + 3].fill(true);
+        }
+    }
+    near
 }
 
 /// Many samples that were taken for glitches and left out of the fit.
@@ -134,6 +150,13 @@ pub(super) fn jump(record: &Record<'_>, residual: &[f64], bursts: &[Range<usize>
     )))
 }
 
+/// How far every value is from the median of those about it, over the range of the medians; and that range.
+fn from_medians(values: &[f64]) -> (Vec<f64>, f64) {
+    let medians = signal::medians(values, AROUND);
+    let (low, high) = signal::bounds(&medians);
+    (values.iter().zip(&medians).map(|(x, median)| (x - median).abs() / (high - low)).collect(), high - low)
+}
+
 /// Samples of the drive far from their neighbours that the position does not follow.
 pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = 0.03;
@@ -146,16 +169,10 @@ pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     const FURTHER: f64 = 5.0;
     /// A drive of few bits moves by so much at least.
     const STEPS: f64 = 3.0;
-    let share = |values: &[f64]| {
-        let medians = signal::medians(values, AROUND);
-        let (low, high) = signal::bounds(&medians);
-        values.iter().zip(&medians).map(|(x, median)| (x - median).abs() / (high - low)).collect::<Vec<f64>>()
-    };
-    let (input, output) = (share(record.input()), share(record.output()));
-    let (low, high) = signal::bounds(&signal::medians(record.input(), AROUND));
+    let ((input, range), (output, _)) = (from_medians(record.input()), from_medians(record.output()));
     let steps: Vec<f64> =
         record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|x| *x > 0.0).collect();
-    let step = STEPS * signal::median(&steps) / (high - low);
+    let step = STEPS * signal::median(&steps) / range;
     let usual = step.max(FURTHER * signal::quantile(&input, ALMOST_ALL));
     let answer = |k: usize| signal::bounds(&output[k..(k + LATER).min(output.len())]).1;
     let unanswered = |k: &usize| input[*k] > usual.max(LIMIT) && answer(*k) < FOLLOWED * input[*k];
@@ -172,6 +189,20 @@ pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     Some(finding.try_next(mend(&stretches(&far, 1))))
 }
 
+/// Whether a value, or the run of equal ones that it belongs to, jumps away from those about it and back, by several times what those
+/// move: the tip of a fast loop moves as they do.
+fn is_spike(values: &[f64], k: usize) -> bool {
+    const JUMPS: f64 = 3.0;
+    let is_other = |j: &usize| values[*j] != values[k];
+    let before = (0..k).rev().find(is_other);
+    let after = (k + 1..values.len()).find(is_other);
+    let (Some(before), Some(after)) = (before, after) else { return before.is_some() || after.is_some() };
+    let (to, back) = (values[k] - values[before], values[after] - values[k]);
+    let step = |a: usize, b: Option<usize>| b.and_then(|b| values.get(b)).map_or(0.0, |b| (values[a] - b).abs());
+    let usual = step(before, before.checked_sub(1)).max(step(after, Some(after + 1)));
+    to * back < 0.0 && to.abs().min(back.abs()) > JUMPS * usual
+}
+
 /// Rows of one and the same drive and position, far from the rows about them: zeros, or what stands for no reading.
 ///
 /// No sensor reads the same number to the last digit after jumps of the drive from different places.
@@ -179,13 +210,9 @@ pub(super) fn failed_rows(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = 1.0;
     /// How far such rows are from their neighbours, over the range of the medians.
     const FAR: f64 = 0.03;
-    let shares = |values: &[f64]| {
-        let medians = signal::medians(values, AROUND);
-        let (low, high) = signal::bounds(&medians);
-        values.iter().zip(&medians).map(|(x, median)| (x - median).abs() / (high - low)).collect::<Vec<f64>>()
-    };
-    let (drive, position) = (shares(record.input()), shares(record.output()));
-    let far: Vec<usize> = (0..drive.len()).filter(|k| drive[*k] > FAR && position[*k] > FAR).collect();
+    let (drive, position) = (from_medians(record.input()).0, from_medians(record.output()).0);
+    let far = |k: &usize| drive[*k] > FAR && position[*k] > FAR && is_spike(record.input(), *k);
+    let far: Vec<usize> = (0..drive.len()).filter(far).collect();
     let row = |k: &usize| (record.input()[*k].to_bits(), record.output()[*k].to_bits());
     let same = |k: &usize| far.iter().filter(|other| row(other) == row(k)).count();
     let common = far.iter().copied().max_by_key(same)?;

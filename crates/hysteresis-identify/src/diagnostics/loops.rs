@@ -13,33 +13,58 @@ const SWING: f64 = 0.05;
 /// The position falls where the drive rises.
 pub(super) fn wrong_sign(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = -0.5;
-    let value = signal::correlation(&record.input()[record.skip()..], &record.output()[record.skip()..])?;
+    let value = correlation(record)?;
     let message = format!("the position falls where the drive rises, correlation {value:.2}");
     Some(Finding::new(FindingCode::WrongSign, value, LIMIT, message))
+}
+
+/// The correlation of drive and position.
+fn correlation(record: &Record<'_>) -> Option<f64> {
+    signal::correlation(&record.input()[record.skip()..], &record.output()[record.skip()..])
+}
+
+/// The same where a loop has a direction.
+fn clear_correlation(record: &Record<'_>) -> Option<f64> {
+    correlation(record).filter(|r| r.abs() > MIN_CORRELATION)
+}
+
+/// Some records fall where their drive rises, and others do not: an option that turns them all does not help.
+pub(super) fn fall_one_by_one(records: &[Record<'_>]) -> bool {
+    let signs: Vec<f64> = records.iter().filter_map(clear_correlation).map(f64::signum).collect();
+    signs.contains(&1.0) && signs.contains(&-1.0)
+}
+
+/// The positions of some records move by other factors of their drives than those of others: other units, or another stage.
+///
+/// Hysteresis makes the slope of a small loop smaller, dynamics and creep change it too, all by less than a factor of 3.
+pub(super) fn records_differ(records: &[Record<'_>]) -> Option<Finding> {
+    const LIMIT: f64 = 3.0;
+    let slope = |record: &Record<'_>| {
+        clear_correlation(record)?;
+        let line = signal::line(&record.input()[record.skip()..], &record.output()[record.skip()..]);
+        Some((line(1.0) - line(0.0)).abs())
+    };
+    let slopes: Vec<(usize, f64)> =
+        records.iter().enumerate().filter_map(|(place, record)| Some((place, slope(record)?))).collect();
+    let usual = signal::median(&slopes.iter().map(|(_, slope)| *slope).collect::<Vec<_>>());
+    let factor = |slope: f64| (slope / usual).max(usual / slope);
+    let (place, furthest) = slopes.iter().copied().max_by(|(_, a), (_, b)| factor(*a).total_cmp(&factor(*b)))?;
+    let value = factor(furthest);
+    let message = format!(
+        "the position of this record moves by {furthest:.4} for a unit of the drive, and that of most by {usual:.4}: another unit, or \
+         another stage"
+    );
+    (value > LIMIT)
+        .then(|| Finding { record: Some(place), ..Finding::new(FindingCode::RecordsDiffer, value, LIMIT, message) })
 }
 
 /// Below this correlation a loop has no direction: a position a quarter of a period late neither rises nor falls with it.
 const MIN_CORRELATION: f64 = 0.7;
 
 /// The position leads the drive.
-///
-/// The sum of y du over closed loops is minus their area if the position lags, for a loop is then traversed
-/// counter-clockwise. Over the distance of the input there and back it is half of the mean width.
 pub(super) fn backwards(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = 0.01;
-    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
-    let (low, high) = signal::bounds(input);
-    let turns = signal::turns(input, SWING * (high - low));
-    let (first, last) = (*turns.first()?, *turns.last()?);
-    let distance: f64 = turns.windows(2).map(|pair| (input[pair[1]] - input[pair[0]]).abs()).sum();
-    // The sign of the position counts: turned round, loops change their direction too.
-    let correlation = signal::correlation(input, output).filter(|r| r.abs() > MIN_CORRELATION)?;
-    let sign = correlation.signum();
-    let line = signal::line(&input[first..=last], &output[first..=last]);
-    let bent: Vec<f64> = (first..=last).map(|k| sign * (output[k] - line(input[k]))).collect();
-    let area: f64 =
-        (1..bent.len()).map(|k| 0.5 * (bent[k] + bent[k - 1]) * (input[first + k] - input[first + k - 1])).sum();
-    let value = 2.0 * area / distance / record.output_range();
+    let value = mean_lead(record)?;
     let message = format!(
         "the loops are traversed backwards: the position leads the drive, by {:.1} % of its range on average",
         100.0 * value
@@ -47,14 +72,55 @@ pub(super) fn backwards(record: &Record<'_>) -> Option<Finding> {
     Some(Finding::new(FindingCode::LoopBackwards, value, LIMIT, message))
 }
 
-/// How many samples the position turns after the drive does, where it does so alike all over the record.
+/// No record has loops that are open.
+pub(super) fn no_hysteresis(records: &[Record<'_>]) -> Option<Finding> {
+    const LIMIT: f64 = 0.001;
+    /// The drive explains all but this share of the squares: rows in any order have no area either.
+    const EXPLAINED: f64 = 0.998;
+    let follows = |record: &Record<'_>| correlation(record).is_some_and(|r| r * r > EXPLAINED);
+    if !records.iter().all(follows) {
+        return None;
+    }
+    let widths: Option<Vec<f64>> = records.iter().map(|record| mean_lead(record).map(f64::abs)).collect();
+    let value = widths?.into_iter().reduce(f64::max)?;
+    let message = format!(
+        "the position follows the drive without hysteresis: loops are {:.3} % of its range wide on average",
+        100.0 * value
+    );
+    (value < LIMIT).then(|| Finding::new(FindingCode::NoHysteresis, value, LIMIT, message))
+}
+
+/// By how much of its range the position leads the drive on average; negative where it lags. Nothing if the drive does not turn, or
+/// the position does not go with it.
+///
+/// The sum of y du over closed loops is minus their area if the position lags, for a loop is then traversed
+/// counter-clockwise. Over the distance of the input there and back it is half of the mean width.
+fn mean_lead(record: &Record<'_>) -> Option<f64> {
+    let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
+    let (low, high) = signal::bounds(input);
+    let turns = signal::turns(input, SWING * (high - low));
+    let (first, last) = (*turns.first()?, *turns.last()?);
+    let distance: f64 = turns.windows(2).map(|pair| (input[pair[1]] - input[pair[0]]).abs()).sum();
+    // The sign of the position counts: turned round, loops change their direction too.
+    let sign = clear_correlation(record)?.signum();
+    let line = signal::line(&input[first..=last], &output[first..=last]);
+    let bent: Vec<f64> = (first..=last).map(|k| sign * (output[k] - line(input[k]))).collect();
+    let area: f64 =
+        (1..bent.len()).map(|k| 0.5 * (bent[k] + bent[k - 1]) * (input[first + k] - input[first + k - 1])).sum();
+    (distance > 0.0).then(|| 2.0 * area / distance / record.output_range())
+}
+
+/// How many samples the position turns after the drive does, where it does so alike all over the record, and the standard error of
+/// that.
 ///
 /// A position without dynamics turns with the drive, whatever the hysteresis: loops may hide a lead, turns cannot.
-pub(super) fn turns_late(record: &Record<'_>) -> Option<f64> {
+pub(super) fn turns_late(record: &Record<'_>) -> Option<(f64, f64)> {
     const FEWEST: usize = 5;
     /// The turns of most are alike within so many samples, or this share of the delay.
     const ALIKE: f64 = 1.0;
     const SHARE: f64 = 0.5;
+    /// Of normal values: 1.2533 standard deviations over sqrt n, one being 1.4826 median distances.
+    const ERROR_OF_MEDIAN: f64 = 1.858;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (low, high) = signal::bounds(input);
     let turns = signal::turns(input, SWING * (high - low));
@@ -69,7 +135,8 @@ pub(super) fn turns_late(record: &Record<'_>) -> Option<f64> {
     let delays: Vec<f64> = turns.windows(3).filter_map(later).collect();
     let delay = signal::median(&delays);
     let spread = signal::median(&delays.iter().map(|one| (one - delay).abs()).collect::<Vec<f64>>());
-    (delays.len() >= FEWEST && spread <= ALIKE.max(SHARE * delay.abs())).then_some(delay)
+    let error = ERROR_OF_MEDIAN * spread / as_f64(delays.len()).sqrt();
+    (delays.len() >= FEWEST && spread <= ALIKE.max(SHARE * delay.abs())).then_some((delay, error))
 }
 
 /// Where a peak or a valley is: the middle of the samples at its very end, none if it lies at an edge of the part.
@@ -83,7 +150,12 @@ fn middle_of_the_top(values: &[f64], is_peak: bool) -> Option<f64> {
 /// The position turns before the drive does.
 pub(super) fn early(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = -0.5;
-    let value = turns_late(record)?;
+    /// Noise on round tops makes turns early by chance: so many standard errors are none.
+    const CHANCE: f64 = 2.0;
+    let (value, error) = turns_late(record)?;
+    if value + CHANCE * error > LIMIT {
+        return None;
+    }
     let message = format!("the position turns {:.1} samples before the drive does", -value);
     let hint = format!(
         "rows seem to hold a position that was read later: shift the position column down by {:.0} rows",

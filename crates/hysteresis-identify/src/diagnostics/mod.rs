@@ -126,6 +126,22 @@ fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
 }
 
+/// Whether the position of some record falls where its drive rises.
+pub(crate) fn is_falling(records: &[Record<'_>]) -> bool {
+    wrong_sign(records).is_some()
+}
+
+fn wrong_sign(records: &[Record<'_>]) -> Option<Finding> {
+    let found = worst(records, |_, record| loops::wrong_sign(record))?;
+    Some(if loops::fall_one_by_one(records) {
+        found.try_next(
+            "turn the sign of the position in this record alone, in its file: --negate-output, or -y, turns all".into(),
+        )
+    } else {
+        found
+    })
+}
+
 /// Without what a defect of a record makes of a fit.
 pub(crate) fn causes(findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
@@ -148,8 +164,10 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
     // The turns of a noisy drive are anywhere.
     let noisy = worst(records, |_, record| noisy_input::noisy_input(record));
     let checks = [
-        worst(records, |_, record| loops::wrong_sign(record)),
+        wrong_sign(records),
+        loops::records_differ(records),
         worst(records, |_, record| loops::backwards(record)),
+        loops::no_hysteresis(records),
         if chain.linear.is_dead_time_alone() && noisy.is_none() { doubted(loops::early) } else { None },
         if gain_change.is_none() { doubted(parts::wraps) } else { None },
         gain_change,

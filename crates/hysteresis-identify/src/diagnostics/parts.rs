@@ -1,9 +1,12 @@
 //! Positions of several parts: another gain from some sample on, and counters that wrap.
 
+use faer::Mat;
+
 use super::hints::one_part;
 use super::named_sample;
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
+use crate::fit::bounded;
 use crate::numeric::as_f64;
 use crate::record::Record;
 use crate::signal;
@@ -11,9 +14,6 @@ use crate::signal;
 /// A constant, the drive, and plays of these widths over the range of the drive: enough hysteresis to tell a gain.
 const WIDTHS: [f64; 3] = [0.05, 0.15, 0.3];
 const COLUMNS: usize = 2 + WIDTHS.len();
-
-/// The sums of products of all columns, and with the position as the last.
-type Products = [[f64; COLUMNS + 1]; COLUMNS + 1];
 
 /// The position moves by another factor of the drive from some sample on: another unit, gain or range.
 ///
@@ -122,30 +122,21 @@ fn split(rows: &[[f64; COLUMNS + 1]], place: usize) -> Option<Parts> {
     Some(Parts { squares: [left, others], unexplained: [share, others_share], gain: (line(1.0) - line(0.0)).abs() })
 }
 
-/// Least squares by elimination; the weight of a column that others make up is 0.
-fn weights(rows: &[[f64; COLUMNS + 1]]) -> [f64; COLUMNS] {
-    const DEPENDENT: f64 = 1e-9;
-    let mut products: Products = [[0.0; COLUMNS + 1]; COLUMNS + 1];
+/// Least squares; where columns make up each other, one answer of several.
+fn weights(rows: &[[f64; COLUMNS + 1]]) -> Vec<f64> {
+    // A hundred parts are fitted: the sums of products cost least, and a gain needs few digits.
+    let mut products = Mat::<f64>::zeros(COLUMNS, COLUMNS + 1);
     for row in rows {
-        for (one, line) in row.iter().zip(&mut products) {
-            line.iter_mut().zip(row).for_each(|(sum, other)| *sum += one * other);
+        for i in 0..COLUMNS {
+            for j in 0..=COLUMNS {
+                products[(i, j)] += row[i] * row[j];
+            }
         }
     }
-    let sizes: [f64; COLUMNS] = std::array::from_fn(|i| products[i][i]);
-    for i in 0..COLUMNS {
-        let pivot = products[i];
-        for line in products.iter_mut().take(COLUMNS).skip(i + 1) {
-            let share = if pivot[i] > DEPENDENT * sizes[i] { line[i] / pivot[i] } else { 0.0 };
-            line.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= share * p);
-        }
-    }
-    let mut weights = [0.0; COLUMNS];
-    for i in (0..COLUMNS).rev() {
-        let known: f64 = (i + 1..COLUMNS).map(|j| products[i][j] * weights[j]).sum();
-        let is_told = products[i][i] > DEPENDENT * sizes[i];
-        weights[i] = if is_told { (products[i][COLUMNS] - known) / products[i][i] } else { 0.0 };
-    }
-    weights
+    let with_position: Vec<f64> = (0..COLUMNS).map(|i| products[(i, COLUMNS)]).collect();
+    let all: Vec<usize> = (0..COLUMNS).collect();
+    let unbounded = [(f64::NEG_INFINITY, f64::INFINITY); COLUMNS];
+    bounded::solve(products.get(.., ..COLUMNS), &with_position, &unbounded, &all).x
 }
 
 /// The position jumps from one of its ends to the other, always by the same height: a counter that wraps.

@@ -9,10 +9,12 @@ use crate::signal;
 
 /// More is left than noise.
 pub(super) fn poor_fit(record: &Record<'_>, residual: &[f64]) -> Finding {
-    const LIMIT: f64 = 0.01;
+    const LIMIT: f64 = 0.005;
+    /// Noise counts as well, but by this share: rows that were put in another order leave nothing else.
+    const NOISE: f64 = 0.15;
     let range = record.output_range();
     let (whole, noise) = (signal::rms(residual) / range, signal::noise(residual) / range);
-    let value = (whole * whole - noise * noise).max(0.0).sqrt();
+    let value = (whole * whole - noise * noise).max(0.0).sqrt().max(NOISE * whole);
     let message = format!(
         "the model leaves {:.2} % of the range rms of the position, of which noise is {:.2} %",
         100.0 * whole,
@@ -74,13 +76,22 @@ fn level(block: &[f64], middle: f64) -> f64 {
 fn swings_on(input: &[f64], end: usize) -> bool {
     const SAME: f64 = 0.7;
     const SWING: f64 = 0.05;
+    /// The usual step before and after is alike within this factor: what a chirp does later is no settled beginning.
+    const ALIKE: f64 = 2.5;
     let range = |values: &[f64]| {
         let (low, high) = signal::bounds(values);
         high - low
     };
     let turns = signal::turns(input, SWING * range(input));
     let next = turns.iter().copied().filter(|turn| *turn > end).nth(2).unwrap_or(input.len());
-    range(&input[end..next.max(2 * end).min(input.len())]) >= SAME * range(&input[..end])
+    let step = |values: &[f64]| {
+        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+        signal::median(&steps.collect::<Vec<_>>())
+    };
+    let (before, after) = (step(&input[..end]), step(&input[end..]));
+    // Less than a whole swing may lie about a turn, where a sine hardly moves.
+    let is_alike = turns.get(2).is_none_or(|turn| *turn > end) || before.max(after) <= ALIKE * before.min(after);
+    is_alike && range(&input[end..next.max(2 * end).min(input.len())]) >= SAME * range(&input[..end])
 }
 
 /// `unexplained` is what moves while the input stays at its end: the output, or with dynamics and creep the residual.

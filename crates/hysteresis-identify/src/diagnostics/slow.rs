@@ -16,11 +16,28 @@ pub(super) const MOST: f64 = 0.8;
 /// The exponentials fall by so many e-folds in a record.
 const FOLDS: [f64; 2] = [3.0, 12.0];
 
-/// The slow columns at a sample, each from 0 to about 1 over the record.
-pub(super) fn columns(sample: usize, record: &Record<'_>) -> [f64; COLUMNS] {
-    let time = as_f64(sample - record.skip()) / as_f64(record.input().len() - record.skip());
-    let [slow, fast] = FOLDS.map(|folds| -(-folds * time).exp_m1());
-    [time, slow, fast]
+/// The slow columns of a record sample by sample, each from 0 to about 1 over its fitted samples.
+pub(super) struct Slow {
+    samples: f64,
+    sample: f64,
+    /// How much of the way each exponential has left, and what a sample leaves of that.
+    left: [f64; 2],
+    kept: [f64; 2],
+}
+
+impl Slow {
+    pub(super) fn of(record: &Record<'_>) -> Self {
+        let samples = as_f64(record.fitted_samples());
+        Self { samples, sample: 0.0, left: [1.0; 2], kept: FOLDS.map(|folds| (-folds / samples).exp()) }
+    }
+
+    /// Writes the columns at a sample and goes on to the next one.
+    pub(super) fn write(&mut self, columns: &mut [f64]) {
+        let [slow, fast] = self.left;
+        columns.copy_from_slice(&[self.sample / self.samples, 1.0 - slow, 1.0 - fast]);
+        self.sample += 1.0;
+        self.left = [slow * self.kept[0], fast * self.kept[1]];
+    }
 }
 
 /// Whether the residual follows a slow change once the operators may give back what they have taken up of it.

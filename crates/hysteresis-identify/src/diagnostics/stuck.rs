@@ -23,6 +23,8 @@ impl Stays {
         /// Stays that may be unusual ones, and the share of all stays that may.
         const FEW: usize = 4;
         const SHARE: usize = 10;
+        /// Two readings are equal by chance, or as the position turns between them.
+        const SHORTEST: usize = 3;
         let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
         let ((low, high), ends) = (signal::bounds(input), <[f64; 2]>::from(signal::bounds(output)));
         let (at_the_ends, between): (Vec<_>, Vec<_>) =
@@ -32,7 +34,9 @@ impl Stays {
             let longer = stays.into_iter().filter(|(travel, _)| *travel > usual);
             longer.map(|(travel, stay)| (travel, record.skip() + stay.start..record.skip() + stay.end)).collect()
         };
-        Self { at_the_ends: unusual(at_the_ends), between: unusual(between) }
+        let mut between: Vec<_> = unusual(between);
+        between.retain(|(_, stay)| stay.len() >= SHORTEST);
+        Self { at_the_ends: unusual(at_the_ends), between }
     }
 
     /// The position stands still between its ends: a frozen sensor.

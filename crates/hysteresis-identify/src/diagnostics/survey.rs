@@ -52,10 +52,11 @@ impl Survey {
             let mut rows = tangent.rows(record.input(), dt);
             row[..means].fill(0.0);
             row[place] = 1.0;
+            let mut slow = slow::Slow::of(record);
             let mut residual = Vec::with_capacity(record.fitted_samples());
             for (k, measured) in record.output().iter().enumerate().skip(record.skip()) {
                 rows.write(k, None, &mut row[means..means + n]);
-                row[means + n..columns - 1].copy_from_slice(&slow::columns(k, record));
+                slow.write(&mut row[means + n..columns - 1]);
                 row[columns - 1] = measured - predicted[k];
                 factor.push(&row);
                 for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {

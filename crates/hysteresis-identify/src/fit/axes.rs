@@ -15,10 +15,6 @@ const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;
 /// The lowest frequency that is searched, in cycles per longest record.
 const MIN_CYCLES_PER_RECORD: f64 = 1.0;
 
-/// The largest amplitude of creep that is searched, per unit of its parameter: as a share of the position, per decade for
-/// log-type creep.
-const MAX_AMPLITUDE: f64 = 1.0;
-
 /// Between what the coefficients of a map are searched: slopes from e^-4 to e^4 of the mean one at the ends.
 const COEFFICIENT_BOUND: f64 = 2.0;
 
@@ -64,7 +60,12 @@ pub(super) fn coefficients(parameter: fn(usize) -> Parameter) -> impl Iterator<I
 }
 
 /// Frequency, damping and amplitudes of creep.
-pub(super) fn linear(intervals: &Intervals, dynamics: Option<Order>, creep: &CreepBasis) -> Vec<Axis> {
+pub(super) fn linear(
+    intervals: &Intervals,
+    dynamics: Option<Order>,
+    creep: &CreepBasis,
+    largest_creep: f64,
+) -> Vec<Axis> {
     let mut axes = Vec::new();
     if dynamics.is_some() {
         let (lower, upper) =
@@ -75,7 +76,7 @@ pub(super) fn linear(intervals: &Intervals, dynamics: Option<Order>, creep: &Cre
         let (lower, upper) = (DAMPINGS.0.ln(), DAMPINGS.1.ln());
         axes.push(Axis { parameter: Parameter::LogDamping, lower, upper, scale: 4.0 });
     }
-    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: MAX_AMPLITUDE, scale: 0.1 };
+    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: largest_creep, scale: 0.1 };
     axes.extend((0..creep.directions.len()).map(amplitude));
     axes
 }

@@ -60,6 +60,18 @@ impl JointProblem<'_> {
         Colour::pooled(&self.records.iter().zip(self.residuals(found)).map(of_record).collect::<Vec<_>>())
     }
 
+    /// By how many variances of the noise of each record one fit lowers the sums of squares of another, all together.
+    pub(crate) fn evidence(&self, without: &JointFit, with: &JointFit) -> f64 {
+        let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let pairs = self.residuals(without).zip(self.residuals(with));
+        let of_record = |(record, (without, with)): (&Record<'_>, (Vec<f64>, Vec<f64>))| {
+            let colour = Colour::new(&with, record.output_range());
+            let noise = squares(&with) / as_f64(with.len()) * colour.correlation_time;
+            if noise > 0.0 { (squares(&without) - squares(&with)) / noise } else { 0.0 }
+        };
+        self.records.iter().zip(pairs).map(of_record).sum()
+    }
+
     /// What a fit leaves of the fitted samples of every record.
     pub(super) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
         let chain = found.chain(1.0);

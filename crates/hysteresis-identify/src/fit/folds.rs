@@ -48,13 +48,23 @@ pub struct CrossValidation {
 }
 
 impl CrossValidation {
-    /// The one of the least geometric mean of its square errors, so that no stretch outweighs the others; of those that are alike
-    /// the first.
+    /// The one of the least [`typical_error`](Self::typical_error); of those that are alike the first.
     pub(crate) fn best(all: &[Self]) -> Option<&Self> {
-        let log = |square: &f64, rounding: f64| (square + rounding + f64::MIN_POSITIVE).ln();
-        let logs = |one: &Self| mean(&one.stretches.iter().map(|square| log(square, one.rounding)).collect::<Vec<_>>());
-        let least = all.iter().map(logs).fold(f64::INFINITY, f64::min);
-        all.iter().find(|one| logs(one) <= least + ALIKE)
+        let least = all.iter().map(Self::mean_log).fold(f64::INFINITY, f64::min);
+        all.iter().find(|one| one.mean_log() <= least + ALIKE)
+    }
+
+    /// The geometric mean of the root mean square errors on the stretches: by it candidates are compared, for no stretch outweighs the
+    /// others in it.
+    #[must_use]
+    pub fn typical_error(&self) -> f64 {
+        (0.5 * self.mean_log()).exp()
+    }
+
+    /// The mean logarithm of the mean square errors on the stretches.
+    fn mean_log(&self) -> f64 {
+        let log = |square: &f64| (square + self.rounding + f64::MIN_POSITIVE).ln();
+        mean(&self.stretches.iter().map(log).collect::<Vec<_>>())
     }
 
     /// The places of those that are as good as the best: whose mean square error is larger by a factor that is 1 within

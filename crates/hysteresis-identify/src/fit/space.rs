@@ -105,7 +105,7 @@ impl Space {
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(axes::linear(&intervals, options.order(), &creep));
+        axes.extend(axes::linear(&intervals, options.order(), &creep, options.creep.largest()));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }

@@ -49,11 +49,17 @@ impl Identification {
             input_map: self.input_map(),
             output_map: self.output_map(),
             amplifier: self.amplifier(),
-            dead_time: self.dead_time.unwrap_or(0.0),
+            dead_time: self.causal_dead_time(),
             noise: Some(self.noise),
             identified: Some(self.identified()),
             ..StageParts::new(hysteresis)
         }
+    }
+
+    /// The dead time of the stage: less than half a sample early is noise, as no stage is early; more is a finding, and stays.
+    fn causal_dead_time(&self) -> f64 {
+        let half = 0.5 * self.dt.iter().copied().fold(f64::INFINITY, f64::min);
+        self.dead_time.filter(|time| *time >= 0.0 || *time < -half).unwrap_or(0.0)
     }
 
     /// The amplifier in front of the hysteresis, if one was found.

@@ -121,10 +121,11 @@ impl Identification {
         Ok(PyArray1::from_vec(py, self.found.residuals(&records[0], place)))
     }
 
-    /// What cross-validation said of every number of operators: pairs (operators, rms error); empty unless "auto".
+    /// What cross-validation said of every number of operators: pairs (operators, error), the error the geometric
+    /// mean of the rms errors on the stretches that were held out; empty unless "auto".
     #[getter]
     fn cross_validation(&self) -> Vec<(usize, f64)> {
-        self.found.cross_validation.iter().map(|one| (one.operators, one.rmse)).collect()
+        self.found.cross_validation.iter().map(|one| (one.operators, one.typical_error())).collect()
     }
 
     /// What the weights might be: as given, or as cross-validation chose.
@@ -133,10 +134,10 @@ impl Identification {
         law_name(self.found.weights)
     }
 
-    /// What cross-validation said of every weight law: pairs (law, rms error); empty unless "auto".
+    /// What cross-validation said of every weight law: pairs (law, error) as in `cross_validation`; empty unless "auto".
     #[getter]
     fn weights_validation(&self) -> Vec<(&'static str, f64)> {
-        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.rmse)).collect()
+        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.typical_error())).collect()
     }
 
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
@@ -145,16 +146,21 @@ impl Identification {
         self.found.smoothness
     }
 
-    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, rms error), the
-    /// best of every kind, the simplest first; empty if there was nothing to choose.
+    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, error as in
+    /// `cross_validation`), the best of every kind, the simplest first; empty if there was nothing to choose.
     #[getter]
     fn terms_validation(&self) -> Vec<(usize, String, f64)> {
-        self.found.terms_validation.iter().map(|one| (one.creep, loop_shift_name(one.loop_shift), one.rmse)).collect()
+        self.found
+            .terms_validation
+            .iter()
+            .map(|one| (one.creep, loop_shift_name(one.loop_shift), one.typical_error()))
+            .collect()
     }
 
-    /// What cross-validation said of every smoothness: pairs (smoothness, rms error); empty unless "auto".
+    /// What cross-validation said of every smoothness: pairs (smoothness, error) as in `cross_validation`; empty unless
+    /// "auto".
     #[getter]
     fn smoothness_validation(&self) -> Vec<(f64, f64)> {
-        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.rmse)).collect()
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.typical_error())).collect()
     }
 }

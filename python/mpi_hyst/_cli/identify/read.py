@@ -13,6 +13,7 @@ import numpy as np
 
 from mpi_hyst import io
 from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.identify.missing import filled
 from mpi_hyst._cli.identify.parts import parted
 from mpi_hyst._cli.identify.request import Request
 from mpi_hyst._cli.inputs import fitted_interval, in_unit
@@ -32,6 +33,7 @@ def read(request: Request) -> Records:
     records, units = _read("--skip", request.data, request.skip, request.rows, request)
     held_out, _ = _read("--validate-skip", request.validate, request.validate_skip, (), request)
     first = records[0]
+    _check_twice(records, held_out)
     records, held_out = _same_clock(records, first), _same_clock(held_out, first)
     _check_validation(held_out, first)
     if not request.validate_from:
@@ -53,7 +55,7 @@ def _read(
     records: list[Record] = []
     units: dict[str, str] = {}
     for path, amount, count in zip(paths, skips, counts, strict=True):
-        columns = _columns(path, names, count or None, request)
+        columns, first = _columns(path, names, count or None, request)
         for name in names:
             _check_unit(path, name, columns.quantity(name).suffix, units)
         dt, seconds = fitted_interval(columns, request.rate), columns.seconds
@@ -67,21 +69,29 @@ def _read(
                 output=-position if request.negate_output else position,
                 seconds=seconds,
                 dt=dt,
-                skip=_samples(option, amount, path, seconds, columns.samples),
+                skip=max(first, _samples(option, amount, path, seconds, columns.samples)),
                 sha256=_sha256(path),
             )
         )
     return records, units
 
 
-def _columns(path: Path, names: list[str], rows: int | None, request: Request) -> Columns:
-    """Read the columns of a file; of one that is refused say which part of it can be read."""
+def _columns(
+    path: Path, names: list[str], rows: int | None, request: Request
+) -> tuple[Columns, int]:
+    """Read the columns of a file, and say in which row its position begins.
+
+    Of a file that is refused say which part of it can be read.
+    """
     try:
         columns = io.read(path, names, time=request.time, rows=rows)
     except ReadError as error:
+        if (mended := filled(path, names, rows, request)) is not None:
+            columns, first = mended
+            return in_unit(columns, request.time_unit), first
         hint = _hint(error) if path in request.data else ""
         raise CommandError(f"{error}{hint}") from error
-    return in_unit(columns, request.time_unit)
+    return in_unit(columns, request.time_unit), 0
 
 
 def _hint(error: ReadError) -> str:
@@ -174,6 +184,26 @@ def _same_clock(records: Sequence[Record], first: Record) -> list[Record]:
         near = first.dt and record.dt and abs(record.dt - first.dt) <= _SAME * first.dt
         same.append(replace(record, dt=first.dt) if near else record)
     return same
+
+
+def _check_twice(records: Sequence[Record], held_out: Sequence[Record]) -> None:
+    """Refuse a file that is fitted twice, or held out in fitted rows: it would predict itself."""
+    fitted: dict[str, Record] = {}
+    for record in records:
+        _refuse_again(record, fitted.get(record.sha256 or ""))
+        if record.sha256 is not None:
+            fitted[record.sha256] = record
+    for record in held_out:
+        before = fitted.get(record.sha256 or "")
+        if before is not None and record.skip < before.input.size:
+            _refuse_again(record, before)
+
+
+def _refuse_again(record: Record, before: Record | None) -> None:
+    if before is not None:
+        raise CommandError(
+            f"{record.name}: expected another record, got the content of {before.name} again"
+        )
 
 
 def _check_validation(held_out: Sequence[Record], first: Record) -> None:

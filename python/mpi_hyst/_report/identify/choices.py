@@ -8,6 +8,11 @@ from dataclasses import dataclass
 import mpi_hyst as mh
 from mpi_hyst._text import digits
 
+ERROR = (
+    "error: the geometric mean of the rms errors on the folds, so that no fold outweighs the others"
+)
+"""What stands in the tables."""
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -22,7 +27,7 @@ class Choice:
 
     @property
     def rows(self) -> list[list[str]]:
-        """Every candidate with its rms error on the folds that were held out."""
+        """Every candidate with its typical error on the folds that were held out."""
         errors = map(digits, self.errors)
         return [[name, error] for name, error in zip(self.candidates, errors, strict=True)]
 
@@ -43,7 +48,7 @@ def choices(found: mh.results.Identification) -> list[Choice]:
     kept = _terms(len(found.creep_std), _shift(found))
     made = [
         _choice(
-            *("terms", terms, [(None, rmse) for _, _, rmse in found.terms_validation], kept),
+            *("terms", terms, [(None, error) for _, _, error in found.terms_validation], kept),
             *(kept, simplest),
         ),
         _choice("weights", laws, found.weights_validation, law, f"{law} weights", simplest),
@@ -78,6 +83,6 @@ def _choice(
     name: str,
     rule: str,
 ) -> Choice:
-    errors = [rmse for _, rmse in pairs]
+    errors = [error for _, error in pairs]
     sentence = f"{name} chosen by cross-validation: {rule}"
     return Choice(header, sentence, candidates, errors, chosen)

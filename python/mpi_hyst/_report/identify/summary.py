@@ -9,7 +9,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._report.identify import findings
-from mpi_hyst._report.identify.choices import choices
+from mpi_hyst._report.identify.choices import ERROR, choices
 from mpi_hyst._report.identify.records import Evaluated, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
 
@@ -39,9 +39,12 @@ def summary(
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
     ]
-    for choice in choices(found):
-        table = text_table([choice.header, f"rms{of_unit}"], choice.rows)
+    made = choices(found)
+    for choice in made:
+        table = text_table([choice.header, f"error{of_unit}"], choice.rows)
         parts.append(f"{choice.sentence}\n\n{table}")
+    if made:
+        parts[-1] += f"\n  {ERROR}"
     if left_out:
         fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
         parts.append(

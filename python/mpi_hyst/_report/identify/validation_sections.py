@@ -9,7 +9,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots
 from mpi_hyst._report.identify import validation_figures
-from mpi_hyst._report.identify.choices import Choice
+from mpi_hyst._report.identify.choices import ERROR, Choice
 from mpi_hyst._report.identify.records import Task
 from mpi_hyst._report.identify.summary import pooled
 from mpi_hyst._report.page import Figure, Section, Table
@@ -103,12 +103,13 @@ def uncertainty(
 
 def chosen(made: Sequence[Choice], task: Task) -> Section:
     """Show the choices of cross-validation and the errors of all candidates."""
-    header = f"rms{task.output.in_parentheses}"
+    header = f"error{task.output.in_parentheses}"
     return Section(
         "chosen",
         "Chosen by cross-validation",
         [
             "Folds of the records were held out in turn and predicted from fits to the others.",
+            f"{ERROR[0].upper()}{ERROR[1:]}.",
             *(f"{choice.sentence[0].upper()}{choice.sentence[1:]}." for choice in made),
         ],
         [

@@ -1,0 +1,88 @@
+//! One second-order section.
+
+use crate::error::{Error, check_all_finite};
+
+/// The largest coefficient: so the terms of a feedback stay finite for all admissible numbers, whatever the filter.
+const MAX_COEFFICIENT: f64 = 1e12;
+
+/// A second-order section, b before inputs and a before outputs:
+///
+/// ```text
+/// y(k) = b0 u(k) + b1 u(k-1) + b2 u(k-2) - a1 y(k-1) - a2 y(k-2)
+/// ```
+///
+/// A section of first order has b2 = a2 = 0. It is evaluated in the transposed direct form II, which has the fewest states and the
+/// least rounding of the direct forms (Oppenheim and Schafer, Discrete-Time Signal Processing, chapter 6).
+///
+/// ```
+/// use hysteresis_core::Biquad;
+/// let mean = Biquad::new([0.5, 0.5, 0.0], [0.0, 0.0])?;
+/// assert_eq!(mean.static_gain(), 1.0);
+/// let error = Biquad::new([1.0, 0.0, 0.0], [0.0, 1.0]).unwrap_err();
+/// assert_eq!(error.to_string(), "a[1]: expected a stable section, |a2| < 1 and |a1| < 1 + a2, got 1.0");
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Biquad {
+    b: [f64; 3],
+    a: [f64; 2],
+}
+
+impl Biquad {
+    /// What goes through unchanged.
+    pub const IDENTITY: Self = Self { b: [1.0, 0.0, 0.0], a: [0.0, 0.0] };
+
+    /// A section of these coefficients, that before y(k) being 1.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a coefficient that is not finite or beyond 1e12, or unless both poles lie inside the unit circle.
+    pub fn new(b: [f64; 3], a: [f64; 2]) -> Result<Self, Error> {
+        for (parameter, values) in [("b", &b[..]), ("a", &a[..])] {
+            check_all_finite(parameter, values)?;
+            if let Some((index, got)) = values.iter().enumerate().find(|(_, value)| value.abs() > MAX_COEFFICIENT) {
+                return Err(Error::domain(parameter, Some(index), "at most 1e12 in magnitude", *got));
+            }
+        }
+        let expected = "a stable section, |a2| < 1 and |a1| < 1 + a2";
+        if a[1].abs() >= 1.0 {
+            return Err(Error::domain("a", Some(1), expected, a[1]));
+        }
+        if a[0].abs() >= 1.0 + a[1] {
+            return Err(Error::domain("a", Some(0), expected, a[0]));
+        }
+        Ok(Self { b, a })
+    }
+
+    /// b0, b1 and b2.
+    #[must_use]
+    pub fn numerator(&self) -> [f64; 3] {
+        self.b
+    }
+
+    /// a1 and a2.
+    #[must_use]
+    pub fn denominator(&self) -> [f64; 2] {
+        self.a
+    }
+
+    /// What a constant input is multiplied by in the end.
+    #[must_use]
+    pub fn static_gain(&self) -> f64 {
+        (self.b[0] + self.b[1] + self.b[2]) / (1.0 + self.a[0] + self.a[1])
+    }
+
+    /// The output for an input, and the states after it.
+    #[inline]
+    pub(super) fn next(&self, [s, t]: [f64; 2], input: f64) -> (f64, [f64; 2]) {
+        let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
+        let output = b0 * input + s;
+        (output, [b1 * input - a1 * output + t, b2 * input - a2 * output])
+    }
+
+    /// The states in which the same input gives the same output again: exactly at rest if the output is the input times the static
+    /// gain.
+    pub(super) fn going_on(&self, input: f64, output: f64) -> [f64; 2] {
+        [output - self.b[0] * input, self.b[2] * input - self.a[1] * output]
+    }
+}
