@@ -178,11 +178,11 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["trajectory.csv", "no column 'drive_v'"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "other.csv", "--validate-from", "500"],
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-from", "500"],
             ["--validate and --validate-from"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "other.csv", "--validate-skip", "1000"],
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "--validate-skip", "1000"],
             ["record.csv: --validate-skip 1000 leaves none of 1000 samples"],
         ),
         (
@@ -201,7 +201,7 @@ def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[s
             ["at least", "got 30"],
         ),
         (
-            ["record.csv", *COLUMNS, "--validate", "other.csv", "-o", "./record.csv"],
+            ["record.csv", *COLUMNS, "--validate", "record.csv", "-o", "./record.csv"],
             ["overwritten"],
         ),
         (["record.csv", *COLUMNS, "--operators", "800"], ["at least"]),
