@@ -2,10 +2,11 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor;
-use faer::{Mat, MatRef, Par, Spec};
+use faer::reborrow::ReborrowMut;
+use faer::{Mat, MatMut, MatRef, Par, Spec};
 
 /// Rows folded at a time: enough that the triangle on top of them costs little, few enough for the cache.
-const BLOCK_ROWS: usize = 256;
+const BLOCK_ROWS: usize = 512;
 
 /// Upper-triangular R with R'R = A'A, for A of any number of rows, by Householder reflections.
 ///
@@ -28,10 +29,8 @@ impl TriangularFactor {
     pub(crate) fn push(&mut self, row: &[f64]) {
         let columns = self.block.ncols();
         debug_assert_eq!(row.len(), columns);
-        let place = columns + self.fresh;
-        for (j, value) in row.iter().enumerate() {
-            self.block[(place, j)] = *value;
-        }
+        let place = self.block.as_mut().row_mut(columns + self.fresh);
+        place.iter_mut().zip(row).for_each(|(place, value)| *place = *value);
         self.fresh += 1;
         if self.fresh == BLOCK_ROWS {
             self.fold();
@@ -49,14 +48,15 @@ impl TriangularFactor {
 
     fn fold(&mut self) {
         // Rows that are not fresh are zero: every fold leaves zeros below its triangle.
-        self.workspace.triangularise(&mut self.block);
+        let rows = self.block.ncols() + self.fresh;
+        self.workspace.triangularise(self.block.get_mut(..rows, ..));
         self.fresh = 0;
     }
 }
 
 /// The factor of a small matrix, all of it at hand.
 pub(crate) fn triangle_of(mut matrix: Mat<f64>) -> Mat<f64> {
-    Workspace::new(matrix.nrows(), matrix.ncols()).triangularise(&mut matrix);
+    Workspace::new(matrix.nrows(), matrix.ncols()).triangularise(matrix.as_mut());
     matrix
 }
 
@@ -82,18 +82,17 @@ impl Workspace {
     }
 
     /// Overwrites the matrix by its factor, with zeros below the diagonal.
-    fn triangularise(&mut self, matrix: &mut Mat<f64>) {
+    fn triangularise(&mut self, mut matrix: MatMut<'_, f64>) {
         factor::qr_in_place(
-            matrix.as_mut(),
+            matrix.rb_mut(),
             self.coefficients.as_mut(),
             Par::Seq, // the same bits on every run
             MemStack::new(&mut self.memory),
             Spec::default(),
         );
-        for j in 0..matrix.ncols() {
-            for i in j + 1..matrix.nrows() {
-                matrix[(i, j)] = 0.0;
-            }
+        let rows = matrix.nrows();
+        for (j, column) in matrix.col_iter_mut().enumerate() {
+            column.subrows_mut(j + 1, rows - j - 1).fill(0.0);
         }
     }
 }

@@ -82,7 +82,7 @@ impl JointProblem<'_> {
         let space = Space::new(self.records, self.options)?;
         monitor.forget();
         let starts = starts(self.records, plain, plain_space, &space);
-        self.search_starts(space, &starts, Attempts { level: 1, passes: PASSES }, monitor)
+        self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
     }
 
     /// The best fit with a dead time that is known, from a point near by.

@@ -4,57 +4,84 @@
 use super::linear_part::{SampledAmplifier, SampledDynamics, SampledPart};
 use super::mode_lanes::ModeLanes;
 
+/// So many signals are worked on at a time: their states stay in registers from one time constant to the next.
+const WIDTH: usize = 8;
+
 /// Signals side by side, each with creep of its own. At rest before the record.
 #[derive(Clone, Debug)]
 pub(crate) struct CreepLanes {
-    lanes: usize,
     amplitudes: Vec<f64>,
     /// a_j.
     decays: Vec<f64>,
-    /// q_j(k+1) of every lane, term by term, and q_j(k).
-    next: Vec<f64>,
-    q: Vec<f64>,
-    p: Vec<f64>,
+    /// q_j(k) of every block of signals, term by term.
+    states: Vec<[f64; WIDTH]>,
     is_at_rest: bool,
 }
 
 impl CreepLanes {
     pub(crate) fn new(part: &SampledPart, lanes: usize) -> Self {
-        let states = vec![0.0; part.decays.len() * lanes];
+        let states = vec![[0.0; WIDTH]; part.decays.len() * lanes.div_ceil(WIDTH)];
         let (amplitudes, decays) = (part.amplitudes.clone(), part.decays.clone());
-        Self { lanes, amplitudes, decays, next: states.clone(), q: states, p: vec![0.0; lanes], is_at_rest: true }
+        Self { amplitudes, decays, states, is_at_rest: true }
     }
 
-    /// q_j(k) of every lane.
-    pub(crate) fn term(&self, j: usize) -> &[f64] {
-        &self.q[j * self.lanes..(j + 1) * self.lanes]
+    /// sum_j d_j q_j(k) of a lane, before h(k) is taken.
+    pub(crate) fn sum(&self, direction: &[f64], lane: usize) -> f64 {
+        let first = lane / WIDTH * self.decays.len();
+        direction.iter().zip(&self.states[first..]).map(|(d, q)| d * q[lane % WIDTH]).sum()
     }
 
-    /// Takes h(k) of every lane and returns p(k) = h(k) + sum_j c_j q_j(k).
+    /// Takes the first h of every lane for the value at which it rests.
     #[inline(always)]
-    pub(crate) fn put_out(&mut self, h: &[f64]) -> &[f64] {
-        let n = self.lanes;
-        let (h, p) = (&h[..n], &mut self.p[..n]);
-        p.copy_from_slice(h);
-        if n == 0 {
-            return p;
-        }
-        if self.is_at_rest {
-            self.next.chunks_exact_mut(n).for_each(|states| states.copy_from_slice(h));
+    pub(crate) fn settle(&mut self, h: &[f64]) {
+        if self.is_at_rest && !self.decays.is_empty() {
+            for (h, states) in h.chunks(WIDTH).zip(self.states.chunks_exact_mut(self.decays.len())) {
+                states.iter_mut().for_each(|q| q[..h.len()].copy_from_slice(h));
+            }
             self.is_at_rest = false;
         }
-        let states = self.next.chunks_exact_mut(n).zip(self.q.chunks_exact_mut(n));
-        for ((next, q), (c, a)) in states.zip(self.amplitudes.iter().zip(&self.decays)) {
-            let (next, q) = (&mut next[..n], &mut q[..n]);
-            for i in 0..n {
-                q[i] = next[i];
-                p[i] += c * q[i];
-                // The distance from rest decays: at rest nothing moves, not even a rounding.
-                next[i] = h[i] + a * (q[i] - h[i]);
-            }
-        }
-        p
     }
+
+    /// Takes h(k) of every lane and writes p(k) = h(k) + sum_j c_j q_j(k).
+    #[inline(always)]
+    pub(crate) fn put_out(&mut self, h: &[f64], p: &mut [f64]) {
+        self.settle(h);
+        if self.decays.is_empty() {
+            return p.copy_from_slice(h);
+        }
+        let (blocks, rest) = h.as_chunks::<WIDTH>();
+        let (blocks_out, rest_out) = p.as_chunks_mut::<WIDTH>();
+        let mut states = self.states.chunks_exact_mut(self.decays.len());
+        for ((h, p), states) in blocks.iter().zip(blocks_out).zip(&mut states) {
+            *p = creep(*h, &self.amplitudes, &self.decays, states);
+        }
+        if let Some(states) = states.next() {
+            let mut last = [0.0; WIDTH];
+            last[..rest.len()].copy_from_slice(rest);
+            rest_out.copy_from_slice(&creep(last, &self.amplitudes, &self.decays, states)[..rest.len()]);
+        }
+    }
+
+    /// The same of a single lane.
+    pub(crate) fn put_out_one(&mut self, h: f64) -> f64 {
+        let mut p = [0.0];
+        self.put_out(&[h], &mut p);
+        p[0]
+    }
+}
+
+/// p(k) of a block of signals, whose states go on.
+#[inline(always)]
+fn creep(h: [f64; WIDTH], amplitudes: &[f64], decays: &[f64], states: &mut [[f64; WIDTH]]) -> [f64; WIDTH] {
+    let mut p = h;
+    for (q, (c, a)) in states.iter_mut().zip(amplitudes.iter().zip(decays)) {
+        for i in 0..WIDTH {
+            p[i] += c * q[i];
+            // The distance from rest decays: at rest nothing moves, not even a rounding.
+            q[i] = h[i] + a * (q[i] - h[i]);
+        }
+    }
+    p
 }
 
 /// Signals side by side, each through the same dynamics and dead time. At rest before the record.
@@ -124,6 +151,7 @@ impl DynamicLanes {
     }
 
     /// The readings of the first lanes.
+    #[inline(always)]
     pub(crate) fn read(&self, y: &mut [f64]) {
         let n = y.len();
         let p = &self.p[..n];

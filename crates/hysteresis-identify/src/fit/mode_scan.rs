@@ -113,7 +113,7 @@ impl Scan {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&chain.operators, &fit.weights, record.input(), 0.0, dt);
             let mut creep = CreepLanes::new(&SampledPart::new(&part, dt), 1);
-            let input = output.iter().map(|h| creep.put_out(&[*h])[0]).collect();
+            let input = output.iter().map(|h| creep.put_out_one(*h)).collect();
             let course = Course::new(record, 1, space.unread_samples());
             let one = Signals { dt, input, rows: residual.len()..residual.len() + course.len(), course };
             let predicted = chain.response_in(place, record.input(), dt);

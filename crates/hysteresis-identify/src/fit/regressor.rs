@@ -46,8 +46,6 @@ pub(crate) struct Regressor<'a> {
     now: Vec<f64>,
     /// z one sample earlier still.
     before: Vec<f64>,
-    /// Where the terms of a weighed sum are put.
-    terms: Vec<f64>,
     path: PathLane<'a>,
     output_map: Option<&'a Curve>,
     shift: Option<Shift<'a>>,
@@ -72,11 +70,11 @@ impl<'a> Regressor<'a> {
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
         let fraction = delay - delay.floor();
-        let (now, before, terms) = (rest.clone(), rest.clone(), rest);
+        let (now, before) = (rest.clone(), rest);
         let input_offset = *input_offset;
         let (path, output_map) = (path.lane(dt), output_map.as_ref());
         let (seen, turned) = (None, 0);
-        Self { bank, input, input_offset, whole, fraction, seen, turned, now, before, terms, path, output_map, shift }
+        Self { bank, input, input_offset, whole, fraction, seen, turned, now, before, path, output_map, shift }
     }
 
     /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
@@ -146,6 +144,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
+    #[inline(always)]
     fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
         let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
         let (now, before) = (self.operators(reference, |now, _| now), self.operators(reference, |_, before| before));
@@ -172,6 +171,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The derivative of [`output`](Self::output) by the delay.
+    #[inline(always)]
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         let shift = self.shifted(weights, |now, before| before - now);
         let Some(map) = self.output_map else {
@@ -182,6 +182,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The weighed sum of a value of every column of the loop shift.
+    #[inline(always)]
     fn shifted(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let Some(shift) = &self.shift else { return 0.0 };
         let amplitudes = &weights[weights.len() - shift.now.len()..];
@@ -189,25 +190,16 @@ impl<'a> Regressor<'a> {
         amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
     }
 
-    /// The weighed sum of a value of every operator: first all terms, then their sum, so that the compiler works on
-    /// several operators at a time.
+    /// The weighed sum of a value of every operator.
     #[inline(always)]
-    fn operators(&mut self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
-        let n = self.now.len();
-        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(n);
-        let (terms, now, before) = (&mut self.terms[..n], &self.now[..n], &self.before[..n]);
+    fn operators(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let (now, before) = (&self.now, &self.before);
+        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(now.len());
         if below.is_empty() {
-            for i in 0..n {
-                terms[i] = above[i] * value(now[i], before[i]);
-            }
-        } else {
-            let below = &below[..n];
-            for i in 0..n {
-                terms[i] = above[i] * value(max(now[i], 0.0), max(before[i], 0.0))
-                    + below[i] * value(min(now[i], 0.0), min(before[i], 0.0));
-            }
+            return weighed(above, now, before, value);
         }
-        sum(terms)
+        weighed(above, now, before, |now, before| value(max(now, 0.0), max(before, 0.0)))
+            + weighed(below, now, before, |now, before| value(min(now, 0.0), min(before, 0.0)))
     }
 
     fn between(&self, now: f64, before: f64) -> f64 {
@@ -223,22 +215,25 @@ impl Shift<'_> {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
     // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
     now + fraction * (before - now)
 }
 
-/// The sum in four strands that do not wait for each other.
-fn sum(terms: &[f64]) -> f64 {
-    let (fours, rest) = terms.as_chunks::<4>();
+/// A weighed sum in four strands that do not wait for each other.
+#[inline(always)]
+fn weighed(weights: &[f64], now: &[f64], before: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+    let ((fours, weights), (now_fours, now), (before_fours, before)) =
+        (weights.as_chunks::<4>(), now.as_chunks::<4>(), before.as_chunks::<4>());
     let mut sums = [0.0; 4];
-    for four in fours {
-        for (sum, term) in sums.iter_mut().zip(four) {
-            *sum += term;
+    for (weights, (now, before)) in fours.iter().zip(now_fours.iter().zip(before_fours)) {
+        for i in 0..4 {
+            sums[i] += weights[i] * value(now[i], before[i]);
         }
     }
-    sums[0] + sums[1] + (sums[2] + sums[3]) + rest.iter().sum::<f64>()
+    let rest = weights.iter().zip(now.iter().zip(before)).map(|(weight, (now, before))| weight * value(*now, *before));
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest.sum::<f64>()
 }
 
 #[cfg(test)]

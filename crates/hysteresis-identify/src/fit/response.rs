@@ -36,11 +36,11 @@ pub(crate) fn through(linear: &LinearPart, signal: &[f64], dt: f64) -> Vec<f64> 
     let reading = |k| {
         let source = part.source(k);
         while taken < source.map_or(1, |source| source + 1) {
-            let p = creep.put_out(&signal[taken.min(signal.len() - 1)..][..1]);
+            let p = creep.put_out_one(signal[taken.min(signal.len() - 1)]);
             if taken == 0 {
-                rest = p[0];
+                rest = p;
             }
-            lane.put_out(p);
+            lane.put_out(&[p]);
             taken += 1;
         }
         if source.is_none() { rest } else { lane.read_one(0) }

@@ -134,7 +134,7 @@ impl<'a> Scan<'a> {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&operators, &plain.weights, record.input(), 0.0, dt);
             let mut lane = CreepLanes::new(&SampledPart::new(&creep, dt), 1);
-            let inputs = output.iter().map(|h| [*h, lane.put_out(&[*h])[0] - h]).collect();
+            let inputs = output.iter().map(|h| [*h, lane.put_out_one(*h) - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());
             let rows: Vec<usize> = (0..course.len()).map(|row| course.sample(row)).collect();
             let mean = rows.iter().map(|k| record.output()[*k]).sum::<f64>() / as_f64(rows.len());

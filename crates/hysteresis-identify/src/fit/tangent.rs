@@ -1,7 +1,7 @@
 //! The output of the model and its derivatives, row by row.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::lanes::{CreepLanes, DynamicLanes};
 use super::linear_part::{LinearPart, SampledPart};
@@ -42,16 +42,22 @@ impl Tangent {
     pub(crate) fn rows<'a>(&'a self, input: &'a [f64], dt: f64) -> TangentRows<'a> {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
-        if is_plain {
-            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt)))
+        let rows = if is_plain {
+            Rows::Plain(Box::new(PlainRows::new(self, input, dt)))
         } else {
-            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
-        }
+            Rows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
+        };
+        TangentRows { rows, arch: Arch::new() }
     }
 }
 
 /// The rows of one record: \[columns | derivatives\].
-pub(crate) enum TangentRows<'a> {
+pub(crate) struct TangentRows<'a> {
+    rows: Rows<'a>,
+    arch: Arch,
+}
+
+enum Rows<'a> {
     /// Hysteresis and a dead time: between rows only the turns of the input need to be seen.
     Plain(Box<PlainRows<'a>>),
     /// With dynamics or creep every sample counts.
@@ -59,18 +65,35 @@ pub(crate) enum TangentRows<'a> {
 }
 
 impl TangentRows<'_> {
-    /// Goes to a sample, not before the last one, and writes its row. `turns` as for [`Regressor::go_to`]. Returns what is known
-    /// beside the columns, as [`Regressor::row`].
+    /// Goes to a sample, not before the last one, and writes its row, with the widest instructions of the processor. `turns` as
+    /// for [`Regressor::go_to`]. Returns what is known beside the columns, as [`Regressor::row`].
     pub(crate) fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) -> f64 {
-        match self {
-            Self::Plain(rows) => rows.write(sample, turns, row),
-            Self::Filtered(rows) => rows.write(sample, row),
+        self.arch.dispatch(Write { rows: &mut self.rows, sample, turns, row })
+    }
+}
+
+/// See [`TangentRows::write`].
+struct Write<'r, 'a> {
+    rows: &'r mut Rows<'a>,
+    sample: usize,
+    turns: Option<&'r [usize]>,
+    row: &'r mut [f64],
+}
+
+impl WithSimd for Write<'_, '_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> f64 {
+        match self.rows {
+            Rows::Plain(rows) => rows.write(self.sample, self.turns, self.row),
+            Rows::Filtered(rows) => rows.write(self.sample, self.row),
         }
     }
 }
 
-/// See [`TangentRows::Plain`].
-pub(crate) struct PlainRows<'a> {
+/// See [`Rows::Plain`].
+struct PlainRows<'a> {
     tangent: &'a Tangent,
     dt: f64,
     here: Regressor<'a>,
@@ -88,6 +111,7 @@ impl<'a> PlainRows<'a> {
         Self { tangent, dt, here: start(&tangent.operators), there: tangent.slopes.iter().map(there).collect() }
     }
 
+    #[inline(always)]
     fn write(&mut self, sample: usize, turns: Option<&[usize]>, row: &mut [f64]) -> f64 {
         let weights = &self.tangent.weights;
         let (columns, slopes) = row.split_at_mut(self.tangent.columns);
@@ -111,8 +135,8 @@ impl<'a> PlainRows<'a> {
     }
 }
 
-/// See [`TangentRows::Filtered`].
-pub(crate) struct FilteredRows<'a> {
+/// See [`Rows::Filtered`].
+struct FilteredRows<'a> {
     tangent: &'a Tangent,
     dt: f64,
     samples: usize,
@@ -131,7 +155,6 @@ pub(crate) struct FilteredRows<'a> {
     readings: Vec<f64>,
     /// How many samples were put out.
     taken: usize,
-    arch: Arch,
 }
 
 impl<'a> FilteredRows<'a> {
@@ -171,11 +194,11 @@ impl<'a> FilteredRows<'a> {
             neighbours,
             readings: vec![0.0; lanes],
             taken: 0,
-            arch: Arch::new(),
             part,
         }
     }
 
+    #[inline(always)]
     fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
         // Before the record, and behind its end, the first and the last sample are held.
         let source = self.part.source(sample);
@@ -211,14 +234,9 @@ impl<'a> FilteredRows<'a> {
         self.tangent.operators.output_map.as_ref().map_or(0.0, |_| readings[self.signals.len() - 1])
     }
 
-    /// Puts out the next sample, with the widest instructions of the processor.
-    fn put_out(&mut self) {
-        let arch = self.arch;
-        arch.dispatch(|| self.put_out_wide());
-    }
-
+    /// Puts out the next sample.
     #[inline(always)]
-    fn put_out_wide(&mut self) {
+    fn put_out(&mut self) {
         let (n, weights) = (self.tangent.columns, &self.tangent.weights);
         let sample = self.taken.min(self.samples - 1);
         self.here.go_to(sample, None);
@@ -235,16 +253,16 @@ impl<'a> FilteredRows<'a> {
                 *signal = (there.output(weights) - output) / *distance;
             }
         }
-        let creeping = self.signals.len();
-        self.behind_creep[..creeping].copy_from_slice(self.creep.put_out(&self.signals));
-        let mut place = creeping;
-        for slope in &self.tangent.slopes {
-            if let Slope::Creep(direction) = slope {
-                let creep = &self.creep;
-                self.behind_creep[place] = direction.iter().enumerate().map(|(j, c)| c * creep.term(j)[n]).sum();
-                place += 1;
-            }
+        self.creep.settle(&self.signals);
+        let (behind_creep, behind_amplitudes) = self.behind_creep.split_at_mut(self.signals.len());
+        let directions = self.tangent.slopes.iter().filter_map(|slope| match slope {
+            Slope::Creep(direction) => Some(direction),
+            _ => None,
+        });
+        for (signal, direction) in behind_amplitudes.iter_mut().zip(directions) {
+            *signal = self.creep.sum(direction, n);
         }
+        self.creep.put_out(&self.signals, behind_creep);
         self.main.put_out(&self.behind_creep);
         for (lane, _) in &mut self.neighbours {
             lane.put_out(&self.behind_creep[n..=n]);
