@@ -140,7 +140,7 @@ result_methods!(ExperimentPart {
 /// fast_signal : "chirp" or "multisine"
 ///     The fast signal: 20 000 samples, but at least 2 s and at most 10 s.
 /// fast_amplitude : float, optional
-///     Its largest amplitude (V): 1 % of half the range unless given. The slew rate may ask for less.
+///     Its largest amplitude (V): 1 % of half the range unless given. At high frequencies the slew rate may ask for less.
 /// fast_frequency : float, optional
 ///     Its highest frequency in Hz: 0.4 of the Nyquist frequency unless given.
 /// joined : bool

@@ -76,8 +76,8 @@ from mpi_hyst._cli.terminal import say
         "--fast-amplitude",
         type=float,
         metavar="V",
-        help="Its largest amplitude. A lightly damped mode multiplies it. The slew rate may ask "
-        "for less.  [default: 1 % of half the range]",
+        help="Its largest amplitude. A lightly damped mode multiplies it. At high "
+        "frequencies the slew rate may ask for less.  [default: 1 % of half the range]",
     ),
     click.option(
         "--fast-frequency",

@@ -1,5 +1,7 @@
 //! The small signal of high frequencies, at the rest drive or as near to it as the limits allow.
 
+use core::f64::consts::TAU;
+
 use hysteresis_control::sampling::{Error, check_count};
 
 use super::Part;
@@ -11,7 +13,8 @@ use crate::signals::{Chirp, Multisine, Phases, Sweep};
 /// What tells modes and dead time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FastSignal {
-    /// A linear sweep from a share of 1 / 200 of the highest frequency.
+    /// A linear sweep from a share of 1 / 200 of the highest frequency. Where the slew rate does not allow the amplitude, it falls as
+    /// 1 / f.
     #[default]
     Chirp,
     /// Four periods of all lines up to the highest frequency, with Schroeder phases.
@@ -37,6 +40,7 @@ impl ExperimentOptions {
     /// The part with the fast signal.
     pub(super) fn fast(&self) -> Result<Part, Error> {
         let (unit, lowest) = self.unit_signal()?;
+        let unit = self.eased(unit);
         let amplitude = self.fast_amplitude.min(self.slew / fastest(&unit, self.fast_rate));
         // As near to the rest drive as both swings stay within the limits. Not clamp, for roundings of half the range.
         let middle = self.start.max(self.low + amplitude).min(self.high - amplitude);
@@ -57,6 +61,20 @@ impl ExperimentOptions {
         courses.push(course("end", "the modes ring down", vec![Leg::To(self.start), Leg::Rest(STILL)]));
         let sampling = Sampling { parameter: "fast_rate", rate: self.fast_rate, shape: self.shape, start: self.start };
         sampling.part("fast", courses)
+    }
+
+    /// A chirp whose frequencies all have the amplitude that the slew rate allows; lines of a multisine all have the same.
+    fn eased(&self, mut unit: Vec<f64>) -> Vec<f64> {
+        if self.fast_signal == FastSignal::Chirp {
+            let (lowest, seconds) = (LOWEST * self.fast_frequency, fast_seconds(self.fast_rate));
+            let step = (self.fast_frequency - lowest) / (seconds * self.fast_rate);
+            let mut frequency = lowest;
+            for x in &mut unit {
+                *x *= (self.slew / (self.fast_amplitude * TAU * frequency)).min(1.0);
+                frequency += step;
+            }
+        }
+        unit
     }
 
     /// The signal about 0 with an amplitude of 1, and its lowest frequency.

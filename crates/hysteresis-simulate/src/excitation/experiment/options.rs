@@ -41,7 +41,7 @@ pub struct ExperimentOptions {
     pub rest: f64,
     /// The small signal that tells modes and dead time.
     pub fast_signal: FastSignal,
-    /// Its largest amplitude, in the unit of the drive. The slew rate may ask for less.
+    /// Its largest amplitude, in the unit of the drive. At high frequencies the slew rate may ask for less.
     pub fast_amplitude: f64,
     /// Its highest frequency, in Hz, at most half of `fast_rate`.
     pub fast_frequency: f64,

@@ -117,3 +117,20 @@ fn an_experiment_that_rests_at_its_center_has_no_way_back() {
     let loops = &ExperimentOptions::new(-500.0, 500.0, 2e4, 1e3).experiment().unwrap().parts[1];
     assert_eq!(names(loops)[7..], ["fast major", "fast decaying", "end"]);
 }
+
+/// 2000 V/s allow 0.75 V up to 424 Hz, and 0.16 V at 2 kHz: the slow part of the chirp does not pay for the fast one.
+#[test]
+fn a_chirp_has_the_amplitude_that_the_slew_rate_allows_at_its_frequency() {
+    let made = ExperimentOptions { start: 75.0, ..options() }.experiment().unwrap();
+    let chirp = made.parts[0].segments.iter().find(|segment| segment.name == "chirp").unwrap();
+    let drive = &made.parts[0].drive[chirp.start..chirp.stop];
+    let highest = |from: usize, to: usize| {
+        let part = &drive[from * drive.len() / 100..to * drive.len() / 100];
+        part.iter().map(|u| (u - 75.0).abs()).fold(0.0, f64::max)
+    };
+    assert!(highest(10, 20) > 0.74 && highest(0, 100) <= 0.75, "{}", highest(10, 20));
+    let (middle, end) = (highest(48, 52), highest(90, 94));
+    assert!((0.28..0.34).contains(&middle) && (0.15..0.18).contains(&end), "{middle} {end}");
+    let speed = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max) * 1e4;
+    assert!((1900.0..=2000.0001).contains(&speed), "{speed}");
+}
