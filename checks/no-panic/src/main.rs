@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Forward, HybridController,
+    AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController,
     Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
-    QuasiStaticForward, QuasiStaticInverse, Ratios, StreamArray,
+    QuasiStaticForward, QuasiStaticInverse, Ratios, Sections, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -101,11 +101,18 @@ fn controller_commit(controller: &mut HybridController) -> bool {
 
 #[no_panic]
 #[inline(never)]
-fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, ki: f64) -> Result<(), Error> {
+fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, filters: &Sections) -> Result<(), Error> {
     controller.hold();
     controller.set_mode(mode)?;
     controller.release();
-    controller.set_gains(kp, ki)
+    controller.set_filters(filters)?;
+    controller.set_gains(kp, 0.1)
+}
+
+#[no_panic]
+#[inline(never)]
+fn filter(filter: &mut Filter, sample: f64) -> (f64, f64) {
+    (filter.peek(sample), filter.step(sample))
 }
 
 #[no_panic]
@@ -167,7 +174,7 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
     Ok(())
 }
 
-fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
+fn controllers(compiled: &CompiledModel, filters: &Sections) -> Result<(), Error> {
     let limits = (-500.0, 500.0);
     let set = ControllerOptions { slew: Some(1e5), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
     let conditional =
@@ -180,7 +187,7 @@ fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
         (FeedForward::from(Inverse::new(compiled, Some(limits))?), Some(preview), conditional),
         (Forward::new(compiled).into(), None, back_calculation),
         (FeedForward::Given, None, ControllerOptions { law: Law::Incremental, ..conditional }),
-        (FeedForward::None, None, set),
+        (FeedForward::None, None, ControllerOptions { filters: *filters, ..set }),
         (QuasiStatic::new(compiled).with_creep(creep).inverse(Some(limits))?.into(), None, set),
     ];
     for (source, preview, options) in black_box(cases) {
@@ -193,7 +200,7 @@ fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
                 black_box(controller_plan(&mut controller, command, measurement));
                 black_box(controller_commit(&mut controller));
             }
-            controller_changes(&mut controller, Mode::Feedforward, 2.0, 0.1)?;
+            controller_changes(&mut controller, Mode::Feedforward, 2.0, &Sections::default())?;
             black_box(controller_step(&mut controller, x.into(), 1.0));
             controller_stop(&mut controller, 1e5, 10.0)?;
             for _ in 0..3 {
@@ -203,7 +210,7 @@ fn controllers(compiled: &CompiledModel) -> Result<(), Error> {
                 black_box(controller_commit(&mut controller));
             }
             _ = black_box(controller_follow(&mut controller, &[x, 1.0]));
-            controller_changes(&mut controller, Mode::Run, 2.0, 0.1)?;
+            controller_changes(&mut controller, Mode::Run, 2.0, filters)?;
         }
     }
     Ok(())
@@ -232,7 +239,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         inverse_follow(&mut stream, &samples[..4])?;
     }
     quasi_static(&compiled, &samples)?;
-    controllers(&compiled)?;
+    let sections = [Biquad::new([0.98, -1.7, 0.95], [-1.7, 0.93])?, Biquad::new([0.1, 0.0, 0.0], [-0.9, 0.0])?];
+    let mut filtered = Filter::new(&sections)?;
+    for sample in samples {
+        black_box(filter(&mut filtered, sample));
+    }
+    controllers(&compiled, &Sections::new(&sections)?)?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod feedforward;
+pub mod filters;
 pub mod learning;
 pub mod linear;
 mod observer;

@@ -2,10 +2,12 @@
 
 mod support;
 
-use hysteresis_core::{AntiWindup, ControllerOptions, Counters, HybridController, Law, Mode};
+use hysteresis_core::{
+    AntiWindup, Biquad, ControllerOptions, Counters, Filter, HybridController, Law, Mode, Process, Sections,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use support::control::{DT, Event, Setup, command, event, happen, setup, switch, upheaval};
+use support::control::{DT, Event, Setup, Source, command, event, filters, happen, setup, switch, upheaval};
 
 /// Roundings of the terms, relative to the largest of them: sums of four in different orders.
 const ROUNDING: f64 = 1e-14;
@@ -31,11 +33,24 @@ fn scale(controller: &HybridController) -> f64 {
         .fold(1.0, |m, x| m.max(x.abs()))
 }
 
-/// The same controller where nothing can be limited and equal references mean equal targets.
+/// The same controller where nothing can be limited, equal references mean equal targets and equal errors equal feedback.
 fn unlimited(setup: &Setup) -> Setup {
     let set = ControllerOptions { limits: (-1e100, 1e100), slew: None, bumpless_time: 1.0, dt: DT, ..setup.options };
     let options = ControllerOptions { measurement_range: None, max_measurement_step: None, ..set };
+    let options = ControllerOptions { filters: Sections::default(), kp: set.kp.abs(), ..options };
     Setup { options, window: None, source: setup.source }
+}
+
+/// The same with filters and gains of the order of a real loop, and a feed-forward that stays at a target.
+fn filtered(setup: &Setup, filters: Sections, (kp, ki_dt): (f64, f64)) -> Setup {
+    let source = if matches!(setup.source, Source::Exact(_)) { setup.source } else { Source::None };
+    let plain = unlimited(&Setup { source, ..setup.clone() });
+    Setup { options: ControllerOptions { filters, kp, ki: ki_dt / DT, ..plain.options }, ..plain }
+}
+
+/// A low-pass of first order, whose step response does not overshoot.
+fn low_pass(pole: f64) -> Sections {
+    Sections::new(&[Biquad::new([1.0 - pole, 0.0, 0.0], [-pole, 0.0]).unwrap()]).unwrap()
 }
 
 /// A motion under way: whether it goes on.
@@ -259,12 +274,47 @@ proptest! {
     }
 
     #[test]
-    fn the_integral_does_not_wind_up(setup in setup(), r in 4.0..1e3_f64, kp in 0.0..100.0_f64, ki in 0.01..10.0_f64) {
+    fn filters_shape_the_error_and_nothing_else(setup in setup(), filters in filters(), gains in (0.0..100.0_f64, 0.0..10.0_f64), samples in smooth()) {
+        let setup = filtered(&setup, filters, gains);
+        // The integral does not rest.
+        let setup = Setup { options: ControllerOptions { bumpless_time: 0.0, ..setup.options }, ..setup };
+        let without = ControllerOptions { filters: Sections::default(), ..setup.options };
+        let (mut controller, mut plain) = (setup.make(), Setup { options: without, ..setup }.make());
+        let mut filter = Filter::new(filters.as_slice()).unwrap();
+        filter.settle(samples[0].0 - samples[0].1).unwrap();
+        for (k, (reference, y)) in samples.into_iter().enumerate() {
+            // Where the feedback begins the filters are at rest.
+            let error = if k == 0 { filter.state().output } else { filter.step(reference - y) };
+            let (one, other) = (controller.step(reference.into(), y), plain.step(reference.into(), reference - error));
+            let rounding = 100.0 * ROUNDING * (1.0 + error.abs() + y.abs()) * (1.0 + gains.0 + gains.1);
+            prop_assert!((one - other).abs() <= rounding * 20.0 + ROUNDING * scale(&plain), "{one} {other}");
+            prop_assert_eq!(controller.terms().filtered_error, error);
+        }
+    }
+
+    #[test]
+    fn a_change_of_filters_is_no_jump(setup in setup(), both in (filters(), filters()), gains in (0.0..100.0_f64, 0.0..10.0_f64), samples in smooth()) {
+        let mut controller = filtered(&setup, both.0, gains).make();
+        prop_assume!(in_motion(&mut controller, &samples));
+        let was = controller.terms().unlimited_drive;
+        controller.set_filters(&both.1).unwrap();
+        let (reference, y) = samples[samples.len() - 1];
+        // The same sample once more: the integral goes on by what the new filters put out.
+        let change = ki_dt(&controller) * controller.terms().filtered_error;
+        let is = controller.peek(reference.into(), y);
+        let largest = controller.terms().filtered_error.abs().max(scale(&controller)) * (1.0 + gains.0);
+        let tolerance = 3e-4 * controller.terms().bumpless.abs() + 100.0 * ROUNDING * largest;
+        prop_assert!((is - was - change).abs() <= tolerance, "{was} to {is}, {change} of it by ki");
+    }
+
+    #[test]
+    fn the_integral_does_not_wind_up(setup in setup(), r in 4.0..1e3_f64, kp in 0.0..100.0_f64, ki in 0.01..10.0_f64, pole in 0.0..0.99_f64) {
         let limits = (-500.0, 500.0);
         let set = ControllerOptions { kp, ki: ki / DT, dt: DT, limits, law: Law::Positional, ..setup.options };
         let tracking = matches!(set.anti_windup, AntiWindup::BackCalculation { tracking_time: Some(_) });
         let anti_windup = if tracking { AntiWindup::BackCalculation { tracking_time: None } } else { set.anti_windup };
-        let options = ControllerOptions { anti_windup, ..set };
+        let filters = if pole < 0.3 { Sections::default() } else { low_pass(pole) };
+        let options = ControllerOptions { anti_windup, filters, ..set };
         let mut controller = Setup { options, window: None, ..setup }.make();
         let command = |r| hysteresis_core::Command { feedforward: Some(0.0), ..f64::into(r) };
         let kept = |c: &HybridController| c.state().feedback_loop.integral;

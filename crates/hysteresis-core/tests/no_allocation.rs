@@ -4,8 +4,8 @@
 mod models;
 
 use hysteresis_core::{
-    Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse,
-    LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process, QuasiStatic, StreamArray,
+    Biquad, Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse,
+    LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -92,7 +92,10 @@ fn a_controller_never_allocates_while_it_runs() {
     ];
     let set = ControllerOptions::new(5.0, 6e3, 1e-4, limits);
     let gate = (Some((-5.0, 5.0)), Some(0.1));
+    let sections = [Biquad::new([0.98, -1.7, 0.95], [-1.7, 0.93]), Biquad::new([0.1, 0.0, 0.0], [-0.9, 0.0])];
+    let filters = Sections::new(&sections.map(Result::unwrap)).unwrap();
     let options = ControllerOptions { slew: Some(1e6), measurement_range: gate.0, max_measurement_step: gate.1, ..set };
+    let options = ControllerOptions { filters, ..options };
     let signal = signal();
     for source in sources {
         let preview = Preview::new(&[-1.0, 3.0, -1.0], 1).unwrap();
@@ -121,6 +124,7 @@ fn a_controller_never_allocates_while_it_runs() {
             assert_eq!(controller.follow(&[3.0, -2.0]).is_err(), parametric);
             controller.release();
             controller.set_gains(1.0, 0.1).unwrap();
+            controller.set_filters(&Sections::default()).unwrap();
             controller.set_model(&other).unwrap();
             controller.reset();
         });

@@ -9,6 +9,7 @@ use super::preview::Preview;
 use super::state::{ControllerState, DriveLimits};
 use crate::engine::CompiledModel;
 use crate::error::{Error, check_within_limits};
+use crate::filter::Sections;
 
 impl HybridController {
     /// Changes what the controller does with its samples, from the next one on and without a jump. A hold forgets neither
@@ -82,18 +83,38 @@ impl HybridController {
     /// Changes the gains (V/um and V/um/s) without a jump.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a gain that is negative or not finite; the controller is as before then.
+    /// [`Error::Domain`] for a gain that is negative (a proportional one may be, behind filters) or not finite; the controller is as before then.
     pub fn set_gains(&mut self, kp: f64, ki: f64) -> Result<(), Error> {
-        let gains = Gains::new(kp, ki, self.options.dt)?;
+        let gains = Gains::new(kp, ki, self.options.dt, &self.rules.filters)?;
         self.planned = None;
         self.rules.gains = gains;
         (self.options.kp, self.options.ki) = (kp, ki);
+        self.restate_proportional();
+        Ok(())
+    }
+
+    /// Goes on with other filters, without a jump: with the same error what they put out stays as it was, and goes on from there.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for no filter behind a negative gain; the controller is as before then.
+    pub fn set_filters(&mut self, filters: &Sections) -> Result<(), Error> {
+        let Self { options, rules, now, .. } = self;
+        rules.gains = Gains::new(options.kp, options.ki, options.dt, filters)?;
+        self.planned = None;
+        now.filter = filters.taking_over(&now.filter, &rules.filters);
+        now.terms.filtered_error = now.filter.output;
+        (rules.filters, options.filters) = (*filters, *filters);
+        self.restate_proportional();
+        Ok(())
+    }
+
+    /// Restates the last sample with the present gain and filters.
+    fn restate_proportional(&mut self) {
         if self.now.feedback_active {
-            let proportional = kp * self.now.terms.error;
+            let proportional = self.rules.gains.kp * self.now.filter.output;
             self.now.carry(self.now.terms.proportional - proportional, self.rules.bumpless_samples);
             self.now.terms.proportional = proportional;
         }
-        Ok(())
     }
 
     /// Goes on with the weights and the offset of another model of the same operators, as
@@ -219,6 +240,7 @@ impl HybridController {
             kp: self.options.kp,
             ki: self.options.ki,
             dt: self.options.dt,
+            filters: self.options.filters.as_slice().to_vec(),
             limits: DriveLimits { low, high },
             feedback_loop: self.now,
             feedforward: self.source.state(),

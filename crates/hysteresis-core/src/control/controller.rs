@@ -12,10 +12,10 @@ use crate::error::{Error, is_admissible};
 /// Feed-forward and proportional-integral feedback, sample by sample: equation (8) with errata 10 to 12,
 ///
 /// ```text
-/// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k),   e = reference - measurement
+/// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k),   e = F (reference - measurement)
 /// ```
 ///
-/// kept within limits and slew. Positions are in the unit of the model's output (um), drives in volts, times in seconds.
+/// kept within limits and slew, F being the [`filters`](ControllerOptions::filters), one without any. Positions are in the unit of the model's output (um), drives in volts, times in seconds.
 ///
 /// **The drive** is always finite, within the limits and no farther than slew times dt from the last one. It is what the
 /// amplifier gets: nothing is added behind the limiter. The first drive is that of
@@ -31,6 +31,9 @@ use crate::error::{Error, is_admissible};
 /// From the first sample of all, after a reset, a hold and a stop the integral rests for the bumpless time, whatever is
 /// switched meanwhile: it would only learn the errors of the start, and unlearn them slowly. After samples that were held
 /// for other reasons it goes on at once. The integral is kept in volts.
+///
+/// **Filters** stand before both gains: so the integral never hides in them, and limits cut off nothing that they remember. They
+/// are at rest where a motion begins or the feedback returns, and wait where measurements are missing.
 ///
 /// **Memory.** The feed-forward remembers the drives that it asked for, not what the feedback adds. A stop, and
 /// [`follow`](Self::follow), give it the drives that really go out. While the drive is held, its creep goes on.

@@ -7,6 +7,7 @@ use super::loop_state::{LoopState, StopRamp};
 use super::options::{AntiWindup, ControllerOptions, Gains, Law};
 use super::terms::{Counters, Terms};
 use crate::error::{Error, check_positive};
+use crate::filter::{FilterState, Sections};
 
 /// What the integral keeps of a sample.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +25,7 @@ enum IntegratorUpdate {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rules {
     pub(super) gains: Gains,
+    pub(super) filters: Sections,
     update: IntegratorUpdate,
     dt: f64,
     /// How many samples the bumpless term takes to go to zero.
@@ -46,7 +48,8 @@ pub(super) struct Sample {
 impl Rules {
     pub(super) fn new(options: &ControllerOptions) -> Result<Self, Error> {
         let dt = options.checked_dt()?;
-        let gains = Gains::new(options.kp, options.ki, dt)?;
+        let filters = options.filters;
+        let gains = Gains::new(options.kp, options.ki, dt, &filters)?;
         let update = match (options.law, options.anti_windup) {
             (Law::Incremental, _) => IntegratorUpdate::Incremental,
             (Law::Positional, AntiWindup::Conditional) => IntegratorUpdate::Conditional,
@@ -56,7 +59,7 @@ impl Rules {
             }
         };
         let bumpless_samples = options.bumpless_samples()?;
-        Ok(Self { gains, update, dt, bumpless_samples, max_missing: options.max_missing })
+        Ok(Self { gains, filters, update, dt, bumpless_samples, max_missing: options.max_missing })
     }
 
     /// The loop after a sample that is acted upon, whose feed-forward is `feedforward`.
@@ -67,13 +70,14 @@ impl Rules {
             Reading::Plausible(measurement) => sample.reference - measurement,
             Reading::Missing | Reading::Implausible => before.terms.error,
         };
-        let proportional = if feedback { self.gains.kp * error } else { 0.0 };
+        let filter = self.filtered(before, feedback, error);
+        let proportional = if feedback { self.gains.kp * filter.output } else { 0.0 };
         let integrates = feedback && before.integral_rest_samples == 0;
-        let change = if integrates { self.gains.ki_dt * error } else { 0.0 };
+        let change = if integrates { self.gains.ki_dt * filter.output } else { 0.0 };
         let integral = before.integral + change;
         let wanted = feedforward + proportional + integral;
         let last = before.terms.drive;
-        let mut after = *before;
+        let mut after = LoopState { filter, ..*before };
         let (bumpless, unlimited_drive) = if before.started {
             let jump = jump(before, sample, feedback, proportional, feedforward);
             let bumpless = self.bumpless(&mut after, jump);
@@ -85,8 +89,18 @@ impl Rules {
             (last - wanted, last)
         };
         (after.started, after.feedback_active, after.feedforward_given) = (true, feedback, sample.given.is_some());
-        let Sample { reference, target, .. } = *sample;
-        after.terms = Terms { reference, target, error, feedforward, proportional, integral, bumpless, ..before.terms };
+        let (Sample { reference, target, .. }, filtered_error) = (*sample, filter.output);
+        after.terms = Terms {
+            reference,
+            target,
+            error,
+            filtered_error,
+            feedforward,
+            proportional,
+            integral,
+            bumpless,
+            ..before.terms
+        };
         after.put_out(unlimited_drive, limiter);
         if feedback {
             after.integral = self.updated(before.integral, change, unlimited_drive - after.terms.drive);
@@ -101,6 +115,19 @@ impl Rules {
         let mut after = *before;
         after.put_out(approach(ramp.rest_drive, before.terms.drive, ramp.rate * self.dt), limiter);
         after
+    }
+
+    /// The filters after an error. They are at rest where a motion begins or the feedback returns; they wait while there is none,
+    /// and where single measurements are missing.
+    #[inline]
+    fn filtered(&self, before: &LoopState, feedback: bool, error: f64) -> FilterState {
+        if !feedback {
+            before.filter
+        } else if before.feedback_active && before.last_measurement.is_some() {
+            self.filters.next(&before.filter, error)
+        } else {
+            self.filters.at_rest(error)
+        }
     }
 
     /// What is left of the bumpless term: it goes down by the same amount at every sample, and takes a jump.

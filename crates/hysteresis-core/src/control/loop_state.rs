@@ -4,6 +4,7 @@ use super::command::Mode;
 use super::options::check_drive;
 use super::terms::{Counters, Terms};
 use crate::error::{Error, check_finite, check_positive};
+use crate::filter::{FilterState, Sections};
 
 /// A term of a saved state may be this large: products and sums of admissible numbers, over any number of samples, are
 /// smaller, and sums of such terms stay finite.
@@ -55,6 +56,9 @@ pub struct LoopState {
     pub terms: Terms,
     /// The integral from which the next sample goes on, in volts: what anti-windup left of the one in `terms`.
     pub integral: f64,
+    /// What the filters of the feedback remember.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub filter: FilterState,
     /// Whether a motion is under way. If not, the next sample starts one from the present drive.
     pub started: bool,
     /// For how many samples the bumpless term goes on.
@@ -85,6 +89,7 @@ impl LoopState {
         Self {
             terms: Terms::at(drive),
             integral: 0.0,
+            filter: FilterState::default(),
             started: false,
             bumpless_samples: 0,
             integral_rest_samples: u32::MAX,
@@ -121,14 +126,16 @@ impl LoopState {
     }
 
     /// Whether a controller with these limits can be in this state: only such a state is ever restored.
-    pub(super) fn check(&self, limits: (f64, f64)) -> Result<(), Error> {
-        let Terms { reference, target, error, feedforward, proportional, integral, bumpless, unlimited_drive, .. } =
-            self.terms;
+    pub(super) fn check(&self, limits: (f64, f64), filters: &Sections) -> Result<(), Error> {
+        let Terms { reference, target, error, filtered_error, feedforward, .. } = self.terms;
+        let Terms { proportional, integral, bumpless, unlimited_drive, .. } = self.terms;
+        filters.check(&self.filter)?;
         check_drive("state.feedback_loop.terms.drive", self.terms.drive, limits)?;
         check_finite("state.feedback_loop.terms.reference", None, reference)?;
         check_finite("state.feedback_loop.terms.target", None, target)?;
         check_finite("state.feedback_loop.last_measurement", None, self.last_measurement.unwrap_or(0.0))?;
-        let terms = [error, feedforward, proportional, integral, bumpless, unlimited_drive, self.integral];
+        let terms =
+            [error, filtered_error, feedforward, proportional, integral, bumpless, unlimited_drive, self.integral];
         if !terms.into_iter().all(|term| term.abs() <= LARGEST_TERM) {
             return Err(Error::State { expected: "finite terms, at most 1e250 in magnitude" });
         }

@@ -1,6 +1,7 @@
 //! How a controller is set up.
 
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_non_negative, check_positive};
+use crate::filter::Sections;
 
 /// The form of the law that is evaluated.
 ///
@@ -48,7 +49,7 @@ pub enum AntiWindup {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerOptions {
-    /// Proportional gain in volts per unit of the measurement (V/um), not negative.
+    /// Proportional gain in volts per unit of the measurement (V/um). It is negative behind filters only: that is active damping.
     pub kp: f64,
     /// Integral gain in volts per unit of the measurement and second (V/um/s), not negative.
     pub ki: f64,
@@ -74,6 +75,8 @@ pub struct ControllerOptions {
     /// measurement is implausible; but after `max_missing` unusable ones in a row (and at least one) the next one within
     /// the range is taken as it is, so a real change of level is never shut out.
     pub max_measurement_step: Option<f64>,
+    /// What shapes the error before it is fed back: notches, low-passes, leads, active damping. None by default.
+    pub filters: Sections,
     /// The drive that the amplifier has at the start; without one, zero or the limit nearest to it.
     pub start_drive: Option<f64>,
 }
@@ -95,6 +98,7 @@ impl ControllerOptions {
             max_missing: 10,
             measurement_range: None,
             max_measurement_step: None,
+            filters: Sections::default(),
             start_drive: None,
         }
     }
@@ -129,9 +133,11 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// Negative gains would drive away from the reference.
-    pub(super) fn new(kp: f64, ki: f64, dt: f64) -> Result<Self, Error> {
-        let (kp, ki) = (check_non_negative("kp", None, kp)?, check_non_negative("ki", None, ki)?);
+    /// A negative gain would drive away from the reference, but for a proportional one behind filters: it damps.
+    pub(super) fn new(kp: f64, ki: f64, dt: f64, filters: &Sections) -> Result<Self, Error> {
+        let has_filters = !filters.as_slice().is_empty();
+        let kp = if has_filters { check_finite("kp", None, kp)? } else { check_non_negative("kp", None, kp)? };
+        let ki = check_non_negative("ki", None, ki)?;
         let ki_dt = ki * dt;
         if ki_dt > MAX_MAGNITUDE {
             let expected = Bound::Between { low: 0.0, high: MAX_MAGNITUDE / dt };
@@ -140,9 +146,10 @@ impl Gains {
         Ok(Self { kp, ki_dt })
     }
 
-    /// One sample over the integral time kp / ki, at most 1.
+    /// One sample over the integral time |kp| / ki, at most 1.
     pub(super) fn integral_share(self) -> f64 {
-        if self.ki_dt < self.kp { self.ki_dt / self.kp } else { 1.0 }
+        let kp = self.kp.abs();
+        if self.ki_dt < kp { self.ki_dt / kp } else { 1.0 }
     }
 }
 

@@ -1,10 +1,13 @@
 //! All that the controller remembers, as plain values.
 
+use alloc::vec::Vec;
+
 use super::feedforward::FeedForwardState;
 use super::loop_state::LoopState;
 use super::options::ControllerOptions;
 use super::preview::PreviewState;
 use crate::error::{Bound, Error};
+use crate::filter::Biquad;
 
 /// The limits of the drive in a saved state.
 ///
@@ -26,7 +29,7 @@ pub struct DriveLimits {
 
 /// Everything that a [`HybridController`](super::HybridController) remembers: restored, it continues bit for bit.
 ///
-/// It also names the gains, the sampling interval, the limits and the model of its controller: a controller with others
+/// It also names the gains, the filters, the sampling interval, the limits and the model of its controller: a controller with others
 /// refuses it. The other options and the coefficients of the preview are not part of it.
 ///
 /// ```
@@ -56,6 +59,9 @@ pub struct ControllerState {
     pub ki: f64,
     /// The sampling interval in seconds.
     pub dt: f64,
+    /// The sections of the filters in the feedback.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub filters: Vec<Biquad>,
     /// The limits of the drive.
     pub limits: DriveLimits,
     /// What the loop itself remembers.
@@ -82,6 +88,9 @@ impl ControllerState {
                 return Err(Error::Domain { parameter, index: None, expected, got });
             }
         }
-        self.feedback_loop.check(options.limits)
+        if self.filters != options.filters.as_slice() {
+            return Err(Error::State { expected: "the filters that the controller has" });
+        }
+        self.feedback_loop.check(options.limits, &options.filters)
     }
 }

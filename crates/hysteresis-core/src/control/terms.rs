@@ -1,6 +1,6 @@
 //! The terms of the control law, and the counters of unusual samples.
 
-/// The terms of the last sample that was acted upon: the first three in the unit of the measurement, the others in volts.
+/// The terms of the last sample that was acted upon: the first four in the unit of the measurement, the others in volts.
 ///
 /// `unlimited_drive` = `feedforward` + `proportional` + `integral` + `bumpless`. Two cases differ: at the start of a motion
 /// it is the present drive, to the bit, and during a stop it is the next drive of the ramp. A change of gains, model or
@@ -26,11 +26,14 @@ pub struct Terms {
     pub target: f64,
     /// Reference minus measurement. Without a usable measurement it is the last error there was.
     pub error: f64,
+    /// The error behind the filters; the error itself without filters.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub filtered_error: f64,
     /// The output of the feed-forward, or the volts that came instead.
     pub feedforward: f64,
-    /// kp times the error.
+    /// kp times the filtered error.
     pub proportional: f64,
-    /// The sum of ki dt times the errors, this sample included, without the samples for which the integral rests.
+    /// The sum of ki dt times the filtered errors, this sample included, without the samples for which the integral rests.
     pub integral: f64,
     /// What keeps starts and switches from being jumps. It goes to zero in a straight line.
     pub bumpless: f64,
@@ -51,6 +54,7 @@ impl Terms {
             reference: 0.0,
             target: 0.0,
             error: 0.0,
+            filtered_error: 0.0,
             feedforward: 0.0,
             proportional: 0.0,
             integral: 0.0,

@@ -72,6 +72,20 @@ impl Biquad {
         (self.b[0] + self.b[1] + self.b[2]) / (1.0 + self.a[0] + self.a[1])
     }
 
+    /// By how much the largest input may be amplified at most, or more: the sum of |b| over what the poles lack to the unit circle.
+    pub(super) fn largest_gain(&self) -> f64 {
+        let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
+        // (1 - |p|) (1 - |q|) of the poles p and q, or less.
+        let margin = if a1 * a1 < 4.0 * a2 {
+            0.25 * (1.0 - a2) * (1.0 - a2)
+        } else if a2 >= 0.0 {
+            1.0 + a2 - a1.abs()
+        } else {
+            0.25 * (1.0 + a2 + a1) * (1.0 + a2 - a1)
+        };
+        (b0.abs() + b1.abs() + b2.abs()) / margin
+    }
+
     /// The output for an input, and the states after it.
     #[inline]
     pub(super) fn next(&self, [s, t]: [f64; 2], input: f64) -> (f64, [f64; 2]) {

@@ -6,6 +6,9 @@ use crate::error::Error;
 /// How many sections a filter has at most: a notch for each of three modes, two low-passes and a lead.
 pub const MAX_SECTIONS: usize = 6;
 
+/// Sections that amplify by more, for the worst of all inputs: terms of a feedback would not stay finite for all admissible numbers.
+const LARGEST_GAIN: f64 = 1e40;
+
 /// A number of a saved state may be this large; see [`LoopState`](crate::LoopState).
 const LARGEST: f64 = 1e250;
 
@@ -49,7 +52,7 @@ impl Sections {
     /// These sections, the first of them in front.
     ///
     /// # Errors
-    /// [`Error::Domain`] for more than [`MAX_SECTIONS`].
+    /// [`Error::Domain`] for more than [`MAX_SECTIONS`], or for some that may amplify by more than 1e40.
     pub fn new(sections: &[Biquad]) -> Result<Self, Error> {
         let mut found = Self { count: sections.len(), ..Self::default() };
         if sections.len() > MAX_SECTIONS {
@@ -58,6 +61,15 @@ impl Sections {
         }
         for (place, section) in found.sections.iter_mut().zip(sections) {
             *place = *section;
+        }
+        let mut gain = 1.0;
+        for (index, section) in found.as_slice().iter().enumerate() {
+            gain *= section.largest_gain();
+            // Not >, for a gain that is not a number.
+            if !(gain <= LARGEST_GAIN) {
+                let expected = "sections that together amplify every input by at most 1e40";
+                return Err(Error::domain("sections", Some(index), expected, gain));
+            }
         }
         Ok(found)
     }

@@ -1,9 +1,9 @@
 //! Random controllers and what may happen to them.
 
 use hysteresis_core::{
-    AntiWindup, Command, CompiledModel, ControllerOptions, ControllerState, CreepTerms, FeedForward, Forward,
+    AntiWindup, Biquad, Command, CompiledModel, ControllerOptions, ControllerState, CreepTerms, FeedForward, Forward,
     HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, Preview, QuasiStatic,
-    Ratios,
+    Ratios, Sections,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -99,14 +99,29 @@ fn maybe_pair() -> impl Strategy<Value = Option<(f64, f64)>> {
     prop_oneof![Just(None), (-5.0..-2.0, 2.0..5.0).prop_map(Some)]
 }
 
+/// None to three sections: poles at radius r and angle t, which may ring for hundreds of samples, or two real ones.
+pub(crate) fn filters() -> impl Strategy<Value = Sections> {
+    let section = (prop::array::uniform3(-2.0..2.0_f64), 0.0..0.999_f64, 0.0..3.1_f64)
+        .prop_map(|(b, r, t)| Biquad::new(b, [-2.0 * r * t.cos(), r * r]).unwrap());
+    prop_oneof![Just(Sections::default()), vec(section, 1..=3).prop_map(|sections| Sections::new(&sections).unwrap()),]
+}
+
+/// A proportional gain that these filters allow: behind some it may be negative.
+fn allowed(kp: f64, is_negative: bool, filters: &Sections) -> f64 {
+    if is_negative && !filters.as_slice().is_empty() { -kp } else { kp }
+}
+
 pub(crate) fn setup() -> impl Strategy<Value = Setup> {
     let slew = prop_oneof![1 => Just(None), 2 => (1e3..1e6).prop_map(Some)];
     let limits = prop_oneof![Just((-500.0, 500.0)), Just((-20.0, 150.0)), Just((30.0, 100.0)), Just((-1e100, 1e100))];
     let dt = prop_oneof![Just(DT), 1e-5..1e-3];
     let bumpless_time = prop_oneof![1 => Just(0.0), 4 => 1e-4..0.1];
-    (source(), window(), (gain(), gain(), dt, limits, slew), law(), bumpless_time, 0..4_u32, gate()).prop_map(
-        |(source, window, (kp, ki, dt, limits, slew), (law, anti_windup), bumpless_time, max_missing, gate)| {
-            let set = ControllerOptions::new(kp, ki / DT, dt, limits);
+    let gains = (gain(), any::<bool>(), gain(), filters());
+    (source(), window(), gains, (dt, limits, slew), law(), bumpless_time, 0..4_u32, gate()).prop_map(
+        |(source, window, gains, (dt, limits, slew), (law, anti_windup), bumpless_time, max_missing, gate)| {
+            let (kp, is_negative, ki, filters) = gains;
+            let kp = allowed(kp, is_negative, &filters);
+            let set = ControllerOptions { filters, ..ControllerOptions::new(kp, ki / DT, dt, limits) };
             let (measurement_range, max_measurement_step) = gate;
             let options = ControllerOptions { slew, law, anti_windup, bumpless_time, max_missing, ..set };
             Setup { source, window, options: ControllerOptions { measurement_range, max_measurement_step, ..options } }
@@ -123,7 +138,9 @@ pub(crate) enum Event {
     Mode(Mode),
     Stop(f64, f64),
     Release,
-    Gains(f64, f64),
+    /// Both, and whether the proportional one is negative where it may be.
+    Gains(f64, f64, bool),
+    Filters(Sections),
     Model(usize),
     Source(Source),
     Reset,
@@ -163,7 +180,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
 /// Another configuration.
 pub(crate) fn switch() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (gain(), gain()).prop_map(|(kp, ki)| Event::Gains(kp, ki / DT)),
+        (gain(), gain(), any::<bool>()).prop_map(|(kp, ki, negative)| Event::Gains(kp, ki / DT, negative)),
         (0..2_usize).prop_map(Event::Model),
         source().prop_map(Event::Source),
     ]
@@ -174,6 +191,7 @@ pub(crate) fn upheaval() -> impl Strategy<Value = Event> {
     prop_oneof![
         10 => event(),
         3 => switch(),
+        1 => filters().prop_map(Event::Filters),
         1 => Just(Event::Reset),
         1 => (-600.0..600.0).prop_map(Event::ResetAt),
         1 => (-600.0..600.0, -600.0..600.0).prop_map(|(first, last)| Event::Follow(first, last)),
@@ -194,7 +212,15 @@ pub(crate) fn happen(controller: &mut HybridController, event: Event, saved: &mu
         Event::Mode(mode) => controller.set_mode(mode).unwrap(),
         Event::Stop(rate, rest) => _ = controller.stop(rate, rest),
         Event::Release => controller.release(),
-        Event::Gains(kp, ki) => controller.set_gains(kp, ki).unwrap(),
+        Event::Gains(kp, ki, is_negative) => {
+            let kp = allowed(kp, is_negative, &controller.options().filters);
+            controller.set_gains(kp, ki).unwrap();
+        }
+        // Without any there is no negative gain.
+        Event::Filters(filters) => {
+            let refused = filters.as_slice().is_empty() && controller.options().kp < 0.0;
+            assert_eq!(controller.set_filters(&filters).is_err(), refused);
+        }
         Event::Model(which) => {
             let inverse = matches!(controller.feedforward(), FeedForward::Forward(_));
             _ = controller.set_model(&compiled(which, inverse));
