@@ -50,6 +50,7 @@ class Drawn:
 
     def controller(self, **others: Any) -> mh.control.HybridController:
         keywords = {**self.keywords, **others}
+        keywords["filters"] = [mh.control.Biquad(*section) for section in keywords["filters"]]
         preview = None if self.window is None else mh.control.Preview(*self.window)
         source = feedforward(self.source, keywords["limits"])
         return mh.control.HybridController(source, preview=preview, **keywords)
@@ -74,6 +75,17 @@ ANTI_WINDUPS = st.tuples(st.just("conditional"), st.none()) | TRACKING
 
 
 @st.composite
+def sections(draw: st.DrawFn) -> reference.control.Section:
+    """A section of poles at a radius and an angle, which may ring for many samples."""
+    b = draw(st.tuples(numbers(-2.0, 2.0), numbers(-2.0, 2.0), numbers(-2.0, 2.0)))
+    radius, angle = draw(numbers(0.0, 0.99)), draw(numbers(0.0, 3.1))
+    return b, (-2.0 * radius * math.cos(angle), radius * radius)
+
+
+FILTERS = st.lists(sections(), max_size=3)
+
+
+@st.composite
 def setups(draw: st.DrawFn, laws: tuple[str, ...] = ("positional", "incremental")) -> Drawn:
     """Any feed-forward, preview, limits and law."""
     window = None
@@ -82,8 +94,11 @@ def setups(draw: st.DrawFn, laws: tuple[str, ...] = ("positional", "incremental"
         window = (coefficients, draw(st.integers(0, len(coefficients) - 1)))
     law = draw(st.sampled_from(laws))
     anti_windup, tracking_time = draw(ANTI_WINDUPS)
+    filters = draw(st.just([]) | FILTERS)
     keywords = {
-        "kp": draw(GAINS),
+        # Behind filters it may be negative: active damping.
+        "kp": draw(GAINS) * (-1.0 if filters and draw(st.booleans()) else 1.0),
+        "filters": filters,
         "ki": draw(INTEGRAL_GAINS),
         "dt": DT,
         "limits": draw(st.sampled_from([(-500.0, 500.0), (-20.0, 150.0), (30.0, 100.0)])),
@@ -127,6 +142,7 @@ def events(upheavals: bool = False) -> st.SearchStrategy[tuple[str, Any]]:
     return st.one_of(
         *common,
         st.tuples(st.just("set_gains"), GAIN_PAIRS),
+        st.tuples(st.just("set_filters"), FILTERS),
         st.tuples(st.just("set_model"), st.integers(0, 1)),
         st.tuples(st.just("set_feedforward"), st.sampled_from([None, "given", "exact"])),
         st.tuples(st.just("reset"), st.none() | numbers(-20.0, 150.0)),
@@ -163,7 +179,9 @@ def _upheave(
         controller.set_feedforward(feedforward(value, controller.limits))
         return False
     try:
-        if name == "set_model":
+        if name == "set_filters":
+            controller.set_filters([mh.control.Biquad(*section) for section in value])
+        elif name == "set_model":
             controller.set_model(actuator(value))
         elif name == "reset":
             controller.reset(value)
@@ -171,6 +189,6 @@ def _upheave(
             controller.state = saved[-1]
     except (
         ValueError
-    ):  # no model, another one, a drive outside the limits, a state of another source
+    ):  # no model, another one, a drive outside the limits, a state of another source, kp < 0
         return False
     return (name == "restore" and bool(saved)) or (name == "reset" and value is not None)

@@ -1534,6 +1534,150 @@ class Preview:
         """
 
 @final
+class Notch:
+    """A notch, which takes out a resonance and leaves slow signals as they are.
+
+    (s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2), w = 2 pi frequency. At its frequency it passes depth / width. With the
+    damping ratio of a mode for the depth it puts a mode of the damping ratio `width` in its place.
+
+    Parameters
+    ----------
+    frequency : float
+        In Hz, below half of the sampling rate.
+    depth : float
+        Damping ratio of its zeros, 0 to 100.
+    width : float
+        Damping ratio of its poles, above 0: a wide notch bears more uncertainty of the frequency, and lags more.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> notch = mh.control.Notch(800.0, 0.02, 1.0)
+    >>> abs(notch.response([0.0, 800.0], dt=1e-4)).round(3)
+    array([1.  , 0.02])
+    """
+
+    def __new__(cls, frequency: float, depth: float, width: float) -> Notch: ...
+    @property
+    def frequency(self) -> float:
+        """In Hz."""
+    @property
+    def depth(self) -> float:
+        """Damping ratio of its zeros."""
+    @property
+    def width(self) -> float:
+        """Damping ratio of its poles."""
+    def section(self, dt: float) -> Biquad:
+        """The section for a sampling interval, by the bilinear transform, prewarped at its own frequency."""
+    def response(self, frequencies: ArrayLike, dt: float) -> _Complex:
+        """The complex response at frequencies in Hz, for a sampling interval."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class LowPass:
+    """A low-pass of unit static gain: w / (s + w), or w^2 / (s^2 + 2 zeta w s + w^2) with a damping ratio.
+
+    Behind one a small negative `kp` damps a mode: integral resonant control, or positive position feedback for one of second order.
+
+    Parameters
+    ----------
+    frequency : float
+        Cut-off frequency in Hz, below half of the sampling rate.
+    damping : float, optional
+        Damping ratio zeta of one of second order.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> slow = mh.control.LowPass(200.0)
+    >>> abs(slow.response([0.0, 200.0, 5000.0], dt=1e-4)).round(3)
+    array([1.   , 0.707, 0.   ])
+    """
+
+    def __new__(cls, frequency: float, damping: float | None = None) -> LowPass: ...
+    @property
+    def frequency(self) -> float:
+        """Cut-off frequency in Hz."""
+    @property
+    def damping(self) -> float | None:
+        """Damping ratio; None for first order."""
+    def section(self, dt: float) -> Biquad:
+        """The section for a sampling interval, by the bilinear transform, prewarped at its own frequency."""
+    def response(self, frequencies: ArrayLike, dt: float) -> _Complex:
+        """The complex response at frequencies in Hz, for a sampling interval."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class Lead:
+    """A lead, which adds phase between two frequencies: (1 + s / w_zero) / (1 + s / w_pole).
+
+    Parameters
+    ----------
+    zero, pole : float
+        In Hz, below half of the sampling rate. With the zero above the pole it is a lag.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> lead = mh.control.Lead(100.0, 900.0)
+    >>> abs(lead.response([0.0, 300.0], dt=1e-5)).round(2)
+    array([1., 3.])
+    """
+
+    def __new__(cls, zero: float, pole: float) -> Lead: ...
+    @property
+    def zero(self) -> float:
+        """In Hz."""
+    @property
+    def pole(self) -> float:
+        """In Hz."""
+    def section(self, dt: float) -> Biquad:
+        """The section for a sampling interval, by the bilinear transform, prewarped at its own frequency."""
+    def response(self, frequencies: ArrayLike, dt: float) -> _Complex:
+        """The complex response at frequencies in Hz, for a sampling interval."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class Biquad:
+    """A second-order section: y(k) = b0 u(k) + b1 u(k-1) + b2 u(k-2) - a1 y(k-1) - a2 y(k-2).
+
+    Parameters
+    ----------
+    b : (b0, b1, b2)
+    a : (a1, a2)
+        Both poles lie inside the unit circle. A row of `scipy.signal` second-order sections has 1 before these.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mh.control.Biquad([0.5, 0.5, 0.0], [0.0, 0.0]).response([0.0, 2500.0], dt=1e-4).round(3)
+    array([1. +0.j , 0.5-0.5j])
+    """
+
+    def __new__(cls, b: Sequence[float], a: Sequence[float]) -> Biquad: ...
+    @property
+    def b(self) -> tuple[float, float, float]:
+        """b0, b1 and b2."""
+    @property
+    def a(self) -> tuple[float, float]:
+        """a1 and a2."""
+    def section(self, dt: float) -> Biquad:
+        """The section for a sampling interval, by the bilinear transform, prewarped at its own frequency."""
+    def response(self, frequencies: ArrayLike, dt: float) -> _Complex:
+        """The complex response at frequencies in Hz, for a sampling interval."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+_Filter: TypeAlias = Notch | LowPass | Lead | Biquad
+
+@final
 class ControllerTerms:
     """What a sample of a `HybridController` was made of: positions in um, terms in volts."""
 
@@ -1547,14 +1691,17 @@ class ControllerTerms:
     def error(self) -> float:
         """Reference minus measurement; without a usable measurement the last one there was."""
     @property
+    def filtered_error(self) -> float:
+        """The error behind the filters."""
+    @property
     def feedforward(self) -> float:
         """The output of the feed-forward, or the number given instead."""
     @property
     def proportional(self) -> float:
-        """kp times the error."""
+        """kp times the filtered error."""
     @property
     def integral(self) -> float:
-        """The sum of ki dt times the errors, this sample included."""
+        """The sum of ki dt times the filtered errors, this sample included."""
     @property
     def bumpless(self) -> float:
         """What keeps starts and switches from being jumps; it goes to zero."""
@@ -1577,8 +1724,8 @@ _FeedForward: TypeAlias = Forward | Inverse | StageInverse | Literal["given"] | 
 class HybridController:
     """Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 
-    u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = reference - measurement. The drive is
-    always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
+    u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = F (reference - measurement) with the
+    filters F. The drive is always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
     no change while it runs is a jump: `bumpless` takes the difference and goes to zero in a straight line.
 
     A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
@@ -1592,7 +1739,7 @@ class HybridController:
         a model that is itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy,
         memory included. "given": volts that come with every sample. None: feedback alone.
     kp, ki : float
-        Gains in V/um and V/um/s, not negative.
+        Gains in V/um and V/um/s. They are not negative, but for kp behind filters: that is active damping.
     dt : float
         The sampling interval in seconds.
     limits : (low, high)
@@ -1622,6 +1769,8 @@ class HybridController:
         Makes the target of references that then come `preview.ahead` samples early.
     start_drive : float, optional
         The drive that the amplifier has at the start: by default zero or the limit nearest to it.
+    filters : Notch, LowPass, Lead, Biquad, or a list of them
+        F shapes the error before both gains. At most 6.
 
     Raises
     ------
@@ -1665,7 +1814,11 @@ class HybridController:
         max_measurement_step: float | None = None,
         preview: Preview | None = None,
         start_drive: float | None = None,
+        filters: _Filter | Sequence[_Filter] = (),
     ) -> HybridController: ...
+    @property
+    def filters(self) -> tuple[Biquad, ...]:
+        """The filters of the feedback, as sections."""
     @property
     def measurement_range(self) -> tuple[float, float] | None:
         """Measurements outside this range (low, high) count as missing; None without such a gate."""
@@ -1761,6 +1914,8 @@ class HybridController:
         """The sampling interval in seconds."""
     def set_gains(self, kp: float, ki: float) -> None:
         """Changes the gains without a jump. The integral is kept in volts."""
+    def set_filters(self, filters: _Filter | Sequence[_Filter]) -> None:
+        """Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there."""
     def set_model(self, model: _Model) -> None:
         """Goes on with the weights and the output offset of another model of the same operators, without a jump: as
         `Inverse.set_model` or `Forward.set_model` of the feed-forward.
@@ -4135,7 +4290,7 @@ def experiment(
     >>> import mpi_hyst as mh
     >>> fast, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
     >>> fast
-    <ExperimentPart fast: 22003 samples at 10000 Hz, 4 segments>
+    <ExperimentPart fast: 22009 samples at 10000 Hz, 4 segments>
     >>> print(*(segment.name for segment in loops.segments), sep=", ")
     start, settle, major, decaying, growing, inner, rests, fast major, fast decaying, return, end
     """

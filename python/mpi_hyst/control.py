@@ -1,16 +1,21 @@
 """Control: the hybrid controller, its tuning, feed-forward through inverse dynamics, learning.
 
-`HybridController` adds feedback to the inverse of a model; `tune` finds its gains. `preview` and
+`HybridController` adds feedback to the inverse of a model; `tune` finds its gains. `Notch`,
+`LowPass`, `Lead` and `Biquad` are filters of the feedback. `preview` and
 `invert_dynamics` lead the reference through the inverse of linear dynamics, online and offline;
 `precompensate` returns the drive of a whole trajectory. `IterativeLearning` and
 `RepetitiveControl` learn from repetition. `Observer` estimates the position from a noisy sensor.
 """
 
 from mpi_hyst._core import (
+    Biquad,
     ControllerTerms,
     HybridController,
     IterativeLearning,
+    Lead,
+    LowPass,
     Margins,
+    Notch,
     Observer,
     Preview,
     RepetitiveControl,
@@ -22,10 +27,14 @@ from mpi_hyst._core import (
 )
 
 __all__ = [
+    "Biquad",
     "ControllerTerms",
     "HybridController",
     "IterativeLearning",
+    "Lead",
+    "LowPass",
     "Margins",
+    "Notch",
     "Observer",
     "Preview",
     "RepetitiveControl",

@@ -18,8 +18,35 @@ def is_good(x: float) -> bool:
     return math.isfinite(x) and abs(x) <= LARGEST
 
 
+Section = tuple[tuple[float, float, float], tuple[float, float]]
+
+
+class Filters:
+    """Sections y = b0 u + b1 u(-1) + b2 u(-2) - a1 y(-1) - a2 y(-2), one behind the other."""
+
+    def __init__(self, sections: Sequence[Section]) -> None:
+        self.sections = sections
+        self.past = [(0.0, 0.0, 0.0, 0.0) for _ in sections]
+
+    def rest(self, x: float) -> float:
+        """At rest at an input that was always the same."""
+        for place, (b, a) in enumerate(self.sections):
+            y = sum(b) / (1.0 + sum(a)) * x
+            self.past[place] = (x, x, y, y)
+            x = y
+        return x
+
+    def step(self, x: float) -> float:
+        for place, (b, a) in enumerate(self.sections):
+            u1, u2, y1, y2 = self.past[place]
+            y = b[0] * x + b[1] * u1 + b[2] * u2 - a[0] * y1 - a[1] * y2
+            self.past[place] = (x, u1, y, y1)
+            x = y
+        return x
+
+
 class Controller:
-    """u = H^-1[target] + kp e + ki dt sum of e + bumpless, e = reference - measurement.
+    """u = H^-1[target] + kp e + ki dt sum of e + bumpless, e = F (reference - measurement).
 
     feedforward: target in, volts out, once per sample; None for 0 V; "given" if they come with
     every sample. Positions in um, drives in V, times in s, ki in V/um/s.
@@ -42,12 +69,13 @@ class Controller:
         measurement_range: tuple[float, float] = (-math.inf, math.inf),
         max_measurement_step: float = math.inf,
         window: tuple[Sequence[float], int] | None = None,
+        filters: Sequence[Section] = (),
     ) -> None:
         """As mh.HybridController; what is not limited is infinite."""
         self.feedforward, self.kp, self.ki, self.dt = feedforward, kp, ki, dt
         self.limits, self.slew = limits, slew
         self.law, self.anti_windup = law, anti_windup
-        integral_time = kp / ki if ki else 0.0
+        integral_time = abs(kp) / ki if ki else 0.0
         self.share = min(1.0, dt / max(tracking_time or integral_time, dt)) if ki else 0.0
         self.bumpless_samples = int(bumpless_time / dt + 0.5)
         self.left = 0  # samples until the bumpless term is gone
@@ -60,7 +88,8 @@ class Controller:
         self.ramp: tuple[float, float] | None = None  # of a stop: rate, rest drive
         self.integral = self.bumpless = 0.0
         self.proportional: Number = None  # of the last sample, if it had a measurement
-        self.error = 0.0
+        self.error = 0.0  # behind the filters
+        self.filters = Filters(filters)
         self.volts = 0.0  # the last feed-forward
         self.started = False
         self.missing_in_a_row = 0
@@ -110,6 +139,7 @@ class Controller:
         reference, seen, filled = self.look(reference)
         filled = filled and target is None and given is None
         target = seen if target is None else target
+        begins = self.proportional is None or self.last_measurement is None
         measured = self.is_usable(measurement)
         if measured:
             self.last_measurement, self.missing_in_a_row = measurement, 0
@@ -120,9 +150,11 @@ class Controller:
                 return self.drive
         volts = self.feedforward(target) if callable(self.feedforward) else 0.0
         volts = volts if given is None else given
-        if measured:
-            self.error = reference - measurement
-        self.act(volts, self.error if measured and self.mode == "run" else None, filled)
+        feedback = measured and self.mode == "run"
+        if feedback:
+            pass_on = self.filters.rest if begins else self.filters.step
+            self.error = pass_on(reference - measurement)
+        self.act(volts, self.error if feedback else None, filled)
         return self.drive
 
     def is_usable(self, measurement: float) -> bool:

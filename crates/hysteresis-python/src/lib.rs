@@ -33,6 +33,8 @@ mod _core {
     #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
+    use crate::control::filters::{Biquad, Lead, LowPass, Notch};
+    #[pymodule_export]
     use crate::control::invert_dynamics::{invert_dynamics, precompensate};
     #[pymodule_export]
     use crate::control::iterative::IterativeLearning;

@@ -2,8 +2,10 @@
 
 use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use super::controller_options::{Given, as_keywords, mode_name, unknown};
+use super::filters::as_tuple;
 use super::preview::Preview;
 use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
@@ -14,8 +16,8 @@ use crate::convert::pickling::{Reduced, reduce};
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
-/// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = reference - measurement. The drive is
-/// always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
+/// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = F (reference - measurement) with the
+/// filters F. The drive is always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
 /// no change while it runs is a jump: `bumpless` takes the difference and goes to zero in a straight line.
 ///
 /// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
@@ -29,7 +31,7 @@ use crate::convert::pickling::{Reduced, reduce};
 ///     a model that is itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy,
 ///     memory included. "given": volts that come with every sample. None: feedback alone.
 /// kp, ki : float
-///     Gains in V/um and V/um/s, not negative.
+///     Gains in V/um and V/um/s. They are not negative, but for kp behind filters: that is active damping.
 /// dt : float
 ///     The sampling interval in seconds.
 /// limits : (low, high)
@@ -59,6 +61,8 @@ use crate::convert::pickling::{Reduced, reduce};
 ///     Makes the target of references that then come `preview.ahead` samples early.
 /// start_drive : float, optional
 ///     The drive that the amplifier has at the start: by default zero or the limit nearest to it.
+/// filters : Notch, LowPass, Lead, Biquad, or a list of them
+///     F shapes the error before both gains. At most 6.
 ///
 /// Raises
 /// ------
@@ -110,10 +114,10 @@ impl HybridController {
     #[new]
     #[pyo3(signature = (feedforward, *, kp, ki, dt, limits, slew=None, law=None, anti_windup=None, tracking_time=None,
         bumpless_time=None, max_missing=None, measurement_range=None, max_measurement_step=None, preview=None,
-        start_drive=None),
+        start_drive=None, filters=None),
         text_signature = "(feedforward, *, kp, ki, dt, limits, slew=None, law='positional', anti_windup='conditional', \
         tracking_time=None, bumpless_time=0.005, max_missing=10, measurement_range=None, max_measurement_step=None, \
-        preview=None, start_drive=None)")]
+        preview=None, start_drive=None, filters=())")]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new<'py>(
         feedforward: Option<&Bound<'py, PyAny>>,
@@ -131,6 +135,7 @@ impl HybridController {
         max_measurement_step: Option<Bound<'py, PyAny>>,
         preview: Option<Py<Preview>>,
         start_drive: Option<Bound<'py, PyAny>>,
+        filters: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, dt);
         let given = Given {
@@ -142,10 +147,17 @@ impl HybridController {
             max_missing,
             measurement_range,
             max_measurement_step,
+            filters,
             start_drive,
         };
         let options = given.over(ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
         Self::of(feedforward, preview, &options)
+    }
+
+    /// The filters of the feedback, as sections.
+    #[getter]
+    fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        as_tuple(py, &self.controller.options().filters)
     }
 
     /// Measurements outside this range (low, high) count as missing; None without such a gate.

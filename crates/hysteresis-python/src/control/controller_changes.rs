@@ -3,9 +3,11 @@
 use hysteresis_core as core;
 use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::{depythonize, pythonize};
 
 use super::controller::HybridController;
+use super::filters::sections;
 use super::source::source;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
@@ -19,6 +21,13 @@ impl HybridController {
     fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(kp, ki);
         exclusive(slf)?.controller.set_gains(kp, ki).map_err(raise)
+    }
+
+    /// Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there.
+    fn set_filters(slf: &Bound<'_, Self>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let sections = sections(filters, this.controller.options().dt)?;
+        this.controller.set_filters(&sections).map_err(raise)
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
@@ -95,9 +104,32 @@ impl HybridController {
         let wrong = |what: &str| errors::value("state", format_args!("expected what .state returned; {what}"));
         let plain: core::ControllerState = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
         // The conversion takes anything for a truth value.
-        if !pythonize(state.py(), &plain)?.eq(state)? {
+        if !is_same(&pythonize(state.py(), &plain)?, state)? {
             return Err(wrong("a value has another type, or is NaN"));
         }
         exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+    }
+}
+
+/// Whether a state says what was made of it. Lists may be tuples, and an older state may lack what is new.
+fn is_same(made: &Bound<'_, PyAny>, given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let is_sequence = |value: &Bound<'_, PyAny>| value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+    if let (Ok(made), Ok(given)) = (made.cast::<PyDict>(), given.cast::<PyDict>()) {
+        for (key, value) in given {
+            let Some(made) = made.get_item(key)? else { return Ok(false) };
+            if !is_same(&made, &value)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    } else if is_sequence(made) && is_sequence(given) {
+        for pair in made.try_iter()?.zip(given.try_iter()?) {
+            if !is_same(&pair.0?, &pair.1?)? {
+                return Ok(false);
+            }
+        }
+        Ok(made.len()? == given.len()?)
+    } else {
+        made.eq(given)
     }
 }

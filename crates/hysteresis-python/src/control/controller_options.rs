@@ -4,6 +4,7 @@ use hysteresis_core::{AntiWindup, ControllerOptions, Law, Mode};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::filters::{as_tuple, sections};
 use crate::convert::arguments::{numbers, pair, whole};
 use crate::convert::errors;
 use crate::convert::pickling::keywords;
@@ -60,13 +61,14 @@ pub(super) struct Given<'py> {
     pub(super) max_missing: Option<Bound<'py, PyAny>>,
     pub(super) measurement_range: Option<Bound<'py, PyAny>>,
     pub(super) max_measurement_step: Option<Bound<'py, PyAny>>,
+    pub(super) filters: Option<Bound<'py, PyAny>>,
     pub(super) start_drive: Option<Bound<'py, PyAny>>,
 }
 
 impl Given<'_> {
     /// The options with these in place of the defaults.
     pub(super) fn over(self, options: ControllerOptions) -> PyResult<ControllerOptions> {
-        let Self { law, anti_windup, max_missing, measurement_range, .. } = self;
+        let Self { law, anti_windup, max_missing, measurement_range, filters, .. } = self;
         let (slew, tracking_time, bumpless_time) =
             (self.slew.as_ref(), self.tracking_time.as_ref(), self.bumpless_time.as_ref());
         let (max_measurement_step, start_drive) = (self.max_measurement_step.as_ref(), self.start_drive.as_ref());
@@ -80,6 +82,7 @@ impl Given<'_> {
             max_missing: max_missing.map_or(Ok(options.max_missing), |number| whole("max_missing", &number))?,
             measurement_range: range.or(options.measurement_range),
             max_measurement_step: max_measurement_step.or(options.max_measurement_step),
+            filters: filters.map_or(Ok(options.filters), |filters| sections(&filters, options.dt))?,
             start_drive: start_drive.or(options.start_drive),
             ..options
         })
@@ -106,6 +109,7 @@ pub(super) fn as_keywords<'py>(py: Python<'py>, options: &ControllerOptions) -> 
         max_missing = options.max_missing,
         measurement_range = options.measurement_range,
         max_measurement_step = options.max_measurement_step,
+        filters = as_tuple(py, &options.filters)?,
         start_drive = options.start_drive,
     ))
 }

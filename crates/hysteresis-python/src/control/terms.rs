@@ -16,11 +16,13 @@ pub(crate) struct ControllerTerms {
     target: f64,
     /// Reference minus measurement; without a usable measurement the last one there was.
     error: f64,
+    /// The error behind the filters.
+    filtered_error: f64,
     /// The output of the feed-forward, or the number given instead.
     feedforward: f64,
-    /// kp times the error.
+    /// kp times the filtered error.
     proportional: f64,
-    /// The sum of ki dt times the errors, this sample included.
+    /// The sum of ki dt times the filtered errors, this sample included.
     integral: f64,
     /// What keeps starts and switches from being jumps; it goes to zero.
     bumpless: f64,
@@ -40,6 +42,7 @@ impl From<Terms> for ControllerTerms {
             reference,
             target,
             error,
+            filtered_error,
             feedforward,
             proportional,
             integral,
@@ -53,6 +56,7 @@ impl From<Terms> for ControllerTerms {
             reference,
             target,
             error,
+            filtered_error,
             feedforward,
             proportional,
             integral,

@@ -161,7 +161,7 @@ result_methods!(ExperimentPart {
 /// >>> import mpi_hyst as mh
 /// >>> fast, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
 /// >>> fast
-/// <ExperimentPart fast: 22003 samples at 10000 Hz, 4 segments>
+/// <ExperimentPart fast: 22009 samples at 10000 Hz, 4 segments>
 /// >>> print(*(segment.name for segment in loops.segments), sep=", ")
 /// start, settle, major, decaying, growing, inner, rests, fast major, fast decaying, return, end
 #[pyfunction]

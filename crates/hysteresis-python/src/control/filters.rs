@@ -1,0 +1,289 @@
+//! Filters of the feedback.
+
+use std::f64::consts::TAU;
+
+use hysteresis_control::filters::{self, FeedbackFilter};
+use hysteresis_core::{self as core, Sections};
+use numpy::{Complex64, PyArray1};
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+
+use crate::convert::arguments::numbers;
+use crate::convert::arrays;
+use crate::convert::errors::{raise, unexpected};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::values::hash;
+
+/// A notch, which takes out a resonance and leaves slow signals as they are.
+///
+/// (s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2), w = 2 pi frequency. At its frequency it passes depth / width. With the
+/// damping ratio of a mode for the depth it puts a mode of the damping ratio `width` in its place.
+///
+/// Parameters
+/// ----------
+/// frequency : float
+///     In Hz, below half of the sampling rate.
+/// depth : float
+///     Damping ratio of its zeros, 0 to 100.
+/// width : float
+///     Damping ratio of its poles, above 0: a wide notch bears more uncertainty of the frequency, and lags more.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> notch = mh.control.Notch(800.0, 0.02, 1.0)
+/// >>> abs(notch.response([0.0, 800.0], dt=1e-4)).round(3)
+/// array([1.  , 0.02])
+#[pyclass(module = "mpi_hyst.control", frozen)]
+pub(crate) struct Notch(filters::Notch);
+
+/// A low-pass of unit static gain: w / (s + w), or w^2 / (s^2 + 2 zeta w s + w^2) with a damping ratio.
+///
+/// Behind one a small negative `kp` damps a mode: integral resonant control, or positive position feedback for one of second order.
+///
+/// Parameters
+/// ----------
+/// frequency : float
+///     Cut-off frequency in Hz, below half of the sampling rate.
+/// damping : float, optional
+///     Damping ratio zeta of one of second order.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> slow = mh.control.LowPass(200.0)
+/// >>> abs(slow.response([0.0, 200.0, 5000.0], dt=1e-4)).round(3)
+/// array([1.   , 0.707, 0.   ])
+#[pyclass(module = "mpi_hyst.control", frozen)]
+pub(crate) struct LowPass(filters::LowPass);
+
+/// A lead, which adds phase between two frequencies: (1 + s / w_zero) / (1 + s / w_pole).
+///
+/// Parameters
+/// ----------
+/// zero, pole : float
+///     In Hz, below half of the sampling rate. With the zero above the pole it is a lag.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> lead = mh.control.Lead(100.0, 900.0)
+/// >>> abs(lead.response([0.0, 300.0], dt=1e-5)).round(2)
+/// array([1., 3.])
+#[pyclass(module = "mpi_hyst.control", frozen)]
+pub(crate) struct Lead(filters::Lead);
+
+/// A second-order section: y(k) = b0 u(k) + b1 u(k-1) + b2 u(k-2) - a1 y(k-1) - a2 y(k-2).
+///
+/// Parameters
+/// ----------
+/// b : (b0, b1, b2)
+/// a : (a1, a2)
+///     Both poles lie inside the unit circle. A row of `scipy.signal` second-order sections has 1 before these.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> mh.control.Biquad([0.5, 0.5, 0.0], [0.0, 0.0]).response([0.0, 2500.0], dt=1e-4).round(3)
+/// array([1. +0.j , 0.5-0.5j])
+#[pyclass(module = "mpi_hyst.control", frozen)]
+pub(crate) struct Biquad(core::Biquad);
+
+/// The Python methods of a filter: those that all have, and its own. `$values` are what it is made of.
+macro_rules! filter_methods {
+    ($class:ident, |$this:ident| $values:expr, { $($own:tt)* }) => {
+        impl $class {
+            pub(crate) fn filter(&self) -> FeedbackFilter {
+                self.0.into()
+            }
+        }
+
+        #[pymethods]
+        impl $class {
+            /// The section for a sampling interval, by the bilinear transform, prewarped at its own frequency.
+            fn section(&self, dt: &Bound<'_, PyAny>) -> PyResult<Biquad> {
+                numbers!(dt);
+                self.filter().section(dt).map(Biquad).map_err(raise)
+            }
+
+            /// The complex response at frequencies in Hz, for a sampling interval.
+            fn response<'py>(
+                &self,
+                frequencies: &Bound<'py, PyAny>,
+                dt: &Bound<'py, PyAny>,
+            ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+                numbers!(dt);
+                let section = self.filter().section(dt).map_err(raise)?;
+                let at = |f: f64| filters::response(&[section], Complex64::cis(TAU * f * dt));
+                let values = arrays::numbers("frequencies", frequencies)?.into_iter().map(at);
+                Ok(PyArray1::from_iter(frequencies.py(), values))
+            }
+
+            fn __eq__(&self, other: &Self) -> bool {
+                self.0 == other.0
+            }
+
+            fn __hash__(&self) -> u64 {
+                let $this = &self.0;
+                hash($values.into_iter())
+            }
+
+            $($own)*
+        }
+    };
+}
+
+filter_methods!(Notch, |this| [this.frequency(), this.depth(), this.width()], {
+    #[new]
+    fn new(frequency: &Bound<'_, PyAny>, depth: &Bound<'_, PyAny>, width: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(frequency, depth, width);
+        filters::Notch::new(frequency, depth, width).map(Self).map_err(raise)
+    }
+
+    /// In Hz.
+    #[getter]
+    fn frequency(&self) -> f64 {
+        self.0.frequency()
+    }
+
+    /// Damping ratio of its zeros.
+    #[getter]
+    fn depth(&self) -> f64 {
+        self.0.depth()
+    }
+
+    /// Damping ratio of its poles.
+    #[getter]
+    fn width(&self) -> f64 {
+        self.0.width()
+    }
+
+    fn __repr__(&self) -> String {
+        let this = &self.0;
+        format!("Notch(frequency={:?}, depth={:?}, width={:?})", this.frequency(), this.depth(), this.width())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let values = (self.0.frequency(), self.0.depth(), self.0.width());
+        reduce(py.get_type::<Self>().into_any(), values, keywords!(py), None)
+    }
+});
+
+filter_methods!(LowPass, |this| [this.frequency(), this.damping().unwrap_or(0.0)], {
+    #[new]
+    #[pyo3(signature = (frequency, damping=None))]
+    fn new(frequency: &Bound<'_, PyAny>, damping: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        numbers!(frequency, damping);
+        filters::LowPass::new(frequency, damping).map(Self).map_err(raise)
+    }
+
+    /// Cut-off frequency in Hz.
+    #[getter]
+    fn frequency(&self) -> f64 {
+        self.0.frequency()
+    }
+
+    /// Damping ratio; None for first order.
+    #[getter]
+    fn damping(&self) -> Option<f64> {
+        self.0.damping()
+    }
+
+    fn __repr__(&self) -> String {
+        match self.0.damping() {
+            Some(damping) => format!("LowPass(frequency={:?}, damping={damping:?})", self.0.frequency()),
+            None => format!("LowPass(frequency={:?})", self.0.frequency()),
+        }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let values = (self.0.frequency(), self.0.damping());
+        reduce(py.get_type::<Self>().into_any(), values, keywords!(py), None)
+    }
+});
+
+filter_methods!(Lead, |this| [this.zero(), this.pole()], {
+    #[new]
+    fn new(zero: &Bound<'_, PyAny>, pole: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(zero, pole);
+        filters::Lead::new(zero, pole).map(Self).map_err(raise)
+    }
+
+    /// In Hz.
+    #[getter]
+    fn zero(&self) -> f64 {
+        self.0.zero()
+    }
+
+    /// In Hz.
+    #[getter]
+    fn pole(&self) -> f64 {
+        self.0.pole()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Lead(zero={:?}, pole={:?})", self.0.zero(), self.0.pole())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.0.zero(), self.0.pole()), keywords!(py), None)
+    }
+});
+
+filter_methods!(Biquad, |this| this.numerator().into_iter().chain(this.denominator()), {
+    #[new]
+    fn new(b: [f64; 3], a: [f64; 2]) -> PyResult<Self> {
+        core::Biquad::new(b, a).map(Self).map_err(raise)
+    }
+
+    /// b0, b1 and b2.
+    #[getter]
+    fn b(&self) -> (f64, f64, f64) {
+        self.0.numerator().into()
+    }
+
+    /// a1 and a2.
+    #[getter]
+    fn a(&self) -> (f64, f64) {
+        self.0.denominator().into()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Biquad(b={:?}, a={:?})", self.b(), self.a())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduce(py.get_type::<Self>().into_any(), (self.b(), self.a()), keywords!(py), None)
+    }
+});
+
+/// One of the filters above.
+fn filter(value: &Bound<'_, PyAny>) -> PyResult<FeedbackFilter> {
+    if let Ok(notch) = value.cast::<Notch>() {
+        Ok(notch.get().filter())
+    } else if let Ok(slow) = value.cast::<LowPass>() {
+        Ok(slow.get().filter())
+    } else if let Ok(lead) = value.cast::<Lead>() {
+        Ok(lead.get().filter())
+    } else if let Ok(section) = value.cast::<Biquad>() {
+        Ok(section.get().filter())
+    } else {
+        Err(unexpected("filters", "Notch, LowPass, Lead, Biquad, or a list of them", value))
+    }
+}
+
+/// The sections of a filter, or of a list or tuple of them.
+pub(super) fn sections(value: &Bound<'_, PyAny>, dt: f64) -> PyResult<Sections> {
+    let filters = if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        value.try_iter()?.map(|one| filter(&one?)).collect::<PyResult<Vec<_>>>()?
+    } else {
+        vec![filter(value)?]
+    };
+    filters::sections(&filters, dt).map_err(raise)
+}
+
+/// Sections as a tuple of objects.
+pub(super) fn as_tuple<'py>(py: Python<'py>, sections: &Sections) -> PyResult<Bound<'py, PyTuple>> {
+    let made = sections.as_slice().iter().map(|section| Bound::new(py, Biquad(*section)));
+    PyTuple::new(py, made.collect::<PyResult<Vec<_>>>()?)
+}
