@@ -94,10 +94,10 @@ def setups(draw: st.DrawFn, laws: tuple[str, ...] = ("positional", "incremental"
         window = (coefficients, draw(st.integers(0, len(coefficients) - 1)))
     law = draw(st.sampled_from(laws))
     anti_windup, tracking_time = draw(ANTI_WINDUPS)
-    filters = draw(FILTERS)
+    filters, negative = draw(FILTERS), draw(st.booleans())
     keywords = {
         # Behind filters it may be negative: active damping.
-        "kp": draw(GAINS) * (-1.0 if filters and draw(st.booleans()) else 1.0),
+        "kp": draw(GAINS) * (-1.0 if filters and negative else 1.0),
         "filters": filters,
         "ki": draw(INTEGRAL_GAINS),
         "dt": DT,

@@ -65,8 +65,8 @@ impl Sections {
         let mut gain = 1.0;
         for (index, section) in found.as_slice().iter().enumerate() {
             gain *= section.largest_gain();
-            // Not >, for a gain that is not a number.
-            if !(gain <= LARGEST_GAIN) {
+            // Of poles that round to the unit circle the gain may be no number.
+            if gain.is_nan() || gain > LARGEST_GAIN {
                 let expected = "sections that together amplify every input by at most 1e40";
                 return Err(Error::domain("sections", Some(index), expected, gain));
             }

@@ -36,7 +36,9 @@ impl CreepLanes {
     pub(crate) fn settle(&mut self, h: &[f64]) {
         if self.is_at_rest && !self.decays.is_empty() {
             for (h, states) in h.chunks(WIDTH).zip(self.states.chunks_exact_mut(self.decays.len())) {
-                states.iter_mut().for_each(|q| q[..h.len()].copy_from_slice(h));
+                for q in states {
+                    q[..h.len()].copy_from_slice(h);
+                }
             }
             self.is_at_rest = false;
         }

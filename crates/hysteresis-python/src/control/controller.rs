@@ -150,7 +150,7 @@ impl HybridController {
             filters,
             start_drive,
         };
-        let options = given.over(ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
+        let options = given.over(&ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
         Self::of(feedforward, preview, &options)
     }
 

@@ -67,7 +67,7 @@ pub(super) struct Given<'py> {
 
 impl Given<'_> {
     /// The options with these in place of the defaults.
-    pub(super) fn over(self, options: ControllerOptions) -> PyResult<ControllerOptions> {
+    pub(super) fn over(self, options: &ControllerOptions) -> PyResult<ControllerOptions> {
         let Self { law, anti_windup, max_missing, measurement_range, filters, .. } = self;
         let (slew, tracking_time, bumpless_time) =
             (self.slew.as_ref(), self.tracking_time.as_ref(), self.bumpless_time.as_ref());
@@ -84,7 +84,7 @@ impl Given<'_> {
             max_measurement_step: max_measurement_step.or(options.max_measurement_step),
             filters: filters.map_or(Ok(options.filters), |filters| sections(&filters, options.dt))?,
             start_drive: start_drive.or(options.start_drive),
-            ..options
+            ..*options
         })
     }
 }
