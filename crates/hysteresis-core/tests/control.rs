@@ -16,8 +16,8 @@ fn exact() -> FeedForward {
     actuator().inverse(Some(LIMITS)).unwrap().into()
 }
 
-fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
-    HybridController::new(source, None, &options).unwrap()
+fn made(source: FeedForward, options: &ControllerOptions) -> HybridController {
+    HybridController::new(source, None, options).unwrap()
 }
 
 /// Largest error of each hundred samples against the paper's actuator without dynamics, measured a sample late.
@@ -43,7 +43,7 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
     let set = ControllerOptions::new(5.0, 6e3, DT, LIMITS);
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let after = |law, anti_windup, source| {
-        let mut controller = made(source, ControllerOptions { law, anti_windup, ..set });
+        let mut controller = made(source, &ControllerOptions { law, anti_windup, ..set });
         let errors = errors(&mut controller, out_of_reach());
         assert!(errors[24] > 1.9 && controller.counters().saturated_count > 1900);
         errors[26] // from 10 ms after the return
@@ -76,7 +76,7 @@ fn switches_without_end_do_not_keep_the_integral_at_rest() {
 
 #[test]
 fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
-    let mut controller = made(FeedForward::Given, ControllerOptions::new(5.0, 5e3, DT, LIMITS));
+    let mut controller = made(FeedForward::Given, &ControllerOptions::new(5.0, 5e3, DT, LIMITS));
     let mut step = |volts| {
         controller.step(Command { feedforward: Some(volts), ..1.0.into() }, 0.75);
         controller.terms()
@@ -89,7 +89,7 @@ fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
     }
     assert_eq!(step(100.0).integral, 0.125);
     // Where there is nothing to go over to, nothing rests.
-    let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 5e3, DT, LIMITS));
+    let mut controller = made(FeedForward::None, &ControllerOptions::new(5.0, 5e3, DT, LIMITS));
     controller.step(1.0.into(), 1.0);
     controller.step(1.0.into(), 0.75);
     assert_eq!(controller.terms().integral, 0.125);
@@ -98,7 +98,7 @@ fn a_start_ends_in_a_straight_line_and_the_integral_rests_meanwhile() {
 /// A sensor that misses one sample in twenty: feedback alone still leaves no static error.
 #[test]
 fn missing_measurements_do_not_stop_the_integral() {
-    let mut controller = made(FeedForward::None, ControllerOptions::new(5.0, 2e4, DT, LIMITS));
+    let mut controller = made(FeedForward::None, &ControllerOptions::new(5.0, 2e4, DT, LIMITS));
     let mut actuator = actuator().forward();
     let mut position = 0.0;
     for k in 0..20_000 {
@@ -111,7 +111,7 @@ fn missing_measurements_do_not_stop_the_integral() {
 #[test]
 fn without_measurements_it_holds_and_then_goes_on_with_feedforward_alone() {
     let options = ControllerOptions { max_missing: 3, ..ControllerOptions::new(20.0, 1e4, DT, LIMITS) };
-    let mut controller = made(exact(), options);
+    let mut controller = made(exact(), &options);
     let reference = |k: i32| 1e-3 * f64::from(k);
     for k in 0..1000 {
         controller.step(reference(k).into(), reference(k) - 0.01);
@@ -138,7 +138,7 @@ fn without_measurements_it_holds_and_then_goes_on_with_feedforward_alone() {
 
 #[test]
 fn a_hold_keeps_the_drive_and_forgets_nothing() {
-    let mut controller = made(exact(), ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    let mut controller = made(exact(), &ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     for k in 0..500 {
         controller.step((2e-3 * f64::from(k)).into(), 0.0);
     }
@@ -161,14 +161,14 @@ fn a_hold_keeps_the_drive_and_forgets_nothing() {
 #[test]
 fn volts_that_are_given_replace_the_feedforward_and_the_memory_goes_on() {
     let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, DT, LIMITS) };
-    let (mut own, mut given) = (made(exact(), options), made(exact(), options));
+    let (mut own, mut given) = (made(exact(), &options), made(exact(), &options));
     for r in [0.5, 2.0, 1.0] {
         own.step(r.into(), 0.0);
         given.step(Command { feedforward: Some(7.0), ..r.into() }, 0.0);
     }
     assert_eq!(given.terms().feedforward, 7.0);
     assert_eq!(given.step(0.5.into(), 0.0), own.step(0.5.into(), 0.0));
-    let mut without = made(FeedForward::Given, options);
+    let mut without = made(FeedForward::Given, &options);
     without.step(Command { feedforward: Some(7.0), ..1.0.into() }, 0.0);
     assert_eq!(without.step(Command { feedforward: Some(9.0), ..1.0.into() }, 0.0), 9.0);
     assert_eq!(without.step(1.0.into(), 0.0), 9.0, "no volts, no motion");
@@ -178,7 +178,7 @@ fn volts_that_are_given_replace_the_feedforward_and_the_memory_goes_on() {
 /// The proportional term goes over the whole bumpless time, also where the start is long over.
 #[test]
 fn feedback_goes_and_returns_over_the_bumpless_time() {
-    let mut controller = made(FeedForward::None, ControllerOptions::new(20.0, 0.0, DT, LIMITS));
+    let mut controller = made(FeedForward::None, &ControllerOptions::new(20.0, 0.0, DT, LIMITS));
     for _ in 0..60 {
         controller.step(1.0.into(), 0.5);
     }
@@ -197,7 +197,7 @@ fn feedback_goes_and_returns_over_the_bumpless_time() {
 fn back_calculation_leaves_a_proportional_controller_alone() {
     let anti_windup = AntiWindup::BackCalculation { tracking_time: Some(1e-3) };
     let options = ControllerOptions { anti_windup, ..ControllerOptions::new(20.0, 0.0, DT, LIMITS) };
-    let mut controller = made(FeedForward::None, options);
+    let mut controller = made(FeedForward::None, &options);
     for _ in 0..100 {
         controller.step(100.0.into(), 0.0);
     }
@@ -209,7 +209,7 @@ fn back_calculation_leaves_a_proportional_controller_alone() {
 #[test]
 fn another_feedforward_takes_over_from_what_went_out() {
     let options = ControllerOptions::new(0.0, 0.0, DT, LIMITS);
-    let mut controller = made(exact(), options);
+    let mut controller = made(exact(), &options);
     for _ in 0..60 {
         controller.step(Command { feedforward: Some(7.0), ..1.0.into() }, 0.0);
     }
@@ -259,12 +259,12 @@ fn asymmetric_limits_and_slew_are_kept_and_counted() {
         start_drive: Some(140.0),
         ..ControllerOptions::new(1e3, 0.0, DT, (-20.0, 150.0))
     };
-    let mut controller = made(FeedForward::None, options);
+    let mut controller = made(FeedForward::None, &options);
     assert_eq!(controller.step(0.0.into(), 0.0), 140.0);
     assert_eq!(controller.step(1.0.into(), 0.0), 150.0);
     let drives: Vec<f64> = (0..10).map(|_| controller.step((-1.0).into(), 0.0)).collect();
     assert_eq!(drives, [130.0, 110.0, 90.0, 70.0, 50.0, 30.0, 10.0, -10.0, -20.0, -20.0]);
     assert_eq!(controller.counters(), Counters { saturated_count: 11, slewing_count: 8, ..Counters::default() });
-    let started = |limits| made(FeedForward::None, ControllerOptions::new(1.0, 0.0, DT, limits)).drive();
+    let started = |limits| made(FeedForward::None, &ControllerOptions::new(1.0, 0.0, DT, limits)).drive();
     assert_eq!([started((30.0, 100.0)), started((-9.0, -1.0)), started(LIMITS)], [30.0, -1.0, 0.0]);
 }

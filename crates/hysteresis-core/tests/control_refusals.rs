@@ -11,8 +11,8 @@ use support::models::{actuator, parametric_inverse};
 
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 
-fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
-    HybridController::new(source, None, &options).unwrap()
+fn made(source: FeedForward, options: &ControllerOptions) -> HybridController {
+    HybridController::new(source, None, options).unwrap()
 }
 
 /// The state and the options with every bit shown.
@@ -67,7 +67,7 @@ fn options_out_of_their_domain_are_named() {
 
 #[test]
 fn changes_that_cannot_be_are_refused_and_change_nothing() {
-    let mut controller = made(Source::Exact(0).make(LIMITS), ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    let mut controller = made(Source::Exact(0).make(LIMITS), &ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     controller.step(0.5.into(), 0.0);
     controller.plan(0.6.into(), 0.0);
     let before = controller.state();
@@ -86,11 +86,11 @@ fn changes_that_cannot_be_are_refused_and_change_nothing() {
     assert_eq!((controller.state(), controller.options().kp), (before, 5.0));
     assert!(controller.commit(), "the plan still stands");
     assert!(controller.follow(&[0.0, 501.0]).unwrap_err().to_string().starts_with("drives[1]: expected a number from"));
-    let mut parametric = made(Source::Parametric(0).make(LIMITS), ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    let mut parametric = made(Source::Parametric(0).make(LIMITS), &ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     assert_eq!(parametric.follow(&[1.0]), Err(Error::CannotFollow));
     assert_eq!([Error::CannotFollow, Error::StopWithoutRate].map(|e| e.parameter()), [Some("drives"), Some("mode")]);
     assert_eq!(parametric.drive(), 0.0);
-    let mut without = made(FeedForward::None, ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    let mut without = made(FeedForward::None, &ControllerOptions::new(5.0, 6e3, DT, LIMITS));
     assert_eq!(without.set_model(&other), Err(Error::NoModel));
     let changes: [fn(&mut HybridController); 9] = [
         |c| c.follow(&[0.0]).unwrap(),
@@ -119,7 +119,7 @@ fn an_inverse_with_other_limits_is_refused_by_both() {
     for (limits, got) in [(Some((-500.0, 499.0)), "with the limits (-500.0, 499.0)"), (None, "without limits")] {
         let error = HybridController::new(inverse(limits), None, &options).unwrap_err();
         assert_eq!((error.parameter(), error.to_string()), (Some("feedforward"), format!("{expected}{got}")));
-        let mut controller = made(inverse(Some(LIMITS)), options);
+        let mut controller = made(inverse(Some(LIMITS)), &options);
         controller.step(0.5.into(), 0.0);
         controller.plan(0.5.into(), 0.0);
         let before = shown(&controller);
@@ -134,7 +134,7 @@ fn an_inverse_with_other_limits_is_refused_by_both() {
 #[test]
 fn a_state_of_other_gains_interval_or_limits_is_refused_by_name() {
     let set = ControllerOptions::new(5.0, 6e3, DT, LIMITS);
-    let state = made(FeedForward::None, set).state();
+    let state = made(FeedForward::None, &set).state();
     let others = [
         (ControllerOptions { kp: 4.0, ..set }, "state.kp: expected 4.0, as in this controller, got 5.0"),
         (ControllerOptions { ki: 0.6, ..set }, "state.ki: expected 0.6, as in this controller, got 6000.0"),
@@ -149,12 +149,12 @@ fn a_state_of_other_gains_interval_or_limits_is_refused_by_name() {
         ),
     ];
     for (options, message) in others {
-        let mut controller = made(FeedForward::None, options);
+        let mut controller = made(FeedForward::None, &options);
         let before = shown(&controller);
         assert_eq!(controller.set_state(&state).unwrap_err().to_string(), message);
         assert_eq!(shown(&controller), before);
     }
-    let mut changed = made(FeedForward::None, ControllerOptions { kp: 4.0, ..set });
+    let mut changed = made(FeedForward::None, &ControllerOptions { kp: 4.0, ..set });
     changed.set_gains(5.0, 6e3).unwrap();
     changed.set_state(&state).unwrap();
 }

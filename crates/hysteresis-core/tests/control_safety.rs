@@ -20,12 +20,12 @@ fn exact() -> FeedForward {
     actuator().inverse(Some(LIMITS)).unwrap().into()
 }
 
-fn made(source: FeedForward, options: ControllerOptions) -> HybridController {
-    HybridController::new(source, None, &options).unwrap()
+fn made(source: FeedForward, options: &ControllerOptions) -> HybridController {
+    HybridController::new(source, None, options).unwrap()
 }
 
 /// A controller under way, at a reference of 0.5 um.
-fn moving(options: ControllerOptions) -> HybridController {
+fn moving(options: &ControllerOptions) -> HybridController {
     let mut controller = made(exact(), options);
     for _ in 0..200 {
         controller.step(0.5.into(), 0.5);
@@ -43,7 +43,7 @@ fn a_spike_of_the_sensor_is_not_followed() {
         ControllerOptions { measurement_range: Some((-4.0, 4.0)), ..options() },
         ControllerOptions { max_measurement_step: Some(0.1), ..options() },
     ] {
-        let (mut guarded, mut open) = (moving(gate), moving(options()));
+        let (mut guarded, mut open) = (moving(&gate), moving(&options()));
         let held = guarded.drive();
         open.step(0.5.into(), 40.0);
         assert!((open.drive() - held).abs() > 100.0, "without a gate the drive jumps");
@@ -59,7 +59,7 @@ fn a_spike_of_the_sensor_is_not_followed() {
 fn a_new_level_is_taken_after_max_missing_in_a_row() {
     for (max_missing, held) in [(3, 3), (1, 1)] {
         let set = ControllerOptions { max_measurement_step: Some(1e-3), max_missing, ..options() };
-        let mut controller = moving(set);
+        let mut controller = moving(&set);
         let drive = controller.drive();
         for _ in 0..held {
             assert_eq!(controller.step(0.5.into(), 0.4), drive);
@@ -72,7 +72,7 @@ fn a_new_level_is_taken_after_max_missing_in_a_row() {
         assert_eq!(controller.counters().implausible_count, held);
     }
     // Where no measurement may be missing, a single spike is left out all the same: feed-forward goes on alone.
-    let mut controller = moving(ControllerOptions { max_measurement_step: Some(1e-3), max_missing: 0, ..options() });
+    let mut controller = moving(&ControllerOptions { max_measurement_step: Some(1e-3), max_missing: 0, ..options() });
     controller.step(0.5.into(), 40.0);
     assert_eq!((controller.terms().proportional, controller.counters().implausible_count), (0.0, 1));
 }
@@ -81,7 +81,7 @@ fn a_new_level_is_taken_after_max_missing_in_a_row() {
 #[test]
 fn out_of_range_stays_out_and_feedforward_goes_on_alone() {
     let mut controller =
-        moving(ControllerOptions { measurement_range: Some((-4.0, 4.0)), max_missing: 3, ..options() });
+        moving(&ControllerOptions { measurement_range: Some((-4.0, 4.0)), max_missing: 3, ..options() });
     let held = controller.drive();
     for k in 0..200 {
         let outside = if k % 2 == 0 { 4.0 } else { -4.0 } * (1.0 + 1e-12);
@@ -101,7 +101,7 @@ fn out_of_range_stays_out_and_feedforward_goes_on_alone() {
 fn the_measurement_may_move_on_while_it_is_missing() {
     let set = ControllerOptions { max_measurement_step: Some(0.01), ..options() };
     for (missing, move_by, taken) in [(0, 0.0099, true), (0, 0.0101, false), (2, 0.0299, true), (2, 0.0301, false)] {
-        let mut controller = moving(set);
+        let mut controller = moving(&set);
         for _ in 0..missing {
             controller.step(0.5.into(), f64::NAN);
         }
@@ -109,7 +109,7 @@ fn the_measurement_may_move_on_while_it_is_missing() {
         assert_eq!(acted(&controller), taken, "{missing} {move_by}");
     }
     // After a hold the position may be anywhere.
-    let mut controller = moving(set);
+    let mut controller = moving(&set);
     controller.hold();
     controller.release();
     controller.step(0.5.into(), 1.5);
@@ -119,14 +119,14 @@ fn the_measurement_may_move_on_while_it_is_missing() {
 #[test]
 fn exactly_max_missing_measurements_hold_the_drive() {
     for max_missing in [0, 1, 3] {
-        let mut controller = moving(ControllerOptions { max_missing, ..options() });
+        let mut controller = moving(&ControllerOptions { max_missing, ..options() });
         for k in 0..=max_missing {
             controller.step(0.5.into(), f64::NAN);
             assert_eq!(acted(&controller), k == max_missing, "sample {k} of {max_missing}");
         }
     }
     // In a row: a measurement between two gaps ends the count.
-    let mut controller = moving(ControllerOptions { max_missing: 3, ..options() });
+    let mut controller = moving(&ControllerOptions { max_missing: 3, ..options() });
     for measurement in [f64::NAN, f64::NAN, 0.5, f64::NAN, f64::NAN] {
         controller.step(0.5.into(), measurement);
         assert_eq!(acted(&controller), measurement == 0.5);
@@ -137,7 +137,7 @@ fn exactly_max_missing_measurements_hold_the_drive() {
 fn a_stop_ramps_at_its_rate_and_no_faster_than_the_slew() {
     let slewing = ControllerOptions { slew: Some(1e4), ..options() };
     for (set, rate, steps) in [(options(), 2e4, 2.0), (slewing, 2e4, 1.0), (slewing, 5e3, 0.5)] {
-        let mut controller = moving(ControllerOptions { start_drive: Some(0.0), ..set });
+        let mut controller = moving(&ControllerOptions { start_drive: Some(0.0), ..set });
         let start = controller.drive();
         assert!(start > 90.0);
         controller.stop(rate, 10.0).unwrap();
@@ -163,7 +163,7 @@ fn a_stop_ramps_at_its_rate_and_no_faster_than_the_slew() {
 /// After a stop from a drive of feed-forward and feedback, the inverse knows all of the way.
 #[test]
 fn the_feedforward_remembers_the_drives_of_a_stop() {
-    let mut controller = moving(ControllerOptions { kp: 100.0, ..options() });
+    let mut controller = moving(&ControllerOptions { kp: 100.0, ..options() });
     controller.step(0.5.into(), 0.1);
     let start = controller.drive();
     let mut other = actuator().inverse(Some(LIMITS)).unwrap();
@@ -183,7 +183,7 @@ fn the_feedforward_remembers_the_drives_of_a_stop() {
 #[test]
 fn a_controller_takes_over_what_was_driven_before() {
     let history = [0.0, 300.0, -50.0, 120.0];
-    let mut controller = made(exact(), ControllerOptions { bumpless_time: 0.0, ..options() });
+    let mut controller = made(exact(), &ControllerOptions { bumpless_time: 0.0, ..options() });
     controller.step(1.0.into(), 0.5);
     controller.follow(&history).unwrap();
     assert_eq!(controller.drive(), 120.0);
@@ -207,7 +207,7 @@ fn creep_goes_on_while_the_drive_is_held() {
     for (hold, reference, measurement) in cases {
         let set = ControllerOptions { max_missing: u32::MAX, ..options() };
         let mut alone = stage.inverse(Some(LIMITS)).unwrap();
-        let mut controller = made(alone.clone().into(), set);
+        let mut controller = made(alone.clone().into(), &set);
         for _ in 0..60 {
             controller.step(0.5.into(), 0.5);
             alone.step(0.5);
@@ -227,7 +227,7 @@ fn creep_goes_on_while_the_drive_is_held() {
 
 #[test]
 fn a_stop_can_be_held_replaced_and_saved_on_its_way() {
-    let mut controller = moving(options());
+    let mut controller = moving(&options());
     controller.set_mode(Mode::Feedforward).unwrap();
     controller.stop(1e4, -20.0).unwrap();
     let drive = controller.step(0.5.into(), 0.5);
@@ -248,7 +248,7 @@ fn a_stop_can_be_held_replaced_and_saved_on_its_way() {
 #[test]
 fn the_first_drive_is_the_stated_one_and_the_lead_in_is_kept() {
     let set = ControllerOptions { start_drive: Some(100.0), slew: Some(2e5), ..options() };
-    let mut controller = made(exact(), set);
+    let mut controller = made(exact(), &set);
     assert!((controller.lead_in() - set.bumpless_time).abs() < 1e-15);
     let mut last = controller.drive();
     assert_eq!(controller.step(0.2.into(), 0.2), 100.0);
@@ -285,7 +285,7 @@ fn a_preview_that_fills_gives_no_kick() {
     let mut coefficients = [0.0; 41];
     coefficients[19..22].copy_from_slice(&[100.0, -199.0, 100.0]);
     let preview = || Some(Preview::new(&coefficients, 20).unwrap());
-    let plain = largest_step(&mut made(exact(), set));
+    let plain = largest_step(&mut made(exact(), &set));
     let with_preview = || HybridController::new(exact(), preview(), &set).unwrap();
     let mut from_start = with_preview();
     let largest = largest_step(&mut from_start);
@@ -306,7 +306,7 @@ fn a_preview_that_fills_gives_no_kick() {
     for interrupt in interruptions {
         let mut controller = with_preview();
         largest_step(&mut controller);
-        let mut without = made(exact(), set);
+        let mut without = made(exact(), &set);
         largest_step(&mut without);
         interrupt(&mut controller);
         interrupt(&mut without);
@@ -367,7 +367,7 @@ fn a_rejected_reference_empties_the_preview() {
 
 #[test]
 fn a_restored_controller_has_no_plan_left() {
-    let mut controller = moving(options());
+    let mut controller = moving(&options());
     let state = controller.state();
     controller.plan(2.0.into(), 0.0);
     controller.set_state(&state).unwrap();
@@ -380,7 +380,7 @@ fn a_restored_controller_has_no_plan_left() {
 fn a_tracking_time_below_the_interval_is_the_interval() {
     let integral = |time| {
         let anti_windup = AntiWindup::BackCalculation { tracking_time: Some(time) };
-        let mut controller = made(FeedForward::None, ControllerOptions { anti_windup, ..options() });
+        let mut controller = made(FeedForward::None, &ControllerOptions { anti_windup, ..options() });
         for _ in 0..100 {
             controller.step(1e3.into(), 0.0);
         }
