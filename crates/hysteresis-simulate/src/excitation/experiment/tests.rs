@@ -121,7 +121,7 @@ fn an_experiment_that_rests_at_its_center_has_no_way_back() {
 /// 2000 V/s allow 0.75 V up to 424 Hz, and 0.16 V at 2 kHz: the slow part of the chirp does not pay for the fast one.
 #[test]
 fn a_chirp_has_the_amplitude_that_the_slew_rate_allows_at_its_frequency() {
-    let made = ExperimentOptions { start: 75.0, ..options() }.experiment().unwrap();
+    let made = ExperimentOptions { start: 75.0, fast_frequency: 2e3, ..options() }.experiment().unwrap();
     let chirp = made.parts[0].segments.iter().find(|segment| segment.name == "chirp").unwrap();
     let drive = &made.parts[0].drive[chirp.start..chirp.stop];
     let highest = |from: usize, to: usize| {
