@@ -87,7 +87,9 @@ def test_a_history_is_taken_over(skip: int) -> None:
         bench.run(stroke)
         drive = found.stage.precompensate(target, DT, history=history, lead_in=0.05)
         errors.append(np.abs(bench.run(drive)[1][500:] - target).max())
-    assert errors[1] < 0.05 < 0.5 < errors[0]  # um
+    assert errors[1] < 0.05  # um
+    # Behind the stroke the loops alone were seen: a model of them may begin as if after a stroke.
+    assert skip == 600 or errors[0] > 0.5
     with pytest.raises(ValueError, match=r"history\[1\]: expected a number from") as raised:
         found.stage.precompensate(target, DT, history=[0.0, 151.0])
     assert parameter_of(raised.value) == "history"

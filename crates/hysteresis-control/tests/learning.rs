@@ -2,7 +2,7 @@
 
 mod support;
 
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios, Sections};
 
 use hysteresis_control::learning::{
     FeedbackLoop, IterativeLearning, LearningOptions, RepetitiveControl, RepetitiveOptions,
@@ -14,7 +14,7 @@ use support::{DT, KI, KP, Loop, a1, reference_and_target};
 /// The loop as the controller believes it: frequency +5 %, damping -20 %.
 fn believed() -> FeedbackLoop {
     let dynamics = SecondOrder::new(420.0, 0.76).unwrap().into();
-    FeedbackLoop { kp: KP, ki: KI, slope: 5e-3, dynamics, dt: DT }
+    FeedbackLoop { kp: KP, ki: KI, filters: Sections::default(), slope: 5e-3, dynamics, dt: DT }
 }
 
 /// A period of the reference, and the target that the believed dynamics make of it.

@@ -7,7 +7,7 @@ use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOp
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
 use hysteresis_control::stage::{LoopShift, Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions};
-use hysteresis_core::Process;
+use hysteresis_core::{Process, Sections};
 
 #[test]
 fn linear_streams_never_allocate() {
@@ -39,7 +39,8 @@ fn runs_without_allocation(mut block: impl Block + Clone) {
 fn learning_in_the_loop_and_observation_never_allocate() {
     let dynamics = LinearDynamics::from(SecondOrder::new(400.0, 0.95).unwrap());
     let late = dynamics.clone().with_dead_time(0.5e-4).unwrap();
-    let feedback = FeedbackLoop { kp: 60.0, ki: 6000.0, slope: 5e-3, dynamics: late, dt: 1e-4 };
+    let feedback =
+        FeedbackLoop { kp: 60.0, ki: 6000.0, filters: Sections::default(), slope: 5e-3, dynamics: late, dt: 1e-4 };
     let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
     let parts = StageParts {
         loop_shift: Some(LoopShift::new(0.0, 500.0, [-0.2, 0.1], 0.01, 0.5).unwrap()),

@@ -1,7 +1,7 @@
 //! What the gains of the feedback keep.
 
 use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace};
-use hysteresis_control::tuning::{TuningOptions, loop_margins, tune};
+use hysteresis_control::tuning::{ModeUncertainty, Structure, TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
 fn chains() -> impl Strategy<Value = LinearDynamics> {
@@ -22,7 +22,7 @@ fn a1() -> LinearDynamics {
 }
 
 fn options() -> TuningOptions {
-    TuningOptions { slopes: (4.257e-3, 7.919e-3), dt: 1e-4, peak_sensitivity: 1.7 }
+    TuningOptions::new((4.257e-3, 7.919e-3), 1e-4, 1.7)
 }
 
 proptest! {
@@ -31,13 +31,13 @@ proptest! {
     #[test]
     fn the_bound_is_kept_and_met(chain in chains(), min in 1e-4..1e2, ratio in 1.0..5.0, limit in 1.1..3.0) {
         let slopes = (min, min * ratio);
-        let tuning = tune(&chain, &TuningOptions { slopes, dt: 1e-4, peak_sensitivity: limit }).unwrap();
-        prop_assert!(tuning.kp >= 0.0 && tuning.ki > 0.0);
+        let tuning = tune(&chain, &TuningOptions::new(slopes, 1e-4, limit)).unwrap();
+        prop_assert!((tuning.kp >= 0.0 || tuning.structure == Structure::ActiveDamping) && tuning.ki > 0.0);
         // The greatest ki meets the bound but for what the search leaves.
         prop_assert!(tuning.peak_sensitivity <= limit && tuning.peak_sensitivity > limit * (1.0 - 1e-3));
         for share in [0.0, 0.2, 0.7, 1.0] {
             let slope = slopes.0 + share * (slopes.1 - slopes.0);
-            let margins = loop_margins(&chain, 1e-4, tuning.kp, tuning.ki, slope).unwrap();
+            let margins = loop_margins(&chain, 1e-4, &tuning.filters, (tuning.kp, tuning.ki), slope).unwrap();
             prop_assert!(margins.peak_sensitivity <= limit * (1.0 + 1e-9), "{margins:?}");
             prop_assert!(margins.gain_margin > limit / (limit - 1.0) * (1.0 - 1e-6), "{margins:?}");
             let min_phase = 2.0 * (0.5 / limit).asin().to_degrees();
@@ -51,7 +51,7 @@ proptest! {
 fn margins_of_an_integrator_are_those_of_the_textbook() {
     let (dt, gain) = (1e-3, 0.25);
     let chain = LinearDynamics::from(Delay::new(dt).unwrap());
-    let margins = loop_margins(&chain, dt, 0.0, gain / dt, 1.0).unwrap();
+    let margins = loop_margins(&chain, dt, &[], (0.0, gain / dt), 1.0).unwrap();
     // |L| = g / (2 sin(w/2)), arg L = w/2 - pi/2 - 2 w per sample.
     let crossover = 2.0 * (0.5 * gain).asin();
     let phase_margin = 90.0 - (1.5 * crossover).to_degrees();
@@ -82,7 +82,7 @@ fn gains_follow_the_units() {
 #[test]
 fn the_published_gains_are_slow() {
     let (tuned, slopes) = (tune(&a1(), &options()).unwrap(), options().slopes);
-    let published = loop_margins(&a1(), 1e-4, 60.0, 6000.0, slopes.1).unwrap();
+    let published = loop_margins(&a1(), 1e-4, &[], (60.0, 6000.0), slopes.1).unwrap();
     assert!(published.crossover < 10.0 && tuned.at_max_slope.crossover > 300.0);
     assert!(tuned.ki > 50.0 * 6000.0);
 }
@@ -105,8 +105,8 @@ fn what_cannot_be_tuned_is_named() {
         tune(&late, &options()).unwrap_err().to_string(),
         "dead_time: expected at most 1000 samples, got 0.1001"
     );
-    assert!(loop_margins(&a1(), 1e-4, f64::NAN, 1.0, 1.0).unwrap_err().to_string().starts_with("kp: expected"));
-    assert!(loop_margins(&a1(), 1e-4, 0.0, 0.0, 1.0).unwrap_err().to_string().starts_with("ki: expected"));
+    assert!(loop_margins(&a1(), 1e-4, &[], (f64::NAN, 1.0), 1.0).unwrap_err().to_string().starts_with("kp: expected"));
+    assert!(loop_margins(&a1(), 1e-4, &[], (0.0, 0.0), 1.0).unwrap_err().to_string().starts_with("ki: expected"));
 }
 
 /// A loop of which the response does not show at the frequencies that are looked at has no margins.
@@ -130,4 +130,31 @@ fn what_is_too_slow_or_too_little_damped_is_refused() {
         assert_eq!(error.to_string(), message);
     }
     assert!(tune(&a1().then(FirstOrder::new(1e-4).unwrap()), &options()).is_err());
+}
+
+/// 800 Hz, damping 0.02 and a sample of dead time: ten times what gains alone allow, for every mode that may be.
+#[test]
+fn a_lightly_damped_mode_gets_filters() {
+    let stage = |f, zeta| LinearDynamics::from(SecondOrder::new(f, zeta).unwrap()).then(Delay::new(1e-4).unwrap());
+    let options = TuningOptions::new((0.7, 1.0), 1e-4, 1.7);
+    let tuning = tune(&stage(800.0, 0.02), &options).unwrap();
+    println!("{tuning:#?}");
+    let of = |structure| tuning.tried.iter().find(|(one, _)| *one == structure).unwrap().1;
+    assert!(tuning.structure == Structure::Notch && tuning.ki > 20.0 * of(Structure::ProportionalIntegral));
+    assert!(of(Structure::LowPass).min(of(Structure::ActiveDamping)) > 20.0 * of(Structure::ProportionalIntegral));
+    assert!(tuning.rejection_bandwidth > 80.0);
+    // Known exactly, the mode allows more; the bound holds for all that it may be.
+    let known = TuningOptions { uncertainty: ModeUncertainty::NONE, ..options };
+    assert!(tune(&stage(800.0, 0.02), &known).unwrap().ki > 1.05 * tuning.ki);
+    for (f, zeta) in [(760.0, 0.01), (760.0, 0.04), (840.0, 0.01), (840.0, 0.04)] {
+        for slope in [0.7, 0.85, 1.0] {
+            let gains = (tuning.kp, tuning.ki);
+            let margins = loop_margins(&stage(f, zeta), 1e-4, &tuning.filters, gains, slope).unwrap();
+            assert!(margins.peak_sensitivity <= 1.7 * (1.0 + 1e-9), "{f} {zeta}: {margins:?}");
+        }
+    }
+    let unknown = |frequency, damping| TuningOptions { uncertainty: ModeUncertainty { frequency, damping }, ..options };
+    let refused = |frequency, damping| tune(&stage(800.0, 0.02), &unknown(frequency, damping)).unwrap_err().to_string();
+    assert_eq!(refused(0.6, 2.0), "frequency_uncertainty: expected a share from 0 to 0.5, got 0.6");
+    assert_eq!(refused(0.05, 0.5), "damping_uncertainty: expected a factor from 1 to 100, got 0.5");
 }

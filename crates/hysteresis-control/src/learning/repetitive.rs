@@ -32,7 +32,8 @@ const FREQUENCIES_PER_HARMONIC: usize = 4;
 /// use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 /// use hysteresis_control::linear::{Block, FirstOrder};
 /// let lag = FirstOrder::new(50.0)?;
-/// let feedback = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, dynamics: lag.into(), dt: 1e-3 };
+/// let open = (0.0, 0.0, hysteresis_core::Sections::default());
+/// let feedback = FeedbackLoop { kp: open.0, ki: open.1, filters: open.2, slope: 1.0, dynamics: lag.into(), dt: 1e-3 };
 /// let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(100.0))?;
 /// let (mut plant, mut y, mut worst) = (lag.block(1e-3)?, 0.0, 0.0);
 /// for k in 0..3000 {

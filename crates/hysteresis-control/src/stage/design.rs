@@ -1,9 +1,10 @@
 //! Controllers, feedback, observation and learning made from a stage.
 
-use hysteresis_core::{ControllerOptions, HybridController, Preview};
+use hysteresis_core::{ControllerOptions, HybridController, Preview, Sections};
 
 use super::{Error, Stage, rest_drive};
 use crate::feedforward::{PreviewCoefficients, PreviewOptions};
+use crate::filters::sections;
 use crate::learning::FeedbackLoop;
 use crate::tuning::{Tuning, TuningOptions, tune};
 
@@ -41,7 +42,7 @@ impl Stage {
         let (low, high) = self.slope_range();
         // The gain of the dynamics is part of theirs.
         let slopes = (low / gain, high / gain);
-        Ok(tune(&self.linear_part()?, &TuningOptions { slopes, dt, peak_sensitivity })?)
+        Ok(tune(&self.linear_part()?, &TuningOptions::new(slopes, dt, peak_sensitivity))?)
     }
 
     /// Feedback with positive gains needs a position that rises with the drive.
@@ -90,16 +91,16 @@ impl Stage {
         Ok(best.1)
     }
 
-    /// The linear model of the loop around this stage with its inverse: for learning. Its slope is the geometric mean of
+    /// The linear model of the loop around this stage with its inverse, these gains and filters: for learning. Its slope is the geometric mean of
     /// those of the hysteresis.
     ///
     /// # Errors
     /// [`Error::NegativeDeadTime`], or [`Error::Falling`].
-    pub fn feedback_loop(&self, dt: f64, kp: f64, ki: f64) -> Result<FeedbackLoop, Error> {
+    pub fn feedback_loop(&self, dt: f64, (kp, ki): (f64, f64), filters: Sections) -> Result<FeedbackLoop, Error> {
         self.check_rising()?;
         let (low, high) = self.slope_range();
         let slope = (low * high).sqrt() / self.parts().dynamics.static_gain().abs();
-        Ok(FeedbackLoop { kp, ki, slope, dynamics: self.linear_part()?, dt })
+        Ok(FeedbackLoop { kp, ki, filters, slope, dynamics: self.linear_part()?, dt })
     }
 
     /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that cannot
@@ -111,12 +112,13 @@ impl Stage {
         let Some(limits) = self.limits(limits)? else {
             return Err(Error::NoLimits);
         };
-        let Tuning { kp, ki, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
+        let Tuning { kp, ki, filters, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
         let measurement_range = self.position_range().map(|(low, high)| (2.0 * low - high, 2.0 * high - low));
         Ok(ControllerOptions {
             slew: self.parts().slew,
             start_drive: Some(rest_drive(Some(limits))),
             measurement_range,
+            filters: sections(&filters, dt)?,
             ..ControllerOptions::new(kp, ki, dt, limits)
         })
     }

@@ -4,9 +4,9 @@ use core::f64::consts::PI;
 
 use nalgebra::Complex;
 
+use super::open_loop::OpenLoop;
 use super::response::FrequencyPoint;
 use super::search::golden_section;
-use crate::linear::PulseTransfer;
 
 /// Proportional and integral gain for one sample, both in drive per position.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +61,7 @@ pub(super) fn is_admissible(gains: Gains, slopes: Slopes, points: &[FrequencyPoi
 ///
 /// A peak between the points is higher than they are, by less than they are apart: so all that come close to the
 /// highest are looked at.
-pub(super) fn peak(gains: Gains, slopes: Slopes, transfer: &PulseTransfer, points: &[FrequencyPoint]) -> (f64, f64) {
+pub(super) fn peak(gains: Gains, slopes: Slopes, open: &OpenLoop, points: &[FrequencyPoint]) -> (f64, f64) {
     let sensitivity = |point: &FrequencyPoint| 1.0 / slopes.min_distance(gains.at(point));
     let coarse: Vec<f64> = points.iter().map(sensitivity).collect();
     let last = coarse.len() - 1;
@@ -72,7 +72,7 @@ pub(super) fn peak(gains: Gains, slopes: Slopes, transfer: &PulseTransfer, point
     });
     let refined = summits.flat_map(|i| {
         let (low, high) = (points[i.saturating_sub(1)].angle, points[(i + 1).min(last)].angle);
-        let (angle, found) = golden_section(low, high, |angle| sensitivity(&FrequencyPoint::new(transfer, angle)));
+        let (angle, found) = golden_section(low, high, |angle| sensitivity(&FrequencyPoint::new(open, angle)));
         [(found, angle), (coarse[i], points[i].angle)]
     });
     refined.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((highest, 0.0))

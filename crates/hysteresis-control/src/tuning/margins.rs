@@ -6,9 +6,9 @@ use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::feedback::{Gains, Slopes, peak};
+use super::open_loop::OpenLoop;
 use super::response::FrequencyPoint;
 use super::search::bisection;
-use crate::linear::PulseTransfer;
 
 /// How robust a loop is at one slope of the hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,17 +28,11 @@ pub struct Margins {
 }
 
 /// The margins of the loop with one slope.
-pub(super) fn margins(
-    gains: Gains,
-    slope: f64,
-    transfer: &PulseTransfer,
-    points: &[FrequencyPoint],
-    dt: f64,
-) -> Margins {
+pub(super) fn margins(gains: Gains, slope: f64, open: &OpenLoop, points: &[FrequencyPoint], dt: f64) -> Margins {
     let at = |point: &FrequencyPoint| gains.at(point) * slope;
     let exactly = |a: &FrequencyPoint, b: &FrequencyPoint, f: &dyn Fn(Complex<f64>) -> f64| {
-        let angle = bisection(a.angle, b.angle, |angle| f(at(&FrequencyPoint::new(transfer, angle))));
-        (angle, at(&FrequencyPoint::new(transfer, angle)))
+        let angle = bisection(a.angle, b.angle, |angle| f(at(&FrequencyPoint::new(open, angle))));
+        (angle, at(&FrequencyPoint::new(open, angle)))
     };
     let (mut gain_margin, mut phase_margin, mut crossover) = (f64::INFINITY, f64::INFINITY, 0.0);
     for pair in points.windows(2) {
@@ -61,7 +55,7 @@ pub(super) fn margins(
     {
         gain_margin = gain_margin.min(-1.0 / l.re);
     }
-    let (peak_sensitivity, peak_angle) = peak(gains, Slopes { min: slope, max: slope }, transfer, points);
+    let (peak_sensitivity, peak_angle) = peak(gains, Slopes { min: slope, max: slope }, open, points);
     let hertz = |angle: f64| angle / (TAU * dt);
     let (crossover, peak_frequency) = (hertz(crossover), hertz(peak_angle));
     Margins { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency }

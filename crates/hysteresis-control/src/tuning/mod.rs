@@ -1,12 +1,23 @@
-//! Gains of the proportional-integral feedback from the dynamics behind a hysteresis.
+//! Filters and gains of the proportional-integral feedback from the dynamics behind a hysteresis.
+//!
+//! Each file knows only those above it: `search`, `open_loop`, `response`, `feedback`; `margins`, `bandwidth`, `gains`; `family`,
+//! `structure`, `options`; `problem`, `tune`.
 
+mod bandwidth;
+mod family;
 mod feedback;
+mod gains;
 mod margins;
+mod open_loop;
 mod options;
+mod problem;
 mod response;
 mod search;
+mod structure;
 mod tune;
 
+pub use family::ModeUncertainty;
 pub use margins::Margins;
 pub use options::{Tuning, TuningOptions};
+pub use structure::Structure;
 pub use tune::{loop_margins, tune};

@@ -46,3 +46,29 @@ pub(super) fn greatest(holds: impl Fn(f64) -> bool) -> f64 {
     }
     low
 }
+
+/// How often the interval is halved about the greatest number that is sought near a guess: to 1e-4 of it.
+const HALVINGS: u32 = 14;
+
+/// The greatest number up to which something holds, sought from a guess on; 0 below [`TINY`].
+pub(super) fn greatest_near(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let mut low = guess.max(TINY);
+    if holds(low) {
+        while low < 1e12 && holds(2.0 * low) {
+            low *= 2.0;
+        }
+    } else {
+        while !holds(low) {
+            if low < TINY {
+                return 0.0;
+            }
+            low *= 0.5;
+        }
+    }
+    let mut high = 2.0 * low;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if holds(middle) { &mut low } else { &mut high }) = middle;
+    }
+    low
+}

@@ -5,6 +5,7 @@ use hysteresis_control::linear::LinearDynamics;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::filters::as_tuple;
 use super::linear::part::{dynamics_object, linear_dynamics};
 use crate::convert::errors::raise;
 use crate::convert::pickling::keywords;
@@ -32,8 +33,18 @@ pub(super) fn linear_part(dynamics: &Bound<'_, PyAny>, dead_time: f64) -> PyResu
 
 /// The keywords that make this loop.
 pub(super) fn loop_keywords<'py>(py: Python<'py>, feedback: &FeedbackLoop) -> PyResult<Bound<'py, PyDict>> {
-    let FeedbackLoop { kp, ki, slope, dynamics, dt } = feedback;
+    let FeedbackLoop { kp, ki, filters, slope, dynamics, dt } = feedback;
     let dead_time = dynamics.dead_time();
     let dynamics = dynamics_object(py, dynamics)?.unwrap_or_else(|| PyTuple::empty(py).into_any().unbind());
-    Ok(keywords!(py, kp = kp, ki = ki, slope = slope, dynamics = dynamics, dead_time = dead_time, dt = dt))
+    let filters = as_tuple(py, filters)?;
+    Ok(keywords!(
+        py,
+        kp = kp,
+        ki = ki,
+        filters = filters,
+        slope = slope,
+        dynamics = dynamics,
+        dead_time = dead_time,
+        dt = dt
+    ))
 }

@@ -282,6 +282,19 @@ pub(super) fn sections(value: &Bound<'_, PyAny>, dt: f64) -> PyResult<Sections> 
     filters::sections(&filters, dt).map_err(raise)
 }
 
+/// Filters as a tuple of objects.
+pub(super) fn as_objects<'py>(py: Python<'py>, filters: &[FeedbackFilter]) -> PyResult<Bound<'py, PyTuple>> {
+    let made = filters.iter().map(|filter| {
+        Ok(match *filter {
+            FeedbackFilter::Notch(notch) => Bound::new(py, Notch(notch))?.into_any(),
+            FeedbackFilter::LowPass(slow) => Bound::new(py, LowPass(slow))?.into_any(),
+            FeedbackFilter::Lead(lead) => Bound::new(py, Lead(lead))?.into_any(),
+            FeedbackFilter::Biquad(section) => Bound::new(py, Biquad(section))?.into_any(),
+        })
+    });
+    PyTuple::new(py, made.collect::<PyResult<Vec<_>>>()?)
+}
+
 /// Sections as a tuple of objects.
 pub(super) fn as_tuple<'py>(py: Python<'py>, sections: &Sections) -> PyResult<Bound<'py, PyTuple>> {
     let made = sections.as_slice().iter().map(|section| Bound::new(py, Biquad(*section)));

@@ -1,11 +1,13 @@
 //! Learning from one period to the next.
 
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
+use hysteresis_core::Sections;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
 use super::feedback_loop::{linear_part, loop_keywords, truth};
+use super::filters::sections;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
@@ -82,8 +84,10 @@ impl IterativeLearning {
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None),
-        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None)")]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None,
+        filters=None),
+        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None, \
+        filters=())")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -96,9 +100,11 @@ impl IterativeLearning {
         dt: &Bound<'_, PyAny>,
         min_gain: Option<&Bound<'_, PyAny>>,
         target_limits: Option<&Bound<'_, PyAny>>,
+        filters: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
+        let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
+        let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
         let default = LearningOptions::new(bandwidth);
         let min_gain = min_gain.unwrap_or(default.min_gain);

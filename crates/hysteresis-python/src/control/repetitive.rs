@@ -1,10 +1,12 @@
 //! Learning in the running loop, one period later.
 
 use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
+use hysteresis_core::Sections;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
 use super::feedback_loop::{linear_part, loop_keywords, truth};
+use super::filters::sections;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
@@ -67,9 +69,10 @@ impl RepetitiveControl {
 impl RepetitiveControl {
     #[new]
     #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None
+        period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None,
+        filters=None
     ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, gain=0.3, settle=1, \
-        limit=None)")]
+        limit=None, filters=())")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         period: &Bound<'_, PyAny>,
@@ -83,9 +86,11 @@ impl RepetitiveControl {
         gain: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
+        filters: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
-        let feedback = FeedbackLoop { kp, ki, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
+        let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
+        let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let default = RepetitiveOptions::new(bandwidth);
         let options = RepetitiveOptions {
             bandwidth,

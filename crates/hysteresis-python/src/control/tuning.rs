@@ -1,10 +1,13 @@
 //! Gains of the feedback.
 
+use hysteresis_control::filters::FeedbackFilter;
 use hysteresis_control::stage::PEAK_SENSITIVITY;
 use hysteresis_control::tuning;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use serde::{Deserialize, Serialize};
 
+use super::filters::as_objects;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::{raise, wrong_type};
 use crate::convert::objects::shared;
@@ -12,36 +15,113 @@ use crate::convert::pickling::result_methods;
 use crate::plant::plant::Plant;
 use crate::stage::parts::StageKeywords;
 
-/// Gains of the proportional-integral feedback, and how robust the loop is with them: made by `tune`.
-#[pyclass(module = "mpi_hyst.control", frozen, get_all)]
+/// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
+///
+/// Gains belong to their filters: without them a lightly damped stage may become unstable.
+#[pyclass(module = "mpi_hyst.control", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Tuning {
-    /// Proportional gain (V/um).
     kp: f64,
-    /// Integral gain (V/um/s).
     ki: f64,
-    /// The margins where the hysteresis has its smallest slope.
+    filters: Vec<FeedbackFilter>,
+    structure: tuning::Structure,
     at_min_slope: Margins,
-    /// The margins where it has its greatest slope.
     at_max_slope: Margins,
-    /// The peak of the sensitivity over all slopes between.
     peak_sensitivity: f64,
+    rejection_bandwidth: f64,
+    noise_bandwidth: f64,
+    tried: Vec<(tuning::Structure, f64)>,
 }
 
 impl From<tuning::Tuning> for Tuning {
     fn from(made: tuning::Tuning) -> Self {
-        let tuning::Tuning { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = made;
-        Self { kp, ki, at_min_slope: at_min_slope.into(), at_max_slope: at_max_slope.into(), peak_sensitivity }
+        let tuning::Tuning { kp, ki, filters, structure, at_min_slope, at_max_slope, tried, .. } = made;
+        let tuning::Tuning { peak_sensitivity, rejection_bandwidth, noise_bandwidth, .. } = made;
+        let (at_min_slope, at_max_slope) = (at_min_slope.into(), at_max_slope.into());
+        Self {
+            kp,
+            ki,
+            filters,
+            structure,
+            at_min_slope,
+            at_max_slope,
+            peak_sensitivity,
+            rejection_bandwidth,
+            noise_bandwidth,
+            tried,
+        }
     }
 }
 
 result_methods!(Tuning {
+    /// Proportional gain (V/um); negative for active damping.
+    #[getter]
+    fn kp(&self) -> f64 {
+        self.kp
+    }
+
+    /// Integral gain (V/um/s).
+    #[getter]
+    fn ki(&self) -> f64 {
+        self.ki
+    }
+
+    /// The filters before both gains: Notch, LowPass.
+    #[getter]
+    fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        as_objects(py, &self.filters)
+    }
+
+    /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
+    /// behind which a negative kp damps; "notch", one for every lightly damped mode.
+    #[getter]
+    fn structure(&self) -> &'static str {
+        self.structure.name()
+    }
+
+    /// The margins where the hysteresis has its smallest slope, with the modes as they are known.
+    #[getter]
+    fn at_min_slope(&self) -> Margins {
+        self.at_min_slope.clone()
+    }
+
+    /// The margins where it has its greatest slope.
+    #[getter]
+    fn at_max_slope(&self) -> Margins {
+        self.at_max_slope.clone()
+    }
+
+    /// The peak of the sensitivity over all slopes between and all modes that may be.
+    #[getter]
+    fn peak_sensitivity(&self) -> f64 {
+        self.peak_sensitivity
+    }
+
+    /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may be.
+    #[getter]
+    fn rejection_bandwidth(&self) -> f64 {
+        self.rejection_bandwidth
+    }
+
+    /// The bandwidth in Hz of white noise of the sensor that the position follows, where the hysteresis has its greatest slope.
+    #[getter]
+    fn noise_bandwidth(&self) -> f64 {
+        self.noise_bandwidth
+    }
+
+    /// What was tried, and roughly the ki of the best of its kind: why the structure was chosen. Empty without lightly damped modes.
+    #[getter]
+    fn tried(&self) -> Vec<(&'static str, f64)> {
+        self.tried.iter().map(|(structure, ki)| (structure.name(), *ki)).collect()
+    }
+
     fn __repr__(&self) -> String {
-        let Self { kp, ki, at_min_slope, at_max_slope, peak_sensitivity } = self;
+        let Self { kp, ki, at_min_slope, at_max_slope, peak_sensitivity, .. } = self;
         let (low, high) = (at_min_slope.crossover, at_max_slope.crossover);
         let (low, high) = (low.min(high), low.max(high));
         let loops = format!("crossover {low:.3} to {high:.3} Hz, peak sensitivity {peak_sensitivity:.3}");
-        format!("<Tuning: kp {kp:.6}, ki {ki:.6}, {loops}>")
+        let structure = if self.filters.is_empty() { String::new() } else { format!("{}, ", self.structure.name()) };
+        format!("<Tuning: {structure}kp {kp:.6}, ki {ki:.6}, {loops}>")
     }
 });
 
@@ -80,9 +160,9 @@ result_methods!(Margins {
     }
 });
 
-/// Gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
+/// Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
 ///
-/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope P(z): the positional law kp e + ki sum(e), the slope of the hysteresis,
+/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z): the positional law kp e + ki sum(e) behind filters F, the slope of the hysteresis,
 /// which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
 /// dead time for an input that is held from one measurement to the next. Of all gains with
 ///
@@ -91,6 +171,10 @@ result_methods!(Margins {
 /// those with the greatest ki are taken: a constant disturbance is removed with the integrated error 1 / ki (Åström,
 /// Panagopoulos and Hägglund, Automatica 34(5), 1998). Parts slower than 1e5 samples a radian and damping ratios below
 /// 1e-7 are refused: their response does not show at the frequencies that are looked at.
+///
+/// Without modes of a damping ratio below 0.5 there are no filters. With some, no filter, low-passes and notches are tried, each with the
+/// gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice the damping. Of those whose ki is
+/// within 5 % of the greatest the simplest is taken. Give a controller the filters with their gains.
 ///
 /// Parameters
 /// ----------
@@ -125,6 +209,10 @@ result_methods!(Margins {
 /// True
 /// >>> tuning.at_max_slope
 /// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
+/// >>> flexure = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+/// >>> tuning = flexure.tune(1e-4)
+/// >>> tuning.structure, tuning.rejection_bandwidth > 80.0  # Hz; gains alone allow a few
+/// ('notch', True)
 #[pyfunction]
 #[pyo3(signature = (stage, *, dt=None, peak_sensitivity=None, dynamics=None, amplifier_bandwidth=None, dead_time=None),
     text_signature = "(stage, *, dt=None, peak_sensitivity=1.7, dynamics=None, amplifier_bandwidth=None, dead_time=0.0)")]

@@ -1,8 +1,10 @@
 //! What is made from a stage for control and simulation.
 
 use hysteresis_control::feedforward::PreviewOptions;
-use hysteresis_control::learning::{LearningOptions, RepetitiveOptions};
+use hysteresis_control::filters::sections;
+use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
+use hysteresis_core::Sections;
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::prelude::*;
@@ -49,7 +51,8 @@ impl Stage {
         }
         let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
         if let Some((kp, ki)) = both(gains)? {
-            (options.kp, options.ki) = (kp, ki);
+            // Filters belong to the gains that were tuned with them.
+            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
         }
         let source = match feedforward {
             "inverse" | "preview" => {
@@ -77,13 +80,15 @@ impl Stage {
         Bound::new(py, StateSpace(self.0.linear_part().map_err(raise)?.state_space()))
     }
 
-    /// Gains that were given, or tuned ones.
-    fn gains(&self, dt: f64, kp: Option<f64>, ki: Option<f64>) -> PyResult<(f64, f64)> {
-        if let Some(given) = both((kp, ki))? {
-            return Ok(given);
-        }
-        let tuned = self.0.tune(dt, PEAK_SENSITIVITY).map_err(raise)?;
-        Ok((tuned.kp, tuned.ki))
+    /// The loop of gains that were given, without filters, or of tuned ones with theirs.
+    fn feedback_loop(&self, dt: f64, gains: (Option<f64>, Option<f64>)) -> PyResult<FeedbackLoop> {
+        let (gains, filters) = if let Some(given) = both(gains)? {
+            (given, Sections::default())
+        } else {
+            let tuned = self.0.tune(dt, PEAK_SENSITIVITY).map_err(raise)?;
+            ((tuned.kp, tuned.ki), sections(&tuned.filters, dt).map_err(raise)?)
+        };
+        self.0.feedback_loop(dt, gains, filters).map_err(raise)
     }
 }
 
@@ -202,14 +207,13 @@ impl Stage {
         target_limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<IterativeLearning> {
         numbers!(dt, bandwidth, kp, ki, min_gain);
-        let (kp, ki) = self.gains(dt, kp, ki)?;
         let default = LearningOptions::new(bandwidth);
         let options = LearningOptions {
             min_gain: min_gain.unwrap_or(default.min_gain),
             target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
             ..default
         };
-        IterativeLearning::of(self.0.feedback_loop(dt, kp, ki).map_err(raise)?, target, options)
+        IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
     }
 
     /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given.
@@ -228,7 +232,6 @@ impl Stage {
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<RepetitiveControl> {
         numbers!(dt, bandwidth, kp, ki, gain, limit);
-        let (kp, ki) = self.gains(dt, kp, ki)?;
         let default = RepetitiveOptions::new(bandwidth);
         let options = RepetitiveOptions {
             gain: gain.unwrap_or(default.gain),
@@ -236,7 +239,7 @@ impl Stage {
             limit,
             ..default
         };
-        RepetitiveControl::of(self.0.feedback_loop(dt, kp, ki).map_err(raise)?, count("period", period)?, options)
+        RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, count("period", period)?, options)
     }
 
     /// This stage between converters, with the noise of its sensor: as `plant.Plant`.

@@ -107,13 +107,21 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
         # Gains that are not given are tuned there.
         kp, ki = request.gains or (None, None)
         return stage.controller(dt, limits, request.feedforward, kp=kp, ki=ki)
-    kp, ki = request.gains or _tuned(stage, dt)
-    return mh.control.HybridController(None, kp=kp, ki=ki, dt=dt, limits=limits, slew=stage.slew)
-
-
-def _tuned(stage: mh.Stage, dt: float) -> tuple[float, float]:
+    if request.gains is not None:
+        kp, ki = request.gains
+        return mh.control.HybridController(
+            None, kp=kp, ki=ki, dt=dt, limits=limits, slew=stage.slew
+        )
     tuned = stage.tune(dt)
-    return tuned.kp, tuned.ki
+    return mh.control.HybridController(
+        None,
+        kp=tuned.kp,
+        ki=tuned.ki,
+        filters=tuned.filters,
+        dt=dt,
+        limits=limits,
+        slew=stage.slew,
+    )
 
 
 def _setup(request: Request, plant: mh.Stage, controller: mh.control.HybridController) -> Setup:
