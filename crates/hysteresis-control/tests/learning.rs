@@ -2,12 +2,14 @@
 
 mod support;
 
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios, Sections};
-
+use hysteresis_control::filters::{Notch, sections};
 use hysteresis_control::learning::{
     FeedbackLoop, IterativeLearning, LearningOptions, RepetitiveControl, RepetitiveOptions,
 };
-use hysteresis_control::linear::{Block, SecondOrder};
+use hysteresis_control::linear::{Block, Delay, LinearDynamics, SecondOrder};
+use hysteresis_core::{
+    ControllerOptions, FeedForward, HybridController, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios, Sections,
+};
 use support::models::actuator;
 use support::{DT, KI, KP, Loop, a1, reference_and_target};
 
@@ -324,4 +326,30 @@ fn a_truth_at_another_sampling_interval_is_refused() {
     assert_eq!(learning.convergence_rate(&other).unwrap_err().parameter().unwrap(), "dt");
     let repetitive = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::new(150.0)).unwrap();
     assert_eq!(repetitive.convergence_rate(&other).unwrap_err().parameter().unwrap(), "dt");
+}
+
+/// What learning believes of a loop with filters is what a controller makes of it, sample by sample.
+#[test]
+fn a_loop_with_filters_is_that_of_the_controller() {
+    let dynamics = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap()).then(Delay::new(DT).unwrap());
+    let filters = sections(&[Notch::new(800.0, 0.02, 2.0).unwrap().into()], DT).unwrap();
+    let feedback = FeedbackLoop { kp: 0.1, ki: 900.0, filters, slope: 0.8, dynamics, dt: DT };
+    let set = ControllerOptions::new(feedback.kp, feedback.ki, DT, (-1e6, 1e6));
+    let options = ControllerOptions { filters, bumpless_time: 0.0, ..set };
+    let mut controller = HybridController::new(FeedForward::None, None, &options).unwrap();
+    let mut path = feedback.dynamics.block(DT).unwrap();
+    let (mut y, mut folded) = (0.0, vec![0.0; 500]);
+    for k in 0..20_000 {
+        folded[k % 500] += y;
+        let drive = controller.step(0.0.into(), y);
+        y = path.advance(feedback.slope * drive + if k == 0 { 1.0 } else { 0.0 });
+    }
+    let believed = feedback.impulse_response(500).unwrap();
+    let largest = folded.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+    assert!(largest > 0.1);
+    for (k, (one, other)) in believed.iter().zip(&folded).enumerate() {
+        assert!((one - other).abs() < 1e-9 * largest, "{k}: {one} {other}");
+    }
+    let open = FeedbackLoop { filters: Sections::default(), ..feedback };
+    assert!(open.impulse_response(500).is_err(), "without its notch the loop is not stable");
 }
