@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
+from support import bits
 
 DT = 1e-4
 LIMITS = (-10.0, 10.0)
@@ -137,3 +138,35 @@ def test_what_is_no_filter_is_refused(
 ) -> None:
     with pytest.raises(error, match=f"^{message}"):
         make()
+
+
+@given(st.lists(st.floats(-10.0, 10.0) | st.just(np.nan), max_size=40))
+def test_a_filter_takes_arrays_like_samples(samples: list[float]) -> None:
+    filters: list[Filter] = [mh.control.Notch(800.0, 0.02, 1.0), mh.control.LowPass(300.0)]
+    one, other = mh.control.Filter(filters, DT), mh.control.Filter(filters, DT)
+    peeked, stepped = [], []
+    for x in samples:
+        peeked.append(one.peek(x))
+        stepped.append(one.step(x))
+    assert bits(peeked) == bits(stepped) == bits(other.run(samples))
+    assert one.state == other.state
+    assert one.rejected == other.rejected == sum(np.isnan(samples))
+    finite = [x for x in samples if np.isfinite(x)]
+    sections = np.array([[*f.section(DT).b, 1.0, *f.section(DT).a] for f in filters])
+    if finite:
+        expected = signal.sosfilt(sections, finite)
+        np.testing.assert_allclose(
+            mh.control.Filter(filters, DT).run(finite), expected, rtol=1e-9, atol=1e-12
+        )
+
+
+def test_a_filter_changes_without_a_jump_and_goes_on_from_a_state() -> None:
+    one = mh.control.Filter(mh.control.LowPass(300.0), DT)
+    one.run([1.0, 2.0, 0.5])
+    state, last = one.state, one.peek(0.5)
+    one.set_filters(mh.control.LowPass(30.0))
+    assert one.filters == (mh.control.LowPass(30.0).section(DT),)
+    assert one.step(0.5) == pytest.approx(state["output"], rel=1e-12)
+    one.set_filters(mh.control.LowPass(300.0))
+    one.state = state
+    assert one.step(0.5) == last

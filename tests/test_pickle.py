@@ -131,6 +131,10 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
         lambda: mh.ActuatorArray([MODEL, SPLIT]).inverse(limits=[(-9.0, 9.0), LIMITS]),
         lambda one, x: one.step([x, -x]).tolist(),
     ),
+    "Filter": (
+        lambda: mh.control.Filter(mh.control.Notch(800.0, 0.02, 1.0), DT),
+        lambda one, x: one.step(x),
+    ),
     "StageForward": (lambda: STAGE.forward(DT), lambda one, x: one.step(x)),
     "StageInverse": (lambda: STAGE.inverse(DT), lambda one, x: one.step(x)),
     "Bracket": (lambda: MODEL.bracket(LIMITS), lambda one, x: one.step(x)),

@@ -34,6 +34,7 @@ __all__ = [
     "Excitation",
     "ExperimentPart",
     "ExperimentSegment",
+    "Filter",
     "Finding",
     "FirstOrder",
     "Forward",
@@ -1360,6 +1361,10 @@ class Observer:
 
         Without a finite measurement the model goes on alone; that is counted.
         """
+    def run(
+        self, drives: ArrayLike, measurements: ArrayLike, out: _Vector | None = None
+    ) -> _Vector:
+        """Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a new array."""
     @property
     def disturbance(self) -> float:
         """What the model does not know, at the input of the modes, in the unit of the position."""
@@ -1684,6 +1689,56 @@ class Biquad:
 _Filter: TypeAlias = Notch | LowPass | Lead | Biquad
 
 @final
+class Filter:
+    """Filters that run, sample by sample, from rest at zero: of a measurement, say, before anything else sees it.
+
+    Parameters
+    ----------
+    filters : Notch, LowPass, Lead, Biquad, or a list of them
+        At most 6.
+    dt : float
+        Sampling interval in seconds.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> slow = mh.control.Filter(mh.control.LowPass(500.0), dt=1e-4)
+    >>> slow.run([1.0, 1.0, 1.0]).round(4)
+    array([0.1367, 0.3736, 0.5455])
+    >>> slow.settle(1.0)
+    >>> slow.step(1.0)
+    1.0
+    """
+
+    def __new__(cls, filters: _Filter | Sequence[_Filter], dt: float) -> Filter: ...
+    def step(self, sample: float, /) -> float:
+        """Takes one sample and returns the output. A sample that is not finite leaves everything as it is."""
+    def peek(self, sample: float, /) -> float:
+        """What `step` would return, without taking the sample."""
+    def run(self, input: ArrayLike, out: _Vector | None = None) -> _Vector:
+        """Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array."""
+    def reset(self) -> None:
+        """Back to the start: at rest, or at the initial outputs that were given."""
+    @property
+    def rejected(self) -> int:
+        """How many samples were not finite, or beyond 1e100."""
+    @property
+    def filters(self) -> tuple[Biquad, ...]:
+        """The filters, as sections."""
+    def set_filters(self, filters: _Filter | Sequence[_Filter]) -> None:
+        """Changes the filters without a jump: with the same input the output stays as it was, and goes on from there."""
+    @property
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
+    def settle(self, input: float) -> None:
+        """Comes to rest at an input, as if it had always been the same."""
+    @property
+    def state(self) -> dict[str, Any]:
+        """Everything that the filters remember, as a dictionary to keep; set it to continue from there bit for bit."""
+    @state.setter
+    def state(self, value: dict[str, Any]) -> None: ...
+
+@final
 class ControllerTerms:
     """What a sample of a `HybridController` was made of: positions in um, terms in volts."""
 
@@ -1848,6 +1903,10 @@ class HybridController:
         volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
         is to reach, if not the reference or what the preview makes of it.
         """
+    def run(
+        self, references: ArrayLike, measurements: ArrayLike, out: _Vector | None = None
+    ) -> _Vector:
+        """Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array."""
     def peek(
         self,
         reference: float,

@@ -10,6 +10,7 @@
 from mpi_hyst._core import (
     Biquad,
     ControllerTerms,
+    Filter,
     HybridController,
     IterativeLearning,
     Lead,
@@ -29,6 +30,7 @@ from mpi_hyst._core import (
 __all__ = [
     "Biquad",
     "ControllerTerms",
+    "Filter",
     "HybridController",
     "IterativeLearning",
     "Lead",

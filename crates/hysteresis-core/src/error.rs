@@ -316,6 +316,14 @@ pub(crate) fn check_within_limits(
     }
 }
 
+/// Checks that a slice has as many elements as another one.
+///
+/// # Errors
+/// [`Error::Length`].
+pub fn check_same_length(parameter: &'static str, other: &[f64], got: usize) -> Result<(), Error> {
+    if got == other.len() { Ok(()) } else { Err(Error::Length { parameter, expected: other.len(), got }) }
+}
+
 /// Checks one outer threshold, or names it.
 pub(crate) fn check_non_negative(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) && got >= 0.0 {

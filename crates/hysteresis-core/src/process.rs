@@ -1,6 +1,6 @@
 //! What every stream can do.
 
-use crate::error::Error;
+use crate::error::{Error, check_same_length};
 
 /// A causal sample-by-sample process with memory: single operators, forward models and inverses alike.
 ///
@@ -29,9 +29,7 @@ pub trait Process {
     /// # Errors
     /// [`Error::Length`] unless both slices have the same length; nothing is taken then.
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
-        if input.len() != output.len() {
-            return Err(Error::Length { parameter: "output", expected: input.len(), got: output.len() });
-        }
+        check_same_length("output", input, output.len())?;
         for (x, y) in input.iter().zip(output) {
             *y = self.step(*x);
         }

@@ -182,6 +182,25 @@ proptest! {
     }
 
     #[test]
+    fn run_equals_step(setup in setup(), samples in vec((-4.0..4.0_f64, -4.0..4.0_f64), 0..60), other in 0..60_usize) {
+        let (references, measurements): (Vec<f64>, Vec<f64>) =
+            samples.iter().map(|(r, y)| (*r, if *y > 3.0 { f64::NAN } else { *y })).unzip();
+        let (mut one, mut block) = (setup.make(), setup.make());
+        let stepped: Vec<u64> =
+            references.iter().zip(&measurements).map(|(r, y)| one.step((*r).into(), *y).to_bits()).collect();
+        let mut drives = vec![0.0; samples.len()];
+        let mut wrong = vec![0.0; other];
+        prop_assert_eq!(block.run(&references, &measurements, &mut wrong).is_err(), other != samples.len());
+        if other == samples.len() {
+            drives = wrong;
+        } else {
+            block.run(&references, &measurements, &mut drives).unwrap();
+        }
+        prop_assert_eq!(drives.iter().map(|drive| drive.to_bits()).collect::<Vec<_>>(), stepped);
+        prop_assert_eq!(shown(&block), shown(&one));
+    }
+
+    #[test]
     fn peek_and_a_plan_that_is_dropped_change_nothing(setup in setup(), x in vec(upheaval(), 0..40), c in command(), y in -4.0..4.0_f64) {
         let mut controller = setup.make();
         let mut saved = None;

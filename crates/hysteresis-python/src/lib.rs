@@ -33,6 +33,8 @@ mod _core {
     #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
+    use crate::control::filter_stream::Filter;
+    #[pymodule_export]
     use crate::control::filters::{Biquad, Lead, LowPass, Notch};
     #[pymodule_export]
     use crate::control::invert_dynamics::{invert_dynamics, precompensate};
@@ -133,6 +135,7 @@ mod _core {
         let py = module.py();
         single_argument::add::<CoupledPlay>(py)?;
         single_argument::add::<Play>(py)?;
+        single_argument::add::<Filter>(py)?;
         single_argument::add::<Forward>(py)?;
         single_argument::add::<Inverse>(py)?;
         single_argument::add::<StageForward>(py)?;

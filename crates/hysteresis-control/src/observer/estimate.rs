@@ -1,4 +1,4 @@
-use hysteresis_core::{Error as CoreError, is_admissible};
+use hysteresis_core::{Error as CoreError, check_same_length, is_admissible};
 
 use super::filter::Filter;
 use super::options::ObserverOptions;
@@ -63,6 +63,19 @@ impl Observer {
         self.filter.advance();
         self.filter.correct(is_admissible(measurement).then_some(measurement - known));
         known + self.filter.output()
+    }
+
+    /// Takes a block of samples: bit for bit the positions of repeated [`step`](Self::step).
+    ///
+    /// # Errors
+    /// [`CoreError::Length`] unless all three slices have the same length; nothing is taken then.
+    pub fn run(&mut self, drives: &[f64], measurements: &[f64], positions: &mut [f64]) -> Result<(), CoreError> {
+        check_same_length("measurements", drives, measurements.len())?;
+        check_same_length("positions", drives, positions.len())?;
+        for ((drive, measurement), position) in drives.iter().zip(measurements).zip(positions) {
+            *position = self.step(*drive, *measurement);
+        }
+        Ok(())
     }
 
     /// What the model does not know, at the input of the modes, in the unit of the position.

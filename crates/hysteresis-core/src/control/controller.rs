@@ -7,7 +7,7 @@ use super::loop_state::{LoopState, StopRamp};
 use super::options::ControllerOptions;
 use super::preview::{Preview, View};
 use super::terms::{Counters, Terms};
-use crate::error::{Error, is_admissible};
+use crate::error::{Error, check_same_length, is_admissible};
 
 /// Feed-forward and proportional-integral feedback, sample by sample: equation (8) with errata 10 to 12,
 ///
@@ -123,6 +123,19 @@ impl HybridController {
         self.now = self.after(&status, feedforward);
         self.follow_stop(&status);
         self.now.terms.drive
+    }
+
+    /// Takes a block of samples: bit for bit the drives of repeated [`step`](Self::step).
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless all three slices have the same length; nothing is taken then.
+    pub fn run(&mut self, references: &[f64], measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+        check_same_length("measurements", references, measurements.len())?;
+        check_same_length("drives", references, drives.len())?;
+        for ((reference, measurement), drive) in references.iter().zip(measurements).zip(drives) {
+            *drive = self.step((*reference).into(), *measurement);
+        }
+        Ok(())
     }
 
     /// The drive that [`step`](Self::step) would return, without taking the sample.

@@ -1,6 +1,7 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
 use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -13,6 +14,7 @@ use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, reduce};
+use crate::stream::blocks::run_both;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
@@ -192,6 +194,19 @@ impl HybridController {
         target: Option<f64>,
     ) -> PyResult<f64> {
         Ok(exclusive(slf)?.controller.step(Command { reference, target, feedforward }, measurement))
+    }
+
+    /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
+    #[pyo3(signature = (references, measurements, out=None))]
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        references: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        run_both([("references", references), ("measurements", measurements)], out, |x, y, drives| {
+            exclusive(slf)?.controller.run(x, y, drives).map_err(raise)
+        })
     }
 
     /// The drive that `step` would return, without taking the sample.

@@ -1,6 +1,7 @@
 //! The position behind a noisy measurement.
 
 use hysteresis_control::{ObserverOptions, stage};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
@@ -11,6 +12,7 @@ use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
 use crate::stage::parts::StageKeywords;
+use crate::stream::blocks::run_both;
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
 ///
@@ -86,6 +88,19 @@ impl Observer {
     /// Without a finite measurement the model goes on alone; that is counted.
     fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.observer.step(drive, measurement))
+    }
+
+    /// Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a new array.
+    #[pyo3(signature = (drives, measurements, out=None))]
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        drives: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        run_both([("drives", drives), ("measurements", measurements)], out, |x, y, positions| {
+            exclusive(slf)?.observer.run(x, y, positions).map_err(raise)
+        })
     }
 
     /// What the model does not know, at the input of the modes, in the unit of the position.

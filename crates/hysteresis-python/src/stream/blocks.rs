@@ -69,6 +69,44 @@ pub(crate) fn run<'py>(
     apply(vector("input", input)?, out, work)
 }
 
+/// Two arrays side by side through `work`, which takes as many samples of both and writes as many outputs; the result is `out` where it
+/// is given.
+pub(crate) fn run_both<'py>(
+    [(name, input), (other, beside)]: [(&str, &Bound<'py, PyAny>); 2],
+    out: Option<&Bound<'py, PyAny>>,
+    mut work: impl FnMut(&[f64], &[f64], &mut [f64]) -> PyResult<()>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// Samples that are copied at a time where the outputs take their place.
+    const COPIED: usize = 512;
+    let (py, samples, both) = (input.py(), vector(name, input)?, vector(other, beside)?);
+    if both.len() != samples.len() {
+        let (expected, got) = (samples.len(), both.len());
+        return Err(errors::value(other, format_args!("expected {expected} elements, as in {name}, got {got}")));
+    }
+    if out.is_some_and(|out| out.is(beside)) && !input.is(beside) {
+        return Err(errors::value("out", format_args!("expected another array than {other}")));
+    }
+    let beside = both.as_slice()?;
+    apply(samples, out, |block| match block {
+        Block::Apart(input, output) => {
+            for ((x, y), z) in input.chunks(BLOCK).zip(beside.chunks(BLOCK)).zip(output.chunks_mut(BLOCK)) {
+                py.check_signals()?;
+                work(x, y, z)?;
+            }
+            Ok(())
+        }
+        Block::InPlace(samples) => {
+            let mut copy = [0.0; COPIED];
+            for (x, y) in samples.chunks_mut(COPIED).zip(beside.chunks(COPIED)) {
+                py.check_signals()?;
+                copy[..x.len()].copy_from_slice(x);
+                work(&copy[..y.len()], y, x)?;
+            }
+            Ok(())
+        }
+    })
+}
+
 /// All samples, in C order, through `work` into `out` or a new array.
 pub(crate) fn apply<'py, D: Dimension>(
     samples: PyReadonlyArray<'py, f64, D>,

@@ -1,0 +1,97 @@
+//! A filter of the feedback that runs by itself.
+
+use hysteresis_core::{self as core, Process};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use pythonize::pythonize;
+
+use super::filters::{as_tuple, sections};
+use crate::convert::arguments::numbers;
+use crate::convert::errors::raise;
+use crate::convert::objects::exclusive;
+use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+use crate::stream::process::process_methods;
+
+/// Filters that run, sample by sample, from rest at zero: of a measurement, say, before anything else sees it.
+///
+/// Parameters
+/// ----------
+/// filters : Notch, LowPass, Lead, Biquad, or a list of them
+///     At most 6.
+/// dt : float
+///     Sampling interval in seconds.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> slow = mh.control.Filter(mh.control.LowPass(500.0), dt=1e-4)
+/// >>> slow.run([1.0, 1.0, 1.0]).round(4)
+/// array([0.1367, 0.3736, 0.5455])
+/// >>> slow.settle(1.0)
+/// >>> slow.step(1.0)
+/// 1.0
+#[pyclass(module = "mpi_hyst.control")]
+pub(crate) struct Filter {
+    filter: core::Filter,
+    dt: f64,
+}
+
+process_methods!(Filter, filter {
+    #[new]
+    fn new(filters: &Bound<'_, PyAny>, dt: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(dt);
+        let filter = core::Filter::new(sections(filters, dt)?.as_slice()).map_err(raise)?;
+        Ok(Self { filter, dt })
+    }
+
+    /// The filters, as sections.
+    #[getter]
+    fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        as_tuple(py, self.filter.sections())
+    }
+
+    /// Changes the filters without a jump: with the same input the output stays as it was, and goes on from there.
+    fn set_filters(slf: &Bound<'_, Self>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let sections = sections(filters, this.dt)?;
+        this.filter.set_sections(sections.as_slice()).map_err(raise)
+    }
+
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// Comes to rest at an input, as if it had always been the same.
+    fn settle(slf: &Bound<'_, Self>, input: &Bound<'_, PyAny>) -> PyResult<()> {
+        numbers!(input);
+        exclusive(slf)?.filter.settle(input).map_err(raise)
+    }
+
+    /// Everything that the filters remember, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.filter.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.filter.set_state(&state).map_err(raise)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let made = (as_tuple(py, self.filter.sections())?, self.dt);
+        reduce(py.get_type::<Self>().into_any(), made, keywords!(py), Some(self.state(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Filter: {} sections, dt {:?} s>", self.filter.sections().as_slice().len(), self.dt)
+    }
+});
