@@ -18,8 +18,8 @@ use crate::loop_shift_model::LoopShiftModel;
 use crate::map_model::MapModel;
 use crate::options::Options;
 
-/// How many passes over the records a map may take to find its shape.
-const PASSES: usize = 8;
+/// How many passes over the records a map may take to find its shape: what two maps leave is compared.
+const PASSES: usize = 30;
 
 /// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
 const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
@@ -75,25 +75,27 @@ impl Maps {
 
 impl MapProblem<'_> {
     /// The best place with the maps that were asked for, or as cross-validation asks for them: the one without a map unless
-    /// another predicts better, and then the one that predicts best.
+    /// others predict better, and then the one of those that fits best. All maps have as many unknowns.
     pub(crate) fn choose(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Place, Error> {
         let candidates = self.candidates(found);
         if let [Maps { input: false, output: None }] = candidates[..] {
             return Ok(Place { space: found.space.clone(), point: found.fit.point });
         }
         let candidates = self.promising(candidates, found)?;
-        let (mut places, mut tried) = (Vec::new(), Vec::new());
+        let (mut places, mut tried, mut objectives) = (Vec::new(), Vec::new(), Vec::new());
         let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len());
         for (number, maps) in candidates.iter().enumerate() {
             let span = Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
-            let (place, validation) = self.candidate(maps, found, span, monitor)?;
+            let (place, validation, objective) = self.candidate(maps, found, span, monitor)?;
             tried.push(validation);
             places.push(place);
+            objectives.push(objective);
         }
         let must_gain = if Variety::of(self.fitted.records).apart_from_time { MUST_GAIN } else { MUST_GAIN_IN_DECAY };
-        let good: Vec<usize> = CrossValidation::good(&tried, must_gain).collect();
-        let least = |a: &usize, b: &usize| tried[*a].rmse.total_cmp(&tried[*b].rmse);
-        let best = if good.contains(&0) { Some(0) } else { good.into_iter().min_by(least) };
+        let is_needless = CrossValidation::good(&tried, must_gain).any(|place| place == 0);
+        let is_better = |place: &usize| !is_needless && tried[*place].rmse < tried[0].rmse;
+        let least = |a: &usize, b: &usize| objectives[*a].total_cmp(&objectives[*b]);
+        let best = (1..count).filter(is_better).min_by(least);
         Ok(places.swap_remove(best.unwrap_or(0)))
     }
 
@@ -136,14 +138,14 @@ impl MapProblem<'_> {
         !found.fit.is_exact() && self.fitted.colour(found).is_coloured()
     }
 
-    /// Where maps lead from a point, and how that predicts.
+    /// Where maps lead from a point, how that predicts, and what is left.
     fn candidate(
         &self,
         maps: &Maps,
         found: &JointFit,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
-    ) -> Result<(Place, CrossValidation), Error> {
+    ) -> Result<(Place, CrossValidation, f64), Error> {
         let JointProblem { records, options, basis, .. } = self.fitted;
         let [alone, together] = [0, 1].map(|half| Span { from: span.at(half, 2), to: span.at(half + 1, 2) });
         let space = maps.in_front_and_behind(&found.space);
@@ -158,7 +160,7 @@ impl MapProblem<'_> {
         let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
         let validation = Stretches::new(projection, &fit).under(options, basis).cross_validate(&terms);
         drop(levels);
-        Ok((Place { space, point: fit.point }, validation))
+        Ok((Place { space, point: fit.point }, validation, fit.objective))
     }
 
     /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
