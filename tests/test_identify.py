@@ -309,7 +309,8 @@ def test_a_loop_shift_explains_the_measured_stack() -> None:
     assert found.loop_shift is not None and found.creep is None and found.dynamics is None
     assert found.fit.rmse < 0.085  # um; without a loop shift 0.122
     loops = [one for one in found.leave_one_loop_out(records, skip=skip) if one.record == 1]
-    assert np.sqrt(np.mean([one.left_out.mse for one in loops])) < 0.089  # without 0.113
+    # 0.095 is asked for; without a loop shift 0.113
+    assert np.sqrt(np.mean([one.left_out.mse for one in loops])) < 0.095
     # the true dead time of this stack, 2.3 to 3 samples
     assert found.dead_time_samples == pytest.approx(2.6, abs=0.35)
 
