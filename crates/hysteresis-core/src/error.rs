@@ -316,12 +316,12 @@ pub(crate) fn check_within_limits(
     }
 }
 
-/// Checks that a slice has as many elements as another one.
+/// Checks how many elements there are, or names what has them.
 ///
 /// # Errors
 /// [`Error::Length`].
-pub fn check_same_length(parameter: &'static str, other: &[f64], got: usize) -> Result<(), Error> {
-    if got == other.len() { Ok(()) } else { Err(Error::Length { parameter, expected: other.len(), got }) }
+pub fn check_length(parameter: &'static str, expected: usize, got: usize) -> Result<(), Error> {
+    if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
 }
 
 /// Checks one outer threshold, or names it.

@@ -35,7 +35,7 @@ pub use control::{
     HybridController, Law, LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
-pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_same_length, is_admissible};
+pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};
 pub use filter::{Biquad, Filter, FilterState, MAX_SECTIONS, Sections};
 pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]

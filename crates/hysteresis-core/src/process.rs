@@ -1,6 +1,6 @@
 //! What every stream can do.
 
-use crate::error::{Error, check_same_length};
+use crate::error::{Error, check_length};
 
 /// A causal sample-by-sample process with memory: single operators, forward models and inverses alike.
 ///
@@ -29,7 +29,7 @@ pub trait Process {
     /// # Errors
     /// [`Error::Length`] unless both slices have the same length; nothing is taken then.
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
-        check_same_length("output", input, output.len())?;
+        check_length("output", input.len(), output.len())?;
         for (x, y) in input.iter().zip(output) {
             *y = self.step(*x);
         }

@@ -1,4 +1,4 @@
-use hysteresis_core::{Error as CoreError, check_same_length, is_admissible};
+use hysteresis_core::{Error as CoreError, check_length, is_admissible};
 
 use super::filter::Filter;
 use super::options::ObserverOptions;
@@ -70,8 +70,8 @@ impl Observer {
     /// # Errors
     /// [`CoreError::Length`] unless all three slices have the same length; nothing is taken then.
     pub fn run(&mut self, drives: &[f64], measurements: &[f64], positions: &mut [f64]) -> Result<(), CoreError> {
-        check_same_length("measurements", drives, measurements.len())?;
-        check_same_length("positions", drives, positions.len())?;
+        check_length("measurements", drives.len(), measurements.len())?;
+        check_length("positions", drives.len(), positions.len())?;
         for ((drive, measurement), position) in drives.iter().zip(measurements).zip(positions) {
             *position = self.step(*drive, *measurement);
         }

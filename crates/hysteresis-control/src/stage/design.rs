@@ -91,8 +91,8 @@ impl Stage {
         Ok(best.1)
     }
 
-    /// The linear model of the loop around this stage with its inverse, these gains and filters: for learning. Its slope is the geometric mean of
-    /// those of the hysteresis.
+    /// The linear model of the loop around this stage with its inverse, these gains and filters: for learning. Its slope is the
+    /// geometric mean of those of the hysteresis.
     ///
     /// # Errors
     /// [`Error::NegativeDeadTime`], or [`Error::Falling`].

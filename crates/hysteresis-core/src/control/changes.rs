@@ -83,7 +83,8 @@ impl HybridController {
     /// Changes the gains (V/um and V/um/s) without a jump.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a gain that is negative (a proportional one may be, behind filters) or not finite; the controller is as before then.
+    /// [`Error::Domain`] for a gain that is negative (a proportional one may be, behind filters) or not finite; the controller is
+    /// as before then.
     pub fn set_gains(&mut self, kp: f64, ki: f64) -> Result<(), Error> {
         let gains = Gains::new(kp, ki, self.options.dt, &self.rules.filters)?;
         self.planned = None;

@@ -7,7 +7,7 @@ use super::loop_state::{LoopState, StopRamp};
 use super::options::ControllerOptions;
 use super::preview::{Preview, View};
 use super::terms::{Counters, Terms};
-use crate::error::{Error, check_same_length, is_admissible};
+use crate::error::{Error, check_length, is_admissible};
 
 /// Feed-forward and proportional-integral feedback, sample by sample: equation (8) with errata 10 to 12,
 ///
@@ -15,7 +15,8 @@ use crate::error::{Error, check_same_length, is_admissible};
 /// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k),   e = F (reference - measurement)
 /// ```
 ///
-/// kept within limits and slew, F being the [`filters`](ControllerOptions::filters), one without any. Positions are in the unit of the model's output (um), drives in volts, times in seconds.
+/// kept within limits and slew, F being the [`filters`](ControllerOptions::filters), one without any. Positions are in the unit of
+/// the model's output (um), drives in volts, times in seconds.
 ///
 /// **The drive** is always finite, within the limits and no farther than slew times dt from the last one. It is what the
 /// amplifier gets: nothing is added behind the limiter. The first drive is that of
@@ -130,8 +131,8 @@ impl HybridController {
     /// # Errors
     /// [`Error::Length`] unless all three slices have the same length; nothing is taken then.
     pub fn run(&mut self, references: &[f64], measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
-        check_same_length("measurements", references, measurements.len())?;
-        check_same_length("drives", references, drives.len())?;
+        check_length("measurements", references.len(), measurements.len())?;
+        check_length("drives", references.len(), drives.len())?;
         for ((reference, measurement), drive) in references.iter().zip(measurements).zip(drives) {
             *drive = self.step((*reference).into(), *measurement);
         }

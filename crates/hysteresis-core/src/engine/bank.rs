@@ -7,7 +7,7 @@ use super::checks::{check_same, check_same_count, restore_tolerance};
 use super::direction::Direction;
 use super::line::{Line, Piece};
 use super::solve::{Path, Point, Reach, solve};
-use crate::error::{Error, check_finite};
+use crate::error::{Error, check_finite, check_length};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::{CoupledPlay, Operator};
 
@@ -66,9 +66,7 @@ impl Bank {
 
     /// A bank that starts from the outputs `initial`; the first sample projects them onto what can be reached.
     pub(crate) fn new(members: Arc<Members>, initial: &[f64]) -> Result<Self, Error> {
-        if initial.len() != members.len() {
-            return Err(Error::Length { parameter: "initial", expected: members.len(), got: initial.len() });
-        }
+        check_length("initial", members.len(), initial.len())?;
         for (i, z) in initial.iter().enumerate() {
             check_finite("initial", Some(i), *z)?;
         }

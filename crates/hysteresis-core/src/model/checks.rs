@@ -9,8 +9,3 @@ pub(super) fn check_weights(weights: &[f64]) -> Result<(), Error> {
     }
     Ok(())
 }
-
-pub(super) fn check_length(parameter: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
-    let got = values.len();
-    if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
-}

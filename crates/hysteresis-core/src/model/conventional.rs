@@ -1,10 +1,10 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::checks::{check_length, check_weights};
+use super::checks::check_weights;
 use super::invertibility;
 use super::offsets::Offsets;
-use crate::error::Error;
+use crate::error::{Error, check_length};
 use crate::operator::Play;
 
 /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = `output_offset` + sum_i w_i z_i.
@@ -35,7 +35,7 @@ impl PrandtlIshlinskii {
     /// or offset that is not finite or a threshold that is negative or not finite.
     pub fn new(weights: &[f64], thresholds: &[f64], offsets: Offsets) -> Result<Self, Error> {
         check_weights(weights)?;
-        check_length("thresholds", weights.len(), thresholds)?;
+        check_length("thresholds", weights.len(), thresholds.len())?;
         let operators = thresholds
             .iter()
             .enumerate()

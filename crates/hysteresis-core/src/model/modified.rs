@@ -1,11 +1,11 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::checks::{check_length, check_weights};
+use super::checks::check_weights;
 use super::conventional::PrandtlIshlinskii;
 use super::invertibility;
 use super::offsets::Offsets;
-use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
+use crate::error::{Bound, Error, check_finite, check_length, check_non_negative, check_within};
 use crate::fingerprint::Fingerprint;
 use crate::operator::CoupledPlay;
 
@@ -97,7 +97,7 @@ impl ModifiedPrandtlIshlinskii {
     ) -> Result<Self, Error> {
         check_weights(weights)?;
         for (name, values) in [("r", r), ("ra", ra), ("rb", rb), ("rc", rc)] {
-            check_length(name, weights.len(), values)?;
+            check_length(name, weights.len(), values.len())?;
         }
         let operators = (0..weights.len())
             .map(|i| CoupledPlay::indexed(Some(i), r[i], ra[i], rb[i], rc[i]))
@@ -111,7 +111,7 @@ impl ModifiedPrandtlIshlinskii {
     /// As [`new`](Self::new); ratios must satisfy ra >= rb >= 0 and 1 >= rc >= 0.
     pub fn from_ratios(weights: &[f64], r: &[f64], ratios: Ratios, offsets: Offsets) -> Result<Self, Error> {
         check_weights(weights)?;
-        check_length("r", weights.len(), r)?;
+        check_length("r", weights.len(), r.len())?;
         let ratios = ratios.check()?;
         let operators = r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
         Self::of_operators(weights, operators, offsets)
@@ -140,7 +140,7 @@ impl ModifiedPrandtlIshlinskii {
     /// # Errors
     /// [`Error::Length`] unless there is one for each operator, [`Error::Domain`] for one that is not finite.
     pub fn with_negative_weights(mut self, weights_negative: &[f64]) -> Result<Self, Error> {
-        check_length("weights_negative", self.weights.len(), weights_negative)?;
+        check_length("weights_negative", self.weights.len(), weights_negative.len())?;
         for (i, v) in weights_negative.iter().enumerate() {
             check_finite("weights_negative", Some(i), *v)?;
         }

@@ -1,7 +1,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_all_finite, check_finite};
+use crate::error::{Bound, Error, check_all_finite, check_finite, check_length};
 
 /// Creep at the samples: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k).
 ///
@@ -46,9 +46,7 @@ impl CreepTerms {
     /// [`Error::Length`] unless there are as many of each, [`Error::Domain`] for an amplitude that is not finite, a
     /// decay outside 0 to 1, or amplitudes whose magnitudes sum to more than 1e6.
     pub fn new(amplitudes: &[f64], decays: &[f64]) -> Result<Self, Error> {
-        if decays.len() != amplitudes.len() {
-            return Err(Error::Length { parameter: "decays", expected: amplitudes.len(), got: decays.len() });
-        }
+        check_length("decays", amplitudes.len(), decays.len())?;
         let mut sum = 0.0;
         for (index, amplitude) in amplitudes.iter().enumerate() {
             sum += check_finite("amplitudes", Some(index), *amplitude)?.abs();

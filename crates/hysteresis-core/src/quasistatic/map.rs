@@ -1,7 +1,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_finite};
+use crate::error::{Bound, Error, check_finite, check_length};
 
 /// A slope of a map and its reciprocal: neither may overflow when it meets an admissible number.
 const STEEPEST: f64 = 1e50;
@@ -43,9 +43,7 @@ impl PiecewiseLinearMap {
     /// not finite, x that do not increase strictly, y that neither increase nor decrease strictly, or a slope
     /// outside 1e-50 to 1e50.
     pub fn new(x: &[f64], y: &[f64]) -> Result<Self, Error> {
-        if x.len() != y.len() {
-            return Err(Error::Length { parameter: "y", expected: x.len(), got: y.len() });
-        }
+        check_length("y", x.len(), y.len())?;
         let (Some((&last_x, _)), [first_y, second_y, ..]) = (x.split_last(), y) else {
             return Err(Error::Length { parameter: "x", expected: 2, got: x.len() });
         };

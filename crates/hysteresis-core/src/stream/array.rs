@@ -3,7 +3,7 @@ use core::fmt;
 
 use super::{Forward, Inverse};
 use crate::engine::CompiledModel;
-use crate::error::Error;
+use crate::error::{Error, check_length};
 use crate::process::Process;
 
 /// Many streams side by side, one for each actuator of a deformable mirror: y_m(k) = H_m\[x_m\](k), m < M.
@@ -175,10 +175,6 @@ fn step_each<P: Process>(streams: &mut [P], input: &[f64], output: &mut [f64]) {
     for ((stream, x), y) in streams.iter_mut().zip(input).zip(output) {
         *y = stream.step(*x);
     }
-}
-
-fn check_length(parameter: &'static str, expected: usize, got: usize) -> Result<(), Error> {
-    if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
 }
 
 impl<P> FromIterator<P> for StreamArray<P> {

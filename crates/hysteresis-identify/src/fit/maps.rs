@@ -114,23 +114,23 @@ impl MapProblem<'_> {
 
     /// The first candidate, and the others that are worth a search.
     fn promising(&self, candidates: Vec<Maps>, found: &JointFit) -> Result<Vec<Maps>, Error> {
-        let JointProblem { records, basis, .. } = self.fitted;
         let mut promising = Vec::with_capacity(candidates.len());
         for maps in candidates {
-            let space = maps.in_front_and_behind(&found.space);
-            let is_first = promising.is_empty();
-            let levels = levels(records, &space, basis, self.smoothness, true)?;
-            let promises = || {
-                let (fit, linearised) = levels[levels.len() - 1].at(&found.fit.point);
-                let step = linearised.step(&space.step_bounds(&fit.point, REACH), basis);
-                step.objective * MUST_PROMISE < fit.objective
-            };
-            if is_first || promises() {
-                drop(levels);
+            if promising.is_empty() || self.is_promising(&maps, found)? {
                 promising.push(maps);
             }
         }
         Ok(promising)
+    }
+
+    /// Whether maps lower the objective by the derivatives at the fit without them.
+    fn is_promising(&self, maps: &Maps, found: &JointFit) -> Result<bool, Error> {
+        let JointProblem { records, basis, .. } = self.fitted;
+        let space = maps.in_front_and_behind(&found.space);
+        let levels = levels(records, &space, basis, self.smoothness, true)?;
+        let (fit, linearised) = levels[levels.len() - 1].at(&found.fit.point);
+        let step = linearised.step(&space.step_bounds(&fit.point, REACH), basis);
+        Ok(step.objective * MUST_PROMISE < fit.objective)
     }
 
     /// Whether a fit leaves more than rounding or white noise, which no map explains.
