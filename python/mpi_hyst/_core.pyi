@@ -1188,16 +1188,25 @@ class IterativeLearning:
         ki: float,
         slope: float,
         dynamics: _Dynamics,
-        bandwidth: float,
-        dead_time: float = 0.0,
         dt: float,
+        bandwidth: float | None = None,
+        dead_time: float = 0.0,
         min_gain: float = 0.15,
         target_limits: Sequence[float] | None = None,
         filters: _Filter | Sequence[_Filter] = (),
+        noise: float | None = None,
+        frequency_uncertainty: float = 0.05,
+        damping_uncertainty: float = 2.0,
+        slope_uncertainty: float = 1.0,
+        on_demand: bool = False,
     ) -> IterativeLearning: ...
     @property
     def target(self) -> _Vector:
         """One period of the target for the feed-forward, read-only."""
+    @property
+    def correction(self) -> _Vector: ...
+    @property
+    def finished(self) -> bool: ...
     def update(self, error: ArrayLike) -> bool:
         """Learns from the measured error of a period that was run with the present target; whether it was learned from."""
     @property
@@ -1273,13 +1282,16 @@ class RepetitiveControl:
         ki: float,
         slope: float,
         dynamics: _Dynamics,
-        bandwidth: float,
-        dead_time: float = 0.0,
         dt: float,
+        bandwidth: float | None = None,
+        dead_time: float = 0.0,
         gain: float = 0.3,
         settle: int = 1,
         limit: float | None = None,
         filters: _Filter | Sequence[_Filter] = (),
+        frequency_uncertainty: float = 0.05,
+        damping_uncertainty: float = 2.0,
+        slope_uncertainty: float = 1.0,
     ) -> RepetitiveControl: ...
     def step(self, error: float) -> float:
         """Takes the measured error of this sample and returns the correction of this sample's target."""
@@ -1288,6 +1300,8 @@ class RepetitiveControl:
     @property
     def period(self) -> int:
         """Samples in a period."""
+    @property
+    def bandwidth(self) -> float: ...
     @property
     def rejected(self) -> int:
         """How many errors were not finite: they teach nothing."""
@@ -1538,6 +1552,9 @@ class Preview:
     @property
     def ahead(self) -> int:
         """How many samples the references are early."""
+    @property
+    def smoothing(self) -> float | None: ...
+    def smoothed(self, seconds: float) -> Preview: ...
     def error(self, frequency: float) -> float:
         """The error of the position for a sine of this frequency in Hz, relative to the sine.
 
@@ -3099,6 +3116,7 @@ class Stage:
         kp: float | None = None,
         ki: float | None = None,
         ahead: int | None = None,
+        smoothing: float | Literal["modes"] | None = None,
     ) -> HybridController:
         """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
 
@@ -3135,26 +3153,30 @@ class Stage:
         target: ArrayLike,
         dt: float,
         *,
-        bandwidth: float,
+        bandwidth: float | None = None,
         kp: float | None = None,
         ki: float | None = None,
         min_gain: float = 0.15,
         target_limits: Sequence[float] | None = None,
-    ) -> IterativeLearning:
-        """Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given."""
+        noise: float | None = None,
+        frequency_uncertainty: float = 0.05,
+        damping_uncertainty: float = 2.0,
+        on_demand: bool = False,
+    ) -> IterativeLearning: ...
     def repetitive_control(
         self,
         period: int,
         dt: float,
         *,
-        bandwidth: float,
+        bandwidth: float | None = None,
         kp: float | None = None,
         ki: float | None = None,
         gain: float = 0.3,
         settle: int = 1,
         limit: float | None = None,
-    ) -> RepetitiveControl:
-        """Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given."""
+        frequency_uncertainty: float = 0.05,
+        damping_uncertainty: float = 2.0,
+    ) -> RepetitiveControl: ...
     def plant(
         self,
         dt: float,

@@ -102,20 +102,19 @@ fn repetitive_control_comes_down_to_the_noise_within_three_seconds() {
     assert!(median(results.map(|(_, rms)| rms)) < 4.0, "{results:?}");
 }
 
-/// On a linear loop in steady state the error of every period is Q (1 - gamma L M') times that of the one before, so at
-/// gain 1 it shrinks at least by the rate.
+/// On a linear loop in steady state the error of the first correction is Q (1 - L M') times that before, so it shrinks at least by the
+/// rate. From then on the loop itself is learned, and the error comes down until nothing is left but what Q forgets.
 #[test]
-fn the_error_shrinks_at_least_at_the_rate() {
+fn the_first_error_shrinks_at_least_at_the_rate_and_the_loop_is_learned() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
     let actual = FeedbackLoop { dynamics: a1().into(), ..open.clone() };
     let (reference, _) = wanted();
     let options = LearningOptions { min_gain: 1.0, ..LearningOptions::new(1500.0) };
     let mut learning = IterativeLearning::new(&open, &reference, &options).unwrap();
     let rate = learning.convergence_rate(&actual).unwrap();
-    assert!(rate > 0.1 && rate < 0.6, "{rate}");
+    assert!(rate > 0.1 && rate < 0.7, "{rate}");
     let mut dynamics = a1().block(1e-4).unwrap();
-    let mut last = f64::INFINITY;
-    for _ in 0..6 {
+    for _ in 0..8 {
         let mut position = 0.0;
         for _ in 0..2 {
             // A period to settle: the dynamics forget within a tenth of it.
@@ -133,15 +132,16 @@ fn the_error_shrinks_at_least_at_the_rate() {
                 error
             })
             .collect();
-        let rmse = learning.update(&error).unwrap().rmse;
-        // What Q forgets of the target, 2e-7 of it, is left in the end.
-        assert!(rmse < rate * last + 3.3e-6, "{rmse} {last}");
-        last = rmse;
+        learning.update(&error).unwrap();
     }
-    assert!(last < 1e-3);
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[1] < rate * rmse[0], "{rate} {rmse:?}");
+    // Twice what Q forgets of the target, 2e-7 of it.
+    assert!(rmse[7] < 4e-6, "{rmse:?}");
 }
 
-/// A dead time of half a period that nobody told: every correction comes upside down.
+/// A dead time of half a period that nobody told: every correction comes upside down. What makes it worse is taken back, and the loop
+/// is learned from it.
 #[test]
 fn learning_that_makes_it_worse_is_taken_back() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
@@ -161,9 +161,104 @@ fn learning_that_makes_it_worse_is_taken_back() {
         learning.update(&error).unwrap();
     }
     assert!(learning.trials().iter().any(|trial| !trial.accepted));
-    // What was accepted is at most twice the best, and one gain-limited step away from it.
+    // What was accepted is at most twice the best, and a step from there doubles the error once more and adds that of the first.
     let worst = learning.trials().iter().fold(0.0, |worst: f64, trial| worst.max(trial.rmse));
-    assert!(worst < 4.0 * first.rmse, "{:?}", learning.trials());
+    assert!(worst < 6.0 * first.rmse, "{:?}", learning.trials());
+    assert!(learning.trials()[10].rmse < 0.02 * first.rmse, "{:?}", learning.trials());
+}
+
+/// Five periods that bring nothing end the learning at the best target; an error that grows begins it again, from there.
+#[test]
+fn learning_stops_when_it_no_longer_helps_and_goes_on_when_something_changes() {
+    let (_, target) = wanted();
+    let mut plant = Loop::new(&mismatched(), 0.016, 3);
+    let mut learning = IterativeLearning::new(&believed(), &target, &LearningOptions::default()).unwrap();
+    let mut run = |learning: &mut IterativeLearning, disturbance: f64| {
+        let (_, mut measured) = period(&mut plant, |k, _| learning.target()[k]);
+        for (k, error) in measured.iter_mut().enumerate() {
+            *error += disturbance * (0.05 * f64::from(u32::try_from(k).unwrap())).sin();
+        }
+        learning.update(&measured).unwrap();
+    };
+    let periods = (0..60).take_while(|_| {
+        run(&mut learning, 0.0);
+        !learning.is_finished()
+    });
+    assert!((6..30).contains(&periods.count()));
+    let best = learning.target().to_vec();
+    run(&mut learning, 0.0);
+    assert_eq!(learning.target(), best);
+    let mut resumed = IterativeLearning::new(&believed(), &target, &LearningOptions::default()).unwrap();
+    resumed.set_state(&learning.state()).unwrap();
+    run(&mut learning, 0.2);
+    assert!(!learning.is_finished() && learning.target() != best);
+    assert!(resumed.is_finished() && resumed.target() == best);
+}
+
+/// A mode of damping 0.02 that is 4 % higher than believed, and damped half as much, behind a notch where it is believed. Errors reach
+/// up to it.
+#[test]
+fn a_lightly_damped_mode_that_is_elsewhere_is_learned() {
+    let dynamics = |frequency, damping| LinearDynamics::from(SecondOrder::new(frequency, damping).unwrap());
+    let filters = sections(&[Notch::new(800.0, 0.0, 1.5).unwrap().into()], DT).unwrap();
+    let believed = FeedbackLoop { kp: 0.1, ki: 800.0, filters, slope: 0.7, dynamics: dynamics(800.0, 0.02), dt: DT };
+    let actual = FeedbackLoop { dynamics: dynamics(832.0, 0.01), ..believed.clone() };
+    let response = actual.impulse_response(1000).unwrap();
+    let disturbance = |k: usize| {
+        [1.0, 31.0, 60.0, 83.0]
+            .map(|j| (core::f64::consts::TAU * j * f64::from(u32::try_from(k).unwrap()) / 1000.0).sin())
+    };
+    let run = |target: &[f64]| -> Vec<f64> {
+        let output = |k: usize| (0..1000).map(|j| response[j] * target[(k + 1000 - j) % 1000]).sum::<f64>();
+        (0..1000).map(|k| 0.05 * disturbance(k).iter().sum::<f64>() - output(k)).collect()
+    };
+    let mut learning = IterativeLearning::new(&believed, &[0.0; 1000], &LearningOptions::default()).unwrap();
+    for _ in 0..10 {
+        let error = run(learning.target());
+        learning.update(&error).unwrap();
+    }
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[9] < 0.02 * rmse[0], "{rmse:?}");
+}
+
+/// From rest to rest on demand: what comes after the motion is no part of it.
+#[test]
+fn a_motion_on_demand_is_learned() {
+    let options = LearningOptions { on_demand: true, ..LearningOptions::default() };
+    let base: Vec<f64> = (0..400_i32).map(|k| if (60..250).contains(&k) { 1.0 } else { 0.0 }).collect();
+    let smooth: Vec<f64> =
+        (0..400).map(|k| base[k.max(20) - 20..(k + 20).min(400)].iter().sum::<f64>() / 40.0).collect();
+    let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
+    let mut learning = IterativeLearning::new(&open, &smooth, &options).unwrap();
+    for _ in 0..8 {
+        let (mut plant, mut position) = (a1().block(DT).unwrap(), 0.0);
+        let mut error = Vec::new();
+        for (target, reference) in learning.target().iter().zip(&smooth) {
+            error.push(reference - position);
+            position = plant.advance(*target);
+        }
+        learning.update(&error).unwrap();
+    }
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[7] < 0.01 * rmse[0], "{rmse:?}");
+}
+
+/// Without a bandwidth it is as wide as every loop allows that the true one may be.
+#[test]
+fn repetitive_control_finds_its_bandwidth() {
+    let found = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::default()).unwrap();
+    assert!(found.bandwidth() > 150.0, "{}", found.bandwidth());
+    let dynamics = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap());
+    let light = FeedbackLoop { kp: 0.0, ki: 10.0, slope: 1.0, dynamics, ..believed() };
+    let members = [(760.0, 0.01), (760.0, 0.04), (800.0, 0.01), (840.0, 0.04)].map(|(frequency, damping)| {
+        let dynamics = SecondOrder::new(frequency, damping).unwrap().into();
+        FeedbackLoop { dynamics, ..light.clone() }
+    });
+    let found = RepetitiveControl::new(&light, 1000, &RepetitiveOptions::default()).unwrap();
+    assert!(members.iter().all(|member| found.convergence_rate(member).unwrap() < 1.0));
+    let wider = RepetitiveOptions::new(2.0 * found.bandwidth());
+    let wider = RepetitiveControl::new(&light, 1000, &wider).unwrap();
+    assert!(members.iter().any(|member| wider.convergence_rate(member).unwrap() > 1.0));
 }
 
 #[test]
@@ -274,7 +369,10 @@ fn a_state_of_iterative_learning_is_taken_over_bit_for_bit_or_refused_by_name() 
     assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, &target, usual)), "state.model");
     assert_eq!(refused(made(believed(), &reference, usual)), "state.model");
     assert_eq!(refused(made(believed(), &target[1..], usual)), "state.target");
-    assert_eq!(refused(made(believed(), &target, LearningOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(
+        refused(made(believed(), &target, LearningOptions { bandwidth: Some(151.0), ..usual })),
+        "state.bandwidth"
+    );
     assert_eq!(refused(made(believed(), &target, LearningOptions { min_gain: 0.2, ..usual })), "state.min_gain");
     let wider = LearningOptions { target_limits: None, ..usual };
     assert_eq!(refused(made(believed(), &target, wider)), "state.target_limits");
@@ -305,7 +403,10 @@ fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() 
     assert_eq!(refused(made(FeedbackLoop { dt: 2e-4, ..believed() }, 500, usual)), "state.dt");
     assert_eq!(refused(made(FeedbackLoop { ki: 0.0, ..believed() }, 500, usual)), "state.model");
     assert_eq!(refused(made(believed(), 501, usual)), "state.period");
-    assert_eq!(refused(made(believed(), 500, RepetitiveOptions { bandwidth: 151.0, ..usual })), "state.bandwidth");
+    assert_eq!(
+        refused(made(believed(), 500, RepetitiveOptions { bandwidth: Some(151.0), ..usual })),
+        "state.bandwidth"
+    );
     assert_eq!(refused(made(believed(), 500, RepetitiveOptions { gain: 0.4, ..usual })), "state.gain");
     assert_eq!(refused(made(believed(), 500, RepetitiveOptions { settle: 2, ..usual })), "state.settle");
     assert_eq!(refused(made(believed(), 500, RepetitiveOptions { limit: None, ..usual })), "state.limit");

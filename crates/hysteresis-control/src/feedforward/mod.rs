@@ -17,9 +17,11 @@ mod inverse;
 mod preview;
 mod riccati;
 mod series;
+mod smoothing;
 
 pub use inverse::DynamicsInverse;
 pub use preview::{PreviewCoefficients, PreviewOptions};
+pub use smoothing::smoothing_kernel;
 
 use crate::linear::{Block, Error, LinearDynamics};
 

@@ -5,14 +5,22 @@ use std::fmt;
 use hysteresis_core::{Bound, Error as CoreError, Fingerprint, is_admissible};
 
 use super::feedback_loop::FeedbackLoop;
+use super::harmonics::Harmonics;
 use super::options::{LearningOptions, Trial};
-use super::spectra::{Spectra, as_f64, response};
-use super::state::IterativeState;
-use crate::linear::{Error, check_positive};
+use super::spectra::as_f64;
+use super::state::{IterativeState, check_beliefs};
+use crate::linear::Error;
 use crate::saved::{check_model, check_numbers, check_same};
 
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
+
+/// So many periods that do not lower the error to this share of the best one before end the learning.
+const PATIENCE: usize = 5;
+const HELPS: f64 = 0.99;
+
+/// An error that has grown by this factor since shows that something has changed.
+const GROWN: f64 = 1.25;
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
@@ -41,54 +49,46 @@ const DIVERGED: f64 = 2.0;
 /// ```
 #[derive(Clone)]
 pub struct IterativeLearning {
-    spectra: Spectra,
+    harmonics: Harmonics,
     base: Vec<f64>,
     target: Vec<f64>,
     best: Vec<f64>,
     best_rmse: f64,
-    learned: u32,
     trust: f64,
     dt: f64,
     options: LearningOptions,
     trials: Vec<Trial>,
+    since: usize,
+    finished: bool,
 }
 
 impl IterativeLearning {
     /// Starts from one period of the target: the reference, or what dynamic feed-forward makes of it.
     ///
     /// # Errors
-    /// [`Error`] for a loop that is not stable, an option outside its domain, fewer than two samples or a target that is
+    /// [`Error`] for a loop that is not stable or may not be, an option outside its domain, fewer than two samples or a target that is
     /// not finite.
     pub fn new(feedback: &FeedbackLoop, target: &[f64], options: &LearningOptions) -> Result<Self, Error> {
-        check_positive("bandwidth", None, options.bandwidth)?;
-        let error = |parameter, index, expected, got| Err(Error::domain(parameter, index, expected, got));
-        if !(options.min_gain > 0.0 && options.min_gain <= 1.0) {
-            return error("min_gain", None, "a number above 0, at most 1", options.min_gain);
-        }
-        if let Some((low, high)) = options.target_limits
-            && !(is_admissible(low) && is_admissible(high) && low < high)
-        {
-            let (index, got) = if is_admissible(low) { (1, high) } else { (0, low) };
-            return error("target_limits", Some(index), "finite limits, the high one above the low one", got);
-        }
+        options.check()?;
+        let error = |index, expected, got| Err(Error::domain("target", index, expected, got));
         if target.len() < 2 {
-            return error("target", None, "at least two samples of a period", as_f64(target.len()));
+            return error(None, "at least two samples of a period", as_f64(target.len()));
         }
         if let Some((index, got)) = target.iter().enumerate().find(|(_, y)| !is_admissible(**y)) {
-            return error("target", Some(index), "a finite number (at most 1e100 in magnitude)", *got);
+            return error(Some(index), "a finite number (at most 1e100 in magnitude)", *got);
         }
-        let spectra = Spectra::new(feedback, target.len(), options.bandwidth)?;
         let mut learning = Self {
-            spectra,
+            harmonics: Harmonics::new(feedback, target.len(), options)?,
             base: target.to_vec(),
             target: target.to_vec(),
             best: target.to_vec(),
             best_rmse: f64::INFINITY,
-            learned: 0,
             trust: 1.0,
             dt: feedback.dt,
             options: *options,
             trials: Vec::new(),
+            since: 0,
+            finished: false,
         };
         learning.keep_within_limits();
         learning.best.clone_from(&learning.target);
@@ -99,6 +99,19 @@ impl IterativeLearning {
     #[must_use]
     pub fn target(&self) -> &[f64] {
         &self.target
+    }
+
+    /// What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
+    /// axis of a raster does, add it to that.
+    pub fn correction(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.target.iter().zip(&self.base).map(|(target, base)| target - base)
+    }
+
+    /// Whether learning has stopped by itself: over the last five periods the error did not come down by a hundredth. The target is
+    /// that of the best period then, and stays. Learning goes on when the error grows by a quarter.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.finished
     }
 
     /// What every period was like so far.
@@ -125,20 +138,44 @@ impl IterativeLearning {
             });
         }
         let (max_error, rmse) = magnitude(error);
-        let accepted = rmse <= DIVERGED * self.best_rmse;
-        if accepted {
-            if rmse < self.best_rmse {
-                self.best_rmse = rmse;
-                self.best.clone_from(&self.target);
-            }
-            self.learn(error);
-        } else {
-            self.trust *= 0.5;
-            self.target.clone_from(&self.best);
+        if self.finished && rmse > GROWN * self.best_rmse {
+            self.begin_again();
         }
+        let accepted = rmse <= DIVERGED * self.best_rmse;
         let trial = Trial { max_error, rmse, accepted };
         self.trials.push(trial);
+        if self.finished {
+            return Ok(trial);
+        }
+        if rmse < self.best_rmse {
+            self.best_rmse = rmse;
+            self.best.clone_from(&self.target);
+        }
+        if !accepted {
+            self.trust *= 0.5;
+            self.target.clone_from(&self.best);
+        } else if self.no_longer_helps() {
+            self.finished = true;
+            self.target.clone_from(&self.best);
+        } else {
+            self.learn(error);
+        }
         Ok(trial)
+    }
+
+    /// Whether the periods of late are no better than those before.
+    fn no_longer_helps(&self) -> bool {
+        let rmse: Vec<f64> = self.trials[self.since..].iter().filter(|t| t.accepted).map(|t| t.rmse).collect();
+        let Some((before, late)) = rmse.split_at_checked(rmse.len().saturating_sub(PATIENCE)) else { return false };
+        let least = |periods: &[f64]| periods.iter().copied().fold(f64::INFINITY, f64::min);
+        !before.is_empty() && least(late) > HELPS * least(before)
+    }
+
+    /// Something has changed: what was measured before no longer counts, but the corrections are a beginning.
+    fn begin_again(&mut self) {
+        self.since = self.trials.len();
+        (self.finished, self.best_rmse, self.trust) = (false, f64::INFINITY, 1.0);
+        self.harmonics.beliefs.clear();
     }
 
     /// Everything that it remembers and what it belongs to.
@@ -151,8 +188,11 @@ impl IterativeLearning {
             target: self.target.clone(),
             best: self.best.clone(),
             best_rmse: self.best_rmse.is_finite().then_some(self.best_rmse),
-            learned: self.learned,
+            beliefs: self.harmonics.beliefs.clone(),
+            noise: self.harmonics.noise,
             trust: self.trust,
+            since: self.since,
+            finished: self.finished,
             trials: self.trials.clone(),
         }
     }
@@ -162,13 +202,7 @@ impl IterativeLearning {
     /// # Errors
     /// [`Error`] that names what differs, or a number outside its domain; nothing changes then.
     pub fn set_state(&mut self, state: &IterativeState) -> Result<(), Error> {
-        check_same("state.dt", self.dt, state.dt)?;
-        let (own, saved) = (&self.options, &state.options);
-        check_same("state.bandwidth", own.bandwidth, saved.bandwidth)?;
-        check_same("state.min_gain", own.min_gain, saved.min_gain)?;
-        let limits = |options: &LearningOptions| options.target_limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        check_same("state.target_limits", limits(own).0, limits(saved).0)?;
-        check_same("state.target_limits", limits(own).1, limits(saved).1)?;
+        self.check_options(state)?;
         check_numbers("state.target", self.base.len(), &state.target)?;
         check_numbers("state.best", self.base.len(), &state.best)?;
         check_model(self.fingerprint(), state.model)?;
@@ -178,39 +212,51 @@ impl IterativeLearning {
         if !(0.0..=1.0).contains(&state.trust) {
             return Err(Error::domain("state.trust", None, "0 to 1", state.trust));
         }
+        if !(is_admissible(state.noise) && state.noise >= 0.0) {
+            return Err(Error::domain("state.noise", None, "a finite number >= 0", state.noise));
+        }
+        if state.since > state.trials.len() {
+            return Err(Error::domain("state.since", None, "at most the number of trials", as_f64(state.since)));
+        }
+        check_beliefs(&state.beliefs, self.harmonics.len())?;
         self.target.clone_from(&state.target);
         self.best.clone_from(&state.best);
         self.best_rmse = state.best_rmse.unwrap_or(f64::INFINITY);
-        (self.learned, self.trust) = (state.learned, state.trust);
+        self.harmonics.beliefs.clone_from(&state.beliefs);
+        self.harmonics.noise = state.noise;
+        (self.trust, self.since, self.finished) = (state.trust, state.since, state.finished);
         self.trials.clone_from(&state.trials);
         Ok(())
+    }
+
+    fn check_options(&self, state: &IterativeState) -> Result<(), Error> {
+        check_same("state.dt", self.dt, state.dt)?;
+        let (own, saved) = (&self.options, &state.options);
+        let or_none = |number: Option<f64>| number.unwrap_or(f64::INFINITY);
+        check_same("state.bandwidth", or_none(own.bandwidth), or_none(saved.bandwidth))?;
+        check_same("state.min_gain", own.min_gain, saved.min_gain)?;
+        check_same("state.noise", or_none(own.noise), or_none(saved.noise))?;
+        let limits = |options: &LearningOptions| options.target_limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        check_same("state.target_limits", limits(own).0, limits(saved).0)?;
+        check_same("state.target_limits", limits(own).1, limits(saved).1)?;
+        check_same("state.on_demand", own.on_demand.into(), saved.on_demand.into())
     }
 
     /// Of the filters, and so of the loop, and of the target to begin with.
     fn fingerprint(&self) -> u64 {
         let mut fingerprint = Fingerprint::new();
         fingerprint.numbers(&self.base);
-        fingerprint.numbers(&self.spectra.low_pass);
-        for l in &self.spectra.learning {
-            fingerprint.numbers(&[l.re, l.im]);
-        }
+        let numbers: Vec<f64> = self.harmonics.numbers().collect();
+        fingerprint.numbers(&numbers);
         fingerprint.finish()
     }
 
-    /// v <- Q (v + gamma L e).
+    /// The target moves towards the one that promises the least error, by the share that is trusted.
     fn learn(&mut self, error: &[f64]) {
-        self.learned = self.learned.saturating_add(1);
-        let gain = self.trust * f64::from(self.learned).recip().max(self.options.min_gain);
-        let correction: Vec<f64> = self.target.iter().zip(&self.base).map(|(t, b)| t - b).collect();
-        let mut spectrum = self.spectra.transform(&correction);
-        let error = self.spectra.transform(error);
-        let filters = self.spectra.low_pass.iter().zip(&self.spectra.learning);
-        for ((v, e), (q, l)) in spectrum.iter_mut().zip(error).zip(filters) {
-            *v = (*v + l * e * gain) * *q;
-        }
-        let correction = self.spectra.samples(spectrum);
-        for ((target, base), v) in self.target.iter_mut().zip(&self.base).zip(correction) {
-            *target = base + v;
+        let correction: Vec<f64> = self.correction().collect();
+        let next = self.harmonics.learn(error, &correction, &self.options);
+        for ((target, base), (old, new)) in self.target.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
+            *target = base + old + self.trust * (new - old);
         }
         self.keep_within_limits();
     }
@@ -221,17 +267,14 @@ impl IterativeLearning {
         }
     }
 
-    /// By how much the error of the slowest harmonic shrinks from period to period at gain 1 if `truth` is the loop:
-    /// max |Q (1 - L M')|, the mean apart. Below 1 learning converges, and at any smaller gain too.
+    /// By how much the error of the slowest harmonic shrinks in the first period if `truth` is the loop: max |Q (1 - L M')|, the mean
+    /// apart. Below 1 learning converges.
     ///
     /// # Errors
     /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
     pub fn convergence_rate(&self, truth: &FeedbackLoop) -> Result<f64, Error> {
         check_same("dt", self.dt, truth.dt)?;
-        let response = response(truth, self.base.len())?;
-        let filters = self.spectra.low_pass.iter().zip(&self.spectra.learning);
-        let rates = response.iter().zip(filters).skip(1).map(|(m, (q, l))| q * (1.0 - l * m).norm());
-        Ok(rates.fold(0.0, f64::max))
+        self.harmonics.rate(truth)
     }
 }
 

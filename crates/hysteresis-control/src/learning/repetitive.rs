@@ -1,23 +1,19 @@
 //! Learning sample by sample, one period later.
 
-use core::f64::consts::TAU;
-
 use hysteresis_core::{Fingerprint, is_admissible};
 
 use super::feedback_loop::FeedbackLoop;
 use super::options::RepetitiveOptions;
 use super::past::Past;
-use super::spectra::{Spectra, as_f64, response};
+use super::repetitive_design::{FREQUENCIES_PER_HARMONIC, Filters, RepetitiveDesign};
+use super::spectra::{as_f64, response};
 use super::state::RepetitiveState;
-use super::taps::{at, dot, half_width, taps};
-use crate::linear::{Error, check_positive};
+use super::taps::dot;
+use crate::linear::Error;
 use crate::saved::{check_model, check_numbers, check_same};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
-
-/// The rate is looked for at that many frequencies between two harmonics: the filters turn slower than that.
-const FREQUENCIES_PER_HARMONIC: usize = 4;
 
 /// Repetitive control: the correction of the target, learned in the running loop.
 ///
@@ -48,6 +44,7 @@ const FREQUENCIES_PER_HARMONIC: usize = 4;
 pub struct RepetitiveControl {
     low_pass: Box<[f64]>,
     learning: Box<[f64]>,
+    bandwidth: f64,
     corrections: Past,
     errors: Past,
     /// The sum of the corrections of the last period.
@@ -71,26 +68,22 @@ impl RepetitiveControl {
     /// # Errors
     /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22 samples.
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
-        let error = |parameter, expected, got| Err(Error::domain(parameter, None, expected, got));
-        check_positive("bandwidth", None, options.bandwidth)?;
-        if !(options.gain > 0.0 && options.gain <= 1.0) {
-            return error("gain", "a number above 0, at most 1", options.gain);
-        }
-        if let Some(limit) = options.limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
-            return error("limit", "a number >= 0", limit);
-        }
+        options.check()?;
         if !(8..=MAX_PERIOD).contains(&period) {
-            return error("period", "8 to 2^22 samples", as_f64(period));
+            return Err(Error::domain("period", None, "8 to 2^22 samples", as_f64(period)));
         }
-        let spectra = Spectra::new(feedback, period, options.bandwidth)?;
-        let half_width = half_width(period, options.bandwidth * feedback.dt);
-        let filtered = spectra.low_pass.iter().zip(&spectra.learning).map(|(q, l)| l * *q).collect();
-        let low_pass = spectra.low_pass.iter().map(|q| (*q).into()).collect();
+        let design = RepetitiveDesign::new(feedback, period, options)?;
+        let (bandwidth, filters) = match options.bandwidth {
+            Some(bandwidth) => (bandwidth, design.filters(bandwidth)),
+            None => design.widest()?,
+        };
+        let samples = period + filters.low_pass.len() / 2;
         Ok(Self {
-            low_pass: taps(&spectra.samples(low_pass), half_width),
-            learning: taps(&spectra.samples(filtered), half_width),
-            corrections: Past::new(period + half_width),
-            errors: Past::new(period + half_width),
+            low_pass: filters.low_pass,
+            learning: filters.learning,
+            bandwidth,
+            corrections: Past::new(samples),
+            errors: Past::new(samples),
             sum: 0.0,
             waited: 0,
             period,
@@ -125,6 +118,12 @@ impl RepetitiveControl {
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
         if correction.is_finite() { correction.clamp(-limit, limit) } else { 0.0 }
+    }
+
+    /// Up to which frequency it learns, in Hz.
+    #[must_use]
+    pub fn bandwidth(&self) -> f64 {
+        self.bandwidth
     }
 
     /// How many errors were not finite.
@@ -163,10 +162,11 @@ impl RepetitiveControl {
         check_same("state.dt", self.dt, state.dt)?;
         check_same("state.period", as_f64(self.period), as_f64(state.period))?;
         let (own, saved) = (&self.options, &state.options);
-        check_same("state.bandwidth", own.bandwidth, saved.bandwidth)?;
+        let or_none = |number: Option<f64>| number.unwrap_or(f64::INFINITY);
+        check_same("state.bandwidth", or_none(own.bandwidth), or_none(saved.bandwidth))?;
         check_same("state.gain", own.gain, saved.gain)?;
         check_same("state.settle", own.settle.into(), saved.settle.into())?;
-        check_same("state.limit", own.limit.unwrap_or(f64::INFINITY), saved.limit.unwrap_or(f64::INFINITY))?;
+        check_same("state.limit", or_none(own.limit), or_none(saved.limit))?;
         check_model(self.fingerprint(), state.model)?;
         let samples = self.corrections.oldest_first().len();
         check_numbers("state.corrections", samples, &state.corrections)?;
@@ -200,13 +200,8 @@ impl RepetitiveControl {
     /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
     pub fn convergence_rate(&self, truth: &FeedbackLoop) -> Result<f64, Error> {
         check_same("dt", self.dt, truth.dt)?;
-        let points = FREQUENCIES_PER_HARMONIC * self.period;
-        let response = response(truth, points)?;
-        let rates = response.iter().enumerate().skip(FREQUENCIES_PER_HARMONIC).map(|(j, m)| {
-            let angle = TAU * as_f64(j) / as_f64(points);
-            let (q, l) = (at(&self.low_pass, angle), at(&self.learning, angle));
-            (q - l * m * self.options.gain).norm()
-        });
-        Ok(rates.fold(0.0, f64::max))
+        let response = response(truth, FREQUENCIES_PER_HARMONIC * self.period)?;
+        let filters = Filters { low_pass: self.low_pass.clone(), learning: self.learning.clone() };
+        Ok(filters.rate(self.options.gain, &[response]))
     }
 }

@@ -1,4 +1,4 @@
-//! The two filters of learning, at the harmonics of a period.
+//! Signals at the harmonics of a period.
 
 use std::sync::Arc;
 
@@ -8,26 +8,22 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use super::feedback_loop::FeedbackLoop;
 use crate::linear::Error;
 
-/// Where the loop passes less than this of a correction, little is learned.
-const MIN_RESPONSE: f64 = 0.05;
-
-/// Q and L of the module, at the frequencies j / (period dt), j = 0..=period/2.
+/// To and from the frequencies j / (period dt), j = 0..=period/2.
 #[derive(Clone)]
 pub(super) struct Spectra {
-    pub(super) low_pass: Vec<f64>,
-    pub(super) learning: Vec<Complex64>,
     forward: Arc<dyn RealToComplex<f64>>,
     back: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Spectra {
-    pub(super) fn new(feedback: &FeedbackLoop, period: usize, bandwidth: f64) -> Result<Self, Error> {
+    pub(super) fn new(period: usize) -> Self {
         let mut planner = RealFftPlanner::new();
-        let (forward, back) = (planner.plan_fft_forward(period), planner.plan_fft_inverse(period));
-        let response = transform(&*forward, feedback.impulse_response(period)?);
-        let low_pass = (0..response.len()).map(|j| low_pass(as_f64(j) / (as_f64(period) * feedback.dt * bandwidth)));
-        let learning = response.iter().map(|m| m.conj() / (m.norm_sqr() + MIN_RESPONSE * MIN_RESPONSE));
-        Ok(Self { low_pass: low_pass.collect(), learning: learning.collect(), forward, back })
+        Self { forward: planner.plan_fft_forward(period), back: planner.plan_fft_inverse(period) }
+    }
+
+    /// The number of samples.
+    pub(super) fn period(&self) -> usize {
+        self.forward.len()
     }
 
     pub(super) fn transform(&self, samples: &[f64]) -> Vec<Complex64> {
@@ -53,7 +49,7 @@ impl Spectra {
     }
 }
 
-fn transform(forward: &dyn RealToComplex<f64>, mut samples: Vec<f64>) -> Vec<Complex64> {
+pub(super) fn transform(forward: &dyn RealToComplex<f64>, mut samples: Vec<f64>) -> Vec<Complex64> {
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut samples, &mut spectrum).expect("samples of its own length");
     spectrum
@@ -69,6 +65,8 @@ pub(super) fn as_f64(count: usize) -> f64 {
     count as f64
 }
 
-fn low_pass(ratio: f64) -> f64 {
-    1.0 / (1.0 + ratio.powi(4))
+/// Q at the frequencies j / (period dt) for a bandwidth, or 1 without one.
+pub(super) fn low_pass(bandwidth: Option<f64>, period: usize, dt: f64) -> Vec<f64> {
+    let ratio = |j: usize| bandwidth.map_or(0.0, |bandwidth| as_f64(j) / (as_f64(period) * dt * bandwidth));
+    (0..=period / 2).map(|j| 1.0 / (1.0 + ratio(j).powi(4))).collect()
 }

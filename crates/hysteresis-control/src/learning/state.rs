@@ -1,8 +1,12 @@
 //! What learning remembers, as plain values.
 
+use hysteresis_core::is_admissible;
 use serde::{Deserialize, Serialize};
 
+use super::belief::Belief;
 use super::options::{LearningOptions, RepetitiveOptions, Trial};
+use super::spectra::as_f64;
+use crate::linear::Error;
 
 /// Everything that an [`IterativeLearning`](super::IterativeLearning) remembers: restored, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,10 +24,16 @@ pub struct IterativeState {
     pub best: Vec<f64>,
     /// The root mean square of the least error; none before the first period.
     pub best_rmse: Option<f64>,
-    /// From how many periods it has learned.
-    pub learned: u32,
-    /// The factor of the gain: halved with every period that was not accepted.
+    /// What the periods so far tell of every harmonic; none before the first one.
+    pub beliefs: Vec<Belief>,
+    /// The variance of the noise in a harmonic.
+    pub noise: f64,
+    /// The share of a step that is taken: halved with every period that was not accepted.
     pub trust: f64,
+    /// The first period that counts: those before are forgotten.
+    pub since: usize,
+    /// Whether learning has stopped because it no longer helps.
+    pub finished: bool,
     /// What every period was like.
     pub trials: Vec<Trial>,
 }
@@ -50,4 +60,21 @@ pub struct RepetitiveState {
     pub waited: u64,
     /// How many errors were not finite.
     pub rejected: u64,
+}
+
+/// Checks what was believed of as many harmonics as there are, or of none.
+pub(super) fn check_beliefs(beliefs: &[Belief], harmonics: usize) -> Result<(), Error> {
+    if !(beliefs.is_empty() || beliefs.len() == harmonics) {
+        let expected = "one for every harmonic, or none";
+        return Err(Error::domain("state.beliefs", None, expected, as_f64(beliefs.len())));
+    }
+    for (index, belief) in beliefs.iter().enumerate() {
+        let [.., error_variance, response_variance] = belief.numbers();
+        let wrong = belief.numbers().into_iter().find(|number| !is_admissible(*number));
+        if let Some(got) = wrong.or([error_variance, response_variance].into_iter().find(|variance| *variance < 0.0)) {
+            let expected = "finite numbers, variances not negative";
+            return Err(Error::domain("state.beliefs", Some(index), expected, got));
+        }
+    }
+    Ok(())
 }

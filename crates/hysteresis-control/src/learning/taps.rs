@@ -2,19 +2,10 @@
 
 use core::f64::consts::TAU;
 
-use realfft::num_complex::Complex64;
-
 use super::spectra::as_f64;
 
 /// The filters reach that many periods of the bandwidth to either side, if the period has room for them.
 const REACH: f64 = 1.5;
-
-/// The frequency response of taps around zero.
-pub(super) fn at(taps: &[f64], angle: f64) -> Complex64 {
-    let half_width = as_f64(taps.len() / 2);
-    let term = |(i, c): (usize, &f64)| Complex64::from_polar(*c, -angle * (half_width - as_f64(i)));
-    taps.iter().enumerate().map(term).sum()
-}
 
 /// From a periodic impulse response the part around zero, windowed: taps for a window of samples that begins
 /// `half_width` samples before its middle.

@@ -3,10 +3,11 @@
 use hysteresis_core::{ControllerOptions, HybridController, Preview, Sections};
 
 use super::{Error, Stage, rest_drive};
-use crate::feedforward::{PreviewCoefficients, PreviewOptions};
+use crate::feedforward::{PreviewCoefficients, PreviewOptions, smoothing_kernel};
 use crate::filters::sections;
 use crate::learning::FeedbackLoop;
-use crate::tuning::{Tuning, TuningOptions, tune};
+use crate::linear::SecondOrder;
+use crate::tuning::{Tuning, TuningOptions, light_modes, tune};
 
 /// The peak of the sensitivity that gains are found for unless told: a phase margin of at least 34 degrees.
 pub const PEAK_SENSITIVITY: f64 = 1.7;
@@ -16,7 +17,7 @@ const FOLLOWED: f64 = 0.01;
 const FOLLOWED_WITHIN: f64 = 1e-3;
 
 /// Where the feed-forward of a controller comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FeedForwardKind {
     /// The exact inverse of maps, hysteresis, loop shift and creep, of the reference of now.
     Inverse,
@@ -25,6 +26,8 @@ pub enum FeedForwardKind {
     Preview {
         /// How many samples early references come.
         ahead: usize,
+        /// Over how many seconds they are smoothed besides; 0 for not at all. They come half of that earlier then.
+        smoothing: f64,
     },
     /// Drives that come with every sample, from [`Stage::precompensate`].
     Given,
@@ -60,6 +63,15 @@ impl Stage {
     /// [`Error`] for a window that cannot be.
     pub fn preview(&self, dt: f64, options: &PreviewOptions) -> Result<PreviewCoefficients, Error> {
         Ok(PreviewCoefficients::new(&self.linear_part()?, dt, options)?)
+    }
+
+    /// For how many seconds a reference must be smoothed so that its steps leave all lightly damped modes at rest: three periods of the
+    /// slowest. 0 without such a mode.
+    #[must_use]
+    pub fn smoothing(&self) -> f64 {
+        let slowest =
+            light_modes(&self.parts().dynamics).iter().map(SecondOrder::frequency).fold(f64::INFINITY, f64::min);
+        3.0 / slowest
     }
 
     /// How many samples ahead of the dead time a preview must look: the fewest of 4, 8, .. 256 that follow references up to a
@@ -103,6 +115,13 @@ impl Stage {
         Ok(FeedbackLoop { kp, ki, filters, slope, dynamics: self.linear_part()?, dt })
     }
 
+    /// By which factor the slope of the hysteresis may be from that of [`feedback_loop`](Self::feedback_loop).
+    #[must_use]
+    pub fn slope_uncertainty(&self) -> f64 {
+        let (low, high) = self.slope_range();
+        (high / low).sqrt()
+    }
+
     /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that cannot
     /// be, more than a stroke outside the range of positions.
     ///
@@ -135,9 +154,12 @@ impl Stage {
         let inverse = || self.inverse(options.dt, Some(options.limits));
         let (source, preview) = match feedforward {
             FeedForwardKind::Inverse => (inverse()?.into(), None),
-            FeedForwardKind::Preview { ahead } => {
+            FeedForwardKind::Preview { ahead, smoothing } => {
                 let window = self.preview(options.dt, &PreviewOptions::new(ahead))?;
-                (inverse()?.into(), Some(Preview::new(window.coefficients(), window.ahead())?))
+                let plain = Preview::new(window.coefficients(), window.ahead())?;
+                let preview =
+                    if smoothing == 0.0 { plain } else { plain.smoothed(&smoothing_kernel(smoothing, options.dt)?)? };
+                (inverse()?.into(), Some(preview))
             }
             FeedForwardKind::Given => (hysteresis_core::FeedForward::Given, None),
         };

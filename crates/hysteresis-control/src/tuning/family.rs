@@ -44,7 +44,7 @@ impl Default for ModeUncertainty {
 }
 
 /// The lightly damped modes, each once.
-pub(super) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
+pub(crate) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
     let of_section = |section: &Section| match section {
         Section::SecondOrder(mode) => vec![*mode],
         Section::Modes(modes) => modes.modes().to_vec(),
@@ -56,7 +56,7 @@ pub(super) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
 }
 
 /// The dynamics as they are known, and with all their lightly damped modes at the ends of what they may be.
-pub(super) fn family(dynamics: &LinearDynamics, uncertainty: ModeUncertainty) -> Result<Vec<LinearDynamics>, Error> {
+pub(crate) fn family(dynamics: &LinearDynamics, uncertainty: ModeUncertainty) -> Result<Vec<LinearDynamics>, Error> {
     let ModeUncertainty { frequency, damping } = uncertainty.check()?;
     let mut family = vec![dynamics.clone()];
     if light_modes(dynamics).is_empty() || uncertainty == ModeUncertainty::NONE {

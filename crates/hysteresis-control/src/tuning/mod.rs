@@ -17,6 +17,7 @@ mod structure;
 mod tune;
 
 pub use family::ModeUncertainty;
+pub(crate) use family::{family, light_modes};
 pub use margins::Margins;
 pub use options::{Tuning, TuningOptions};
 pub use structure::Structure;

@@ -33,6 +33,8 @@ use crate::error::{Bound, Error, check_finite};
 pub struct Preview {
     coefficients: Box<[f64]>,
     ahead: usize,
+    /// Weights of the references that make the smoothed one of the feedback, from the newest on; none where it is r(k).
+    smooth: Box<[f64]>,
     /// All references of the window but the newest, a ring: from `newest` on to the end, then from the beginning.
     past: Box<[f64]>,
     newest: usize,
@@ -61,6 +63,9 @@ pub struct PreviewState {
     pub samples: usize,
 }
 
+/// The weights of a kernel may sum to 1 with this error.
+const SUM_TOLERANCE: f64 = 1e-9;
+
 /// What the window shows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
@@ -85,7 +90,59 @@ impl Preview {
             return Err(Error::Domain { parameter: "ahead", index: None, expected, got: count_as_f64(ahead) });
         }
         let past = vec![0.0; last].into();
-        Ok(Self { coefficients: coefficients.into(), ahead, past, newest: 0, samples: 0 })
+        Ok(Self { coefficients: coefficients.into(), ahead, smooth: Box::default(), past, newest: 0, samples: 0 })
+    }
+
+    /// The same behind a smoothing of the references, by a kernel s of an odd number of weights: both the target and the reference of
+    /// the feedback are those of sum_i s_i r(k + m - i), m = (size - 1) / 2. References come m samples earlier then.
+    ///
+    /// So references may have steps and corners that the actuator must not be asked for: a kernel that is a sum over one period of a
+    /// resonance does not excite it.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
+    /// let preview = Preview::new(&[1.0], 0)?.smoothed(&[0.25, 0.5, 0.25])?;
+    /// assert_eq!((preview.ahead(), preview.coefficients().len()), (1, 3));
+    /// let options = ControllerOptions::new(0.0, 0.0, 1e-4, (-10.0, 10.0));
+    /// let mut controller = HybridController::new(FeedForward::None, Some(preview), &options)?;
+    /// for reference in [0.0, 0.0, 0.0, 1.0] {
+    ///     controller.step(reference.into(), 0.0);
+    /// }
+    /// let terms = controller.terms(); // one sample before the step
+    /// assert_eq!((terms.reference, terms.target), (0.25, 0.25));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a preview that is smoothed already, a number of weights that is not odd, weights that are not finite, or
+    /// that do not sum to 1 within 1e-9.
+    pub fn smoothed(self, kernel: &[f64]) -> Result<Self, Error> {
+        let error = |expected, got| Err(Error::Domain { parameter: "kernel", index: None, expected, got });
+        if !self.smooth.is_empty() {
+            return Err(Error::State { expected: "a preview that is not smoothed yet" });
+        }
+        if kernel.len() % 2 == 0 {
+            return error(Bound::Words("an odd number of weights"), count_as_f64(kernel.len()));
+        }
+        for (i, weight) in kernel.iter().enumerate() {
+            check_finite("kernel", Some(i), *weight)?;
+        }
+        let sum: f64 = kernel.iter().sum();
+        if !(1.0 - SUM_TOLERANCE..=1.0 + SUM_TOLERANCE).contains(&sum) {
+            return error(Bound::Between { low: 1.0 - SUM_TOLERANCE, high: 1.0 + SUM_TOLERANCE }, sum);
+        }
+        let size = self.coefficients.len() + kernel.len() - 1;
+        let (mut coefficients, mut smooth) = (vec![0.0; size], vec![0.0; size]);
+        for (i, weight) in kernel.iter().enumerate() {
+            for (sum, c) in coefficients.iter_mut().skip(i).zip(&self.coefficients) {
+                *sum += weight * c;
+            }
+        }
+        for (place, weight) in smooth.iter_mut().skip(self.ahead).zip(kernel) {
+            *place = *weight;
+        }
+        let preview = Self::new(&coefficients, self.ahead + kernel.len() / 2)?;
+        Ok(Self { smooth: smooth.into(), ..preview })
     }
 
     /// The coefficients c_j, the newest reference's first.
@@ -130,6 +187,10 @@ impl Preview {
             if j == self.ahead {
                 view.reference = r;
             }
+        }
+        if !self.smooth.is_empty() {
+            let window = core::iter::once(newest).chain(self.past().map(|r| if known { r } else { newest }));
+            view.reference = self.smooth.iter().zip(window).map(|(s, r)| s * r).sum();
         }
         view
     }

@@ -1,7 +1,8 @@
 //! The feedback loop that learning believes in, and another one to judge it by.
 
-use hysteresis_control::learning::FeedbackLoop;
+use hysteresis_control::learning::{FeedbackLoop, LoopUncertainty};
 use hysteresis_control::linear::LinearDynamics;
+use hysteresis_control::tuning::ModeUncertainty;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -24,6 +25,28 @@ pub(super) fn truth(
     };
     let dynamics = dynamics.with_dead_time(dead_time.unwrap_or(own)).map_err(raise)?;
     Ok(FeedbackLoop { dynamics, slope: slope.unwrap_or(feedback.slope), ..feedback })
+}
+
+/// How far the true loop may be from this one, as it is by default unless told.
+pub(crate) fn uncertainty(frequency: Option<f64>, damping: Option<f64>, slope: Option<f64>) -> LoopUncertainty {
+    let LoopUncertainty { modes, slope: known } = LoopUncertainty::default();
+    LoopUncertainty {
+        modes: ModeUncertainty {
+            frequency: frequency.unwrap_or(modes.frequency),
+            damping: damping.unwrap_or(modes.damping),
+        },
+        slope: slope.unwrap_or(known),
+    }
+}
+
+/// The keywords that make this uncertainty.
+pub(super) fn uncertainty_keywords<'py>(py: Python<'py>, of: LoopUncertainty) -> PyResult<Bound<'py, PyDict>> {
+    Ok(keywords!(
+        py,
+        frequency_uncertainty = of.modes.frequency,
+        damping_uncertainty = of.modes.damping,
+        slope_uncertainty = of.slope
+    ))
 }
 
 /// The linear part of a loop: dynamics and dead time.

@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use super::feedback_loop::{linear_part, loop_keywords, truth};
+use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncertainty_keywords};
 use super::filters::sections;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only, vector};
@@ -18,10 +18,15 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
-/// v <- Q (v + gamma L e), e = reference - measurement over a period, v the correction of the target of the feed-forward;
-/// Q = 1 / (1 + (f / bandwidth)^4) has no phase; L = conj(M) / (|M|^2 + 0.05^2) inverts the response M of the feedback
-/// loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `min_gain`. An error of twice
-/// the best one is not learned from: the target goes back to the best.
+/// A correction v of the target of the feed-forward leaves e = e0 - M v, e = reference - measurement over a period, M the response of
+/// the feedback loop. At every harmonic a Gaussian tells what is believed of e0 and M; each period makes it narrower. The correction
+/// moves towards the one with the least mean square of the error to be expected, with P the variance of M and C its covariance with e0:
+///
+/// v <- Q (v + (conj(M) (e0 - M v) + C - (P + 0.02^2) v) / (|M|^2 + P + 0.02^2 + 0.05^2))
+///
+/// So little is learned where the loop is not known, and nothing where no error shows above the noise. A loop that is another one than
+/// was believed is learned with the errors. Learning stops by itself (`finished`). An error of twice the best one is not used: the
+/// target goes back to the best.
 ///
 /// Parameters
 /// ----------
@@ -33,16 +38,24 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
 /// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series
 ///     The linear dynamics behind the hysteresis.
-/// bandwidth : float
-///     Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
-/// dead_time : float
-///     What the sensor shows later than the dynamics explain, in seconds.
 /// dt : float
 ///     Sampling interval in seconds.
+/// bandwidth : float, optional
+///     Q = 1 / (1 + (f / bandwidth)^4), in Hz, keeps corrections below it. Without one Q is 1.
+/// dead_time : float
+///     What the sensor shows later than the dynamics explain, in seconds.
 /// min_gain : float
-///     gamma never falls below.
+///     Old periods are forgotten so fast that the gain never falls below this. Less averages noise over more periods.
 /// target_limits : (float, float), optional
 ///     The target never leaves (low, high).
+/// filters : filter or sequence of filters
+///     Of the feedback.
+/// noise : float, optional
+///     The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first period tells it.
+/// frequency_uncertainty, damping_uncertainty, slope_uncertainty : float
+///     How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of the slope.
+/// on_demand : bool
+///     The motion is repeated on demand, from rest to rest. If not, one period follows the other.
 ///
 /// Raises
 /// ------
@@ -61,8 +74,16 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// >>> for _ in range(4):
 /// ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[200:300]
 /// ...     accepted = learning.update(reference - position)
-/// >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
+/// >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.2
 /// (True, True, True)
+/// >>> import json
+/// >>> kept = json.dumps(learning.state)  # for a file; another day
+/// >>> again = mh.control.IterativeLearning(
+/// ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
+/// ... )
+/// >>> again.state = json.loads(kept)
+/// >>> bool(np.all(again.target == learning.target))
+/// True
 #[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct IterativeLearning {
     learning: learning::IterativeLearning,
@@ -84,10 +105,12 @@ impl IterativeLearning {
 #[pymethods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, min_gain=None, target_limits=None,
-        filters=None),
-        text_signature = "(target, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, min_gain=0.15, target_limits=None, \
-        filters=())")]
+    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, min_gain=None,
+        target_limits=None, filters=None, noise=None, frequency_uncertainty=None, damping_uncertainty=None,
+        slope_uncertainty=None, on_demand=false),
+        text_signature = "(target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, min_gain=0.15, \
+        target_limits=None, filters=(), noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
+        slope_uncertainty=1.0, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -95,20 +118,30 @@ impl IterativeLearning {
         ki: &Bound<'_, PyAny>,
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
-        bandwidth: &Bound<'_, PyAny>,
-        dead_time: Option<&Bound<'_, PyAny>>,
         dt: &Bound<'_, PyAny>,
+        bandwidth: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
         min_gain: Option<&Bound<'_, PyAny>>,
         target_limits: Option<&Bound<'_, PyAny>>,
         filters: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        slope_uncertainty: Option<&Bound<'_, PyAny>>,
+        on_demand: bool,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain);
+        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain, noise);
+        numbers!(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
         let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
         let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
-        let target_limits = target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?;
-        let default = LearningOptions::new(bandwidth);
-        let min_gain = min_gain.unwrap_or(default.min_gain);
-        let options = LearningOptions { bandwidth, min_gain, target_limits };
+        let options = LearningOptions {
+            bandwidth,
+            min_gain: min_gain.unwrap_or(LearningOptions::default().min_gain),
+            target_limits: target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?,
+            noise,
+            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty),
+            on_demand,
+        };
         Self::of(feedback, target, options)
     }
 
@@ -118,7 +151,21 @@ impl IterativeLearning {
         read_only(py, self.learning.target().iter().copied())
     }
 
-    /// Learns from the measured error of a period that was run with the present target; whether it was learned from.
+    /// What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
+    /// axis of a raster does, add it to that. Read-only.
+    #[getter]
+    fn correction<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        read_only(py, self.learning.correction())
+    }
+
+    /// Whether learning has stopped by itself: five periods did not lower the error by a hundredth. The target is that of the best
+    /// period then. Learning goes on when the error grows by a quarter.
+    #[getter]
+    fn finished(&self) -> bool {
+        self.learning.is_finished()
+    }
+
+    /// Learns from the measured error of a period that was run with the present target; whether it was used.
     fn update(slf: &Bound<'_, Self>, error: &Bound<'_, PyAny>) -> PyResult<bool> {
         let error = vector("error", error)?;
         Ok(exclusive(slf)?.learning.update(error.as_slice()?).map_err(raise)?.accepted)
@@ -136,7 +183,7 @@ impl IterativeLearning {
         read_only(py, self.learning.trials().iter().map(|trial| trial.rmse))
     }
 
-    /// By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
+    /// By how much the error of the slowest harmonic shrinks in the first period, the mean apart: max |Q (1 - L M')|.
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
     #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
@@ -169,9 +216,17 @@ impl IterativeLearning {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let LearningOptions { bandwidth, min_gain, target_limits } = this.options;
-        let options = keywords!(py, bandwidth = bandwidth, min_gain = min_gain, target_limits = target_limits);
+        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, on_demand } = this.options;
+        let options = keywords!(
+            py,
+            bandwidth = bandwidth,
+            min_gain = min_gain,
+            target_limits = target_limits,
+            noise = noise,
+            on_demand = on_demand
+        );
         keywords.update(options.as_mapping())?;
+        keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
         let first = PyArray1::from_slice(py, &this.first);
         reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(this.state(py)?))
     }

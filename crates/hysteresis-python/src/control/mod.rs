@@ -3,7 +3,7 @@
 pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;
-mod feedback_loop;
+pub(crate) mod feedback_loop;
 pub(crate) mod filter_stream;
 pub(crate) mod filters;
 pub(crate) mod invert_dynamics;

@@ -1,6 +1,6 @@
 //! The preview of a controller.
 
-use hysteresis_control::feedforward::PreviewCoefficients;
+use hysteresis_control::feedforward::{PreviewCoefficients, smoothing_kernel};
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_core as core;
 use numpy::PyArray1;
@@ -12,7 +12,7 @@ use pyo3::types::PyType;
 use super::linear::part::{dynamics_object, linear_dynamics};
 use crate::convert::arguments::{numbers, whole};
 use crate::convert::arrays::{read_only, vector};
-use crate::convert::errors::raise;
+use crate::convert::errors::{self, raise};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
@@ -50,6 +50,8 @@ use crate::convert::pickling::{Reduced, keywords, reduce};
 #[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Preview {
     pub(crate) preview: core::Preview,
+    /// The same without smoothing, and over how many seconds it is smoothed, if it is.
+    plain: Option<(core::Preview, f64)>,
     /// What it was made of, if it was made by `preview`.
     made: Option<PreviewCoefficients>,
     /// The sampling interval for which it was made, if that is known.
@@ -59,7 +61,17 @@ pub(crate) struct Preview {
 impl Preview {
     pub(crate) fn made(made: PreviewCoefficients) -> PyResult<Self> {
         let preview = core::Preview::new(made.coefficients(), made.ahead()).map_err(raise)?;
-        Ok(Self { preview, dt: Some(made.dt()), made: Some(made) })
+        Ok(Self { preview, plain: None, dt: Some(made.dt()), made: Some(made) })
+    }
+
+    /// The same with smoothed references.
+    pub(crate) fn behind_smoothing(&self, seconds: f64) -> PyResult<Self> {
+        let Some(dt) = self.dt else {
+            return Err(errors::value("dt", "expected the sampling interval of the preview, got None"));
+        };
+        let plain = self.preview.clone();
+        let preview = plain.clone().smoothed(&smoothing_kernel(seconds, dt).map_err(raise)?).map_err(raise)?;
+        Ok(Self { preview, plain: Some((plain, seconds)), made: self.made.clone(), dt: self.dt })
     }
 
     /// The sampling interval for which it was made, if that is known.
@@ -76,7 +88,7 @@ impl Preview {
         numbers!(dt);
         let coefficients = vector("coefficients", coefficients)?;
         let preview = core::Preview::new(coefficients.as_slice()?, whole("ahead", ahead)?);
-        Ok(Self { preview: preview.map_err(raise)?, made: None, dt })
+        Ok(Self { preview: preview.map_err(raise)?, plain: None, made: None, dt })
     }
 
     /// The sampling interval in seconds for which it was made, or None: a controller of another one refuses it.
@@ -97,7 +109,31 @@ impl Preview {
         self.preview.ahead()
     }
 
-    /// The error of the position for a sine of this frequency in Hz, relative to the sine.
+    /// Over how many seconds references are smoothed, or None.
+    #[getter]
+    fn smoothing(&self) -> Option<f64> {
+        self.plain.as_ref().map(|(_, seconds)| *seconds)
+    }
+
+    /// The same behind a smoothing of the references: three means of a third of `seconds`, one behind the other.
+    ///
+    /// Target and reference of the feedback are then those of the smoothed references, which come half of `seconds` earlier. So
+    /// references may have steps and corners. Means over a period of a resonance leave it at rest: three periods of the slowest one
+    /// are a good choice.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> preview = mh.control.preview(mh.plant.SecondOrder(800.0, 0.02), 1e-4, ahead=4)
+    /// >>> smoothed = preview.smoothed(3 / 800.0)
+    /// >>> preview.ahead, smoothed.ahead, smoothed.smoothing
+    /// (4, 22, 0.00375)
+    fn smoothed(&self, seconds: &Bound<'_, PyAny>) -> PyResult<Self> {
+        numbers!(seconds);
+        self.behind_smoothing(seconds)
+    }
+
+    /// The error of the position for a sine of this frequency in Hz, relative to the sine, or to the smoothed one.
     ///
     /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
     fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
@@ -121,6 +157,11 @@ impl Preview {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        if let Some((plain, seconds)) = &self.plain {
+            let plain = Self { preview: plain.clone(), plain: None, made: self.made.clone(), dt: self.dt };
+            let make = py.get_type::<Self>().getattr(intern!(py, "smoothed"))?;
+            return reduce(make, (plain, *seconds), keywords!(py), None);
+        }
         if let Some(made) = &self.made {
             let dynamics = (dynamics_object(py, made.dynamics())?, made.dynamics().dead_time());
             let values = (made.coefficients().to_vec(), made.ahead(), made.dt(), dynamics.0, dynamics.1);

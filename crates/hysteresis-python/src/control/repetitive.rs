@@ -5,7 +5,7 @@ use hysteresis_core::Sections;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use super::feedback_loop::{linear_part, loop_keywords, truth};
+use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncertainty_keywords};
 use super::filters::sections;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
@@ -14,16 +14,19 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
 /// Repetitive control: the correction of the target, learned in the running loop, one period later.
 ///
-/// v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: Q and L of `IterativeLearning` as
-/// finite impulse responses around the present place of the last period of N samples. The static error is left to a
-/// feedback that integrates.
+/// v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: the filters Q = 1 / (1 + (f / bandwidth)^4)
+/// and L = conj(M) / (|M|^2 + P + 0.05^2) as finite impulse responses around the present place of the last period of N samples. M is
+/// the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
+/// integrates.
 ///
 /// Parameters
 /// ----------
 /// period : int
 ///     Samples in a period of the reference, 8 to 2^22.
-/// kp, ki, slope, dynamics, bandwidth, dead_time, dt
+/// kp, ki, slope, dynamics, dt, dead_time, filters, frequency_uncertainty, damping_uncertainty, slope_uncertainty
 ///     As for `IterativeLearning`.
+/// bandwidth : float, optional
+///     Up to which frequency to learn, in Hz. Without one, as far as learning converges on every loop that the true one may be.
 /// gain : float
 ///     gamma, above 0 and at most 1: less averages noise over more periods.
 /// settle : int
@@ -69,10 +72,10 @@ impl RepetitiveControl {
 impl RepetitiveControl {
     #[new]
     #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, bandwidth, dead_time=None, dt, gain=None, settle=None, limit=None,
-        filters=None
-    ), text_signature = "(period, *, kp, ki, slope, dynamics, bandwidth, dead_time=0.0, dt, gain=0.3, settle=1, \
-        limit=None, filters=())")]
+        period, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, gain=None, settle=None, limit=None,
+        filters=None, frequency_uncertainty=None, damping_uncertainty=None, slope_uncertainty=None
+    ), text_signature = "(period, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, gain=0.3, settle=1, \
+        limit=None, filters=(), frequency_uncertainty=0.05, damping_uncertainty=2.0, slope_uncertainty=1.0)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         period: &Bound<'_, PyAny>,
@@ -80,23 +83,28 @@ impl RepetitiveControl {
         ki: &Bound<'_, PyAny>,
         slope: &Bound<'_, PyAny>,
         dynamics: &Bound<'_, PyAny>,
-        bandwidth: &Bound<'_, PyAny>,
-        dead_time: Option<&Bound<'_, PyAny>>,
         dt: &Bound<'_, PyAny>,
+        bandwidth: Option<&Bound<'_, PyAny>>,
+        dead_time: Option<&Bound<'_, PyAny>>,
         gain: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
         filters: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        slope_uncertainty: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
+        numbers!(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
         let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
         let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
-        let default = RepetitiveOptions::new(bandwidth);
+        let default = RepetitiveOptions::default();
         let options = RepetitiveOptions {
             bandwidth,
             gain: gain.unwrap_or(default.gain),
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
-            limit: limit.or(default.limit),
+            limit,
+            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty),
         };
         Self::of(feedback, count("period", period)?, options)
     }
@@ -115,6 +123,12 @@ impl RepetitiveControl {
     #[getter]
     fn period(&self) -> usize {
         self.control.period()
+    }
+
+    /// Up to which frequency it learns, in Hz.
+    #[getter]
+    fn bandwidth(&self) -> f64 {
+        self.control.bandwidth()
     }
 
     /// How many errors were not finite: they teach nothing.
@@ -156,9 +170,10 @@ impl RepetitiveControl {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let RepetitiveOptions { bandwidth, gain, settle, limit } = this.options;
+        let RepetitiveOptions { bandwidth, gain, settle, limit, uncertainty } = this.options;
         let options = keywords!(py, bandwidth = bandwidth, gain = gain, settle = settle, limit = limit);
         keywords.update(options.as_mapping())?;
+        keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
         reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(this.state(py)?))
     }
 

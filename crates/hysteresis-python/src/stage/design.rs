@@ -14,6 +14,7 @@ use super::object::Stage;
 use super::precompensate::checked_limits;
 use super::streams::StageInverse;
 use crate::control::controller::HybridController;
+use crate::control::feedback_loop::uncertainty;
 use crate::control::iterative::IterativeLearning;
 use crate::control::linear::state_space::StateSpace;
 use crate::control::observer::Observer;
@@ -22,7 +23,7 @@ use crate::control::reference;
 use crate::control::repetitive::RepetitiveControl;
 use crate::control::tuning::Tuning;
 use crate::convert::arguments::{count, numbers, pair, samples, whole};
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::{self, raise, unexpected};
 use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
@@ -44,10 +45,16 @@ impl Stage {
         limits: Option<(f64, f64)>,
         feedforward: &str,
         gains: (Option<f64>, Option<f64>),
-        ahead: Option<usize>,
+        (ahead, smoothing): (Option<usize>, f64),
     ) -> PyResult<HybridController> {
-        if ahead.is_some() && feedforward != "preview" {
-            return Err(errors::value("ahead", "expected None without feedforward=\"preview\""));
+        if feedforward != "preview" {
+            let expected = "expected None without feedforward=\"preview\"";
+            if ahead.is_some() {
+                return Err(errors::value("ahead", expected));
+            }
+            if smoothing != 0.0 {
+                return Err(errors::value("smoothing", expected));
+            }
         }
         let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
         if let Some((kp, ki)) = both(gains)? {
@@ -68,11 +75,24 @@ impl Stage {
         let preview = match feedforward {
             "preview" => {
                 let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
-                Some(Py::new(py, self.made_preview(dt, &options)?)?)
+                let preview = self.made_preview(dt, &options)?;
+                Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
             }
             _ => None,
         };
         HybridController::of(Some(&source), preview, &options)
+    }
+
+    /// Seconds, or what the modes of this stage need.
+    fn smoothing(&self, smoothing: &Bound<'_, PyAny>) -> PyResult<f64> {
+        match smoothing.extract::<&str>() {
+            Ok("modes") => Ok(self.0.smoothing()),
+            Ok(_) => Err(unexpected("smoothing", "seconds or \"modes\"", smoothing)),
+            Err(_) => {
+                numbers!(smoothing);
+                Ok(smoothing)
+            }
+        }
     }
 
     /// Amplifier and modes in matrices.
@@ -151,6 +171,9 @@ impl Stage {
     /// ahead : int, optional
     ///     How many samples early references come, for "preview"; by default as many as
     ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
+    /// smoothing : float or "modes", optional
+    ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
+    ///     earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
     ///
     /// Examples
     /// --------
@@ -162,7 +185,13 @@ impl Stage {
     /// ...     _ = plant.step(drive)
     /// >>> abs(controller.terms.error) < 0.05
     /// True
-    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None))]
+    /// >>> light = stage.replace(dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+    /// >>> controller = light.controller(1e-4, feedforward="preview", smoothing="modes")
+    /// >>> step = [0.0] * 100 + [1.0] * 100  # um
+    /// >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
+    /// >>> bool(max(run.position) < 1.005), bool(max(abs(run.position[130:] - 1.0)) < 1e-3)
+    /// (True, True)
+    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None, smoothing=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn controller(
         &self,
@@ -173,11 +202,13 @@ impl Stage {
         kp: Option<&Bound<'_, PyAny>>,
         ki: Option<&Bound<'_, PyAny>>,
         ahead: Option<&Bound<'_, PyAny>>,
+        smoothing: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<HybridController> {
         numbers!(dt, kp, ki);
         let limits = checked_limits(&self.0, limits)?;
         let ahead = ahead.map(|ahead| samples("ahead", ahead)).transpose()?;
-        self.made_controller(py, dt, limits, feedforward, (kp, ki), ahead)
+        let smoothing = smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?;
+        self.made_controller(py, dt, limits, feedforward, (kp, ki), (ahead, smoothing))
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -192,52 +223,67 @@ impl Stage {
         Observer::of(self.0.clone(), dt, drift, noise)
     }
 
-    /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given.
-    #[pyo3(signature = (target, dt, *, bandwidth, kp=None, ki=None, min_gain=None, target_limits=None),
-        text_signature = "($self, target, dt, *, bandwidth, kp=None, ki=None, min_gain=0.15, target_limits=None)")]
+    /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
+    /// any of the hysteresis.
+    #[pyo3(signature = (target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=None, target_limits=None, noise=None,
+        frequency_uncertainty=None, damping_uncertainty=None, on_demand=false),
+        text_signature = "($self, target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=0.15, target_limits=None, \
+        noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn iterative_learning(
         &self,
         target: &Bound<'_, PyAny>,
         dt: &Bound<'_, PyAny>,
-        bandwidth: &Bound<'_, PyAny>,
+        bandwidth: Option<&Bound<'_, PyAny>>,
         kp: Option<&Bound<'_, PyAny>>,
         ki: Option<&Bound<'_, PyAny>>,
         min_gain: Option<&Bound<'_, PyAny>>,
         target_limits: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        on_demand: bool,
     ) -> PyResult<IterativeLearning> {
-        numbers!(dt, bandwidth, kp, ki, min_gain);
-        let default = LearningOptions::new(bandwidth);
+        numbers!(dt, bandwidth, kp, ki, min_gain, noise, frequency_uncertainty, damping_uncertainty);
         let options = LearningOptions {
-            min_gain: min_gain.unwrap_or(default.min_gain),
+            bandwidth,
+            min_gain: min_gain.unwrap_or(LearningOptions::default().min_gain),
             target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
-            ..default
+            noise,
+            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
+            on_demand,
         };
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
     }
 
-    /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given.
-    #[pyo3(signature = (period, dt, *, bandwidth, kp=None, ki=None, gain=None, settle=None, limit=None),
-        text_signature = "($self, period, dt, *, bandwidth, kp=None, ki=None, gain=0.3, settle=1, limit=None)")]
+    /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
+    /// the hysteresis.
+    #[pyo3(signature = (period, dt, *, bandwidth=None, kp=None, ki=None, gain=None, settle=None, limit=None,
+        frequency_uncertainty=None, damping_uncertainty=None),
+        text_signature = "($self, period, dt, *, bandwidth=None, kp=None, ki=None, gain=0.3, settle=1, limit=None, \
+        frequency_uncertainty=0.05, damping_uncertainty=2.0)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn repetitive_control(
         &self,
         period: &Bound<'_, PyAny>,
         dt: &Bound<'_, PyAny>,
-        bandwidth: &Bound<'_, PyAny>,
+        bandwidth: Option<&Bound<'_, PyAny>>,
         kp: Option<&Bound<'_, PyAny>>,
         ki: Option<&Bound<'_, PyAny>>,
         gain: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
         limit: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<RepetitiveControl> {
-        numbers!(dt, bandwidth, kp, ki, gain, limit);
-        let default = RepetitiveOptions::new(bandwidth);
+        numbers!(dt, bandwidth, kp, ki, gain, limit, frequency_uncertainty, damping_uncertainty);
+        let default = RepetitiveOptions::default();
         let options = RepetitiveOptions {
+            bandwidth,
             gain: gain.unwrap_or(default.gain),
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
             limit,
-            ..default
+            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
         };
         RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, count("period", period)?, options)
     }
@@ -285,7 +331,7 @@ impl Stage {
         if feedforward == "given" {
             return Err(errors::value("feedforward", "expected \"inverse\" or \"preview\", got \"given\""));
         }
-        let mut controller = self.made_controller(py, dt, limits, feedforward, (kp, ki), None)?;
+        let mut controller = self.made_controller(py, dt, limits, feedforward, (kp, ki), (None, 0.0))?;
         let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
         let mut plant = Plant::of(&self.0, dt, &none)?;
         let tracking = Tracking::of(&mut controller.controller);
