@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import mpi_hyst as mh
+import numpy as np
 import reference
 from hypothesis import strategies as st
 from support import BAD
@@ -45,13 +46,18 @@ class Drawn:
     """The arguments of a controller."""
 
     source: str | None
-    window: tuple[list[float], int] | None
+    window: tuple[list[float], int, bool] | None
+    """Coefficients, how many samples references come early, whether they are smoothed besides."""
     keywords: dict[str, Any]
 
     def controller(self, **others: Any) -> mh.control.HybridController:
         keywords = {**self.keywords, **others}
         keywords["filters"] = [mh.control.Biquad(*section) for section in keywords["filters"]]
-        preview = None if self.window is None else mh.control.Preview(*self.window)
+        preview = None
+        if self.window is not None:
+            coefficients, ahead, smooth = self.window
+            preview = mh.control.Preview(coefficients, ahead, DT)
+            preview = preview.smoothed(SMOOTHING) if smooth else preview
         source = feedforward(self.source, keywords["limits"])
         return mh.control.HybridController(source, preview=preview, **keywords)
 
@@ -59,7 +65,11 @@ class Drawn:
         source = twin_feedforward(self.source, self.keywords["limits"])
         slew = self.keywords["slew"]
         keywords = {**self.keywords, "slew": math.inf if slew is None else slew}
-        return reference.Controller(source, window=self.window, **keywords)
+        window, kernel = None, [1.0]
+        if self.window is not None:
+            coefficients, ahead, smooth = self.window
+            window, kernel = (coefficients, ahead), KERNEL if smooth else kernel
+        return reference.Controller(source, window=window, kernel=kernel, **keywords)
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -67,6 +77,8 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 DT = 1e-4
+SMOOTHING = 9e-4  # s: three means over three samples
+KERNEL = (np.array([1.0, 3.0, 6.0, 7.0, 6.0, 3.0, 1.0]) / 27.0).tolist()
 GAINS = st.just(0.0) | numbers(1e-3, 100.0)
 INTEGRAL_GAINS = st.just(0.0) | numbers(10.0, 1e6)
 """Of the same size in one sample as the others."""
@@ -91,7 +103,7 @@ def setups(draw: st.DrawFn, laws: tuple[str, ...] = ("positional", "incremental"
     window = None
     if draw(st.booleans()):
         coefficients = draw(st.lists(numbers(-3.0, 3.0), min_size=1, max_size=5))
-        window = (coefficients, draw(st.integers(0, len(coefficients) - 1)))
+        window = (coefficients, draw(st.integers(0, len(coefficients) - 1)), draw(st.booleans()))
     law = draw(st.sampled_from(laws))
     anti_windup, tracking_time = draw(ANTI_WINDUPS)
     filters, negative = draw(FILTERS), draw(st.booleans())

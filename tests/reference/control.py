@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 Number = float | None
 LARGEST = 1e100
 MANY = 2**32 - 1
@@ -69,6 +71,7 @@ class Controller:
         measurement_range: tuple[float, float] = (-math.inf, math.inf),
         max_measurement_step: float = math.inf,
         window: tuple[Sequence[float], int] | None = None,
+        kernel: Sequence[float] = (1.0,),
         filters: Sequence[Section] = (),
     ) -> None:
         """As mh.HybridController; what is not limited is infinite."""
@@ -80,7 +83,10 @@ class Controller:
         self.bumpless_samples = int(bumpless_time / dt + 0.5)
         self.left = 0  # samples until the bumpless term is gone
         self.resting = MANY  # samples for which the integral rests; a start shortens it
-        self.max_missing, self.window = max_missing, window
+        self.max_missing = max_missing
+        coefficients, ahead = window or ([1.0], 0)
+        self.window = np.convolve(coefficients, kernel).tolist()
+        self.smooth = [0.0] * ahead + list(kernel)  # from the newest reference on
         self.measurement_range, self.max_measurement_step = measurement_range, max_measurement_step
         self.drive = min(max(0.0, limits[0]), limits[1])
         self.mode = "run"
@@ -172,13 +178,14 @@ class Controller:
 
     def look(self, newest: float) -> tuple[float, float, bool]:
         """The reference of the feedback, the target, and whether the window is just full."""
-        coefficients, ahead = self.window or ([1.0], 0)
-        self.references = [newest, *self.references][: len(coefficients) + 1]
-        come, size = len(self.references), len(coefficients)
-        first = self.references[-1]
+        size = len(self.window)
+        self.references = [newest, *self.references][: size + 1]
+        come, first = len(self.references), self.references[-1]
         seen = [first] * size if come < size else self.references[:size]
-        target = sum(c * r for c, r in zip(coefficients, seen, strict=True))
-        return self.references[min(ahead, come - 1)], target, come == size
+        target = sum(c * r for c, r in zip(self.window, seen, strict=True))
+        past = self.references + [first] * size
+        reference = sum(s * r for s, r in zip(self.smooth, past, strict=False))
+        return reference, target, come == size
 
     def act(self, volts: float, error: Number, filled: bool) -> None:
         jump = volts - self.volts if filled else 0.0  # the target takes over from the first one

@@ -252,6 +252,34 @@ fn a_preview_leads_the_target_and_delays_the_reference() {
     }
 }
 
+/// Behind a smoothing the controller does what it would do with the smoothed reference, which it knows as early.
+#[test]
+fn a_smoothed_preview_is_that_of_a_smoothed_reference() {
+    let (coefficients, kernel) = ([0.5, -0.25, 2.0], [0.125, 0.25, 0.25, 0.25, 0.125]);
+    let options = ControllerOptions::new(2.0, 30.0, DT, LIMITS);
+    let made = |preview| HybridController::new(FeedForward::None, Some(preview), &options).unwrap();
+    let plain = Preview::new(&coefficients, 1).unwrap();
+    let smoothed = plain.clone().smoothed(&kernel).unwrap();
+    assert_eq!((smoothed.ahead(), smoothed.coefficients().len()), (3, 7));
+    let (mut of_smooth, mut behind) = (made(plain), made(smoothed.clone()));
+    // At rest for longer than both windows, then a step and a ramp.
+    let r = |k: usize| [0.0, 1.0, 1.0, 1.5, 2.0, 2.5][k.saturating_sub(9).min(5)];
+    for k in 0..30_usize {
+        let smooth: f64 = kernel.iter().enumerate().map(|(i, s)| s * r((k + 4).saturating_sub(i + 2))).sum();
+        let measurement = 0.3 * r(k);
+        let expected = of_smooth.step(smooth.into(), measurement);
+        let got = behind.step(r(k + 2).into(), measurement);
+        // Products are summed in another order.
+        assert!((got - expected).abs() < 1e-12, "{k}: {got} {expected}");
+        assert!((behind.terms().reference - of_smooth.terms().reference).abs() < 1e-12);
+    }
+    assert!(smoothed.clone().smoothed(&kernel).is_err());
+    let refused = |kernel: &[f64]| Preview::new(&[1.0], 0).unwrap().smoothed(kernel).unwrap_err().to_string();
+    assert_eq!(refused(&[0.5, 0.5]), "kernel: expected an odd number of weights, got 2.0");
+    assert!(refused(&[0.5]).starts_with("kernel: expected"));
+    assert!(refused(&[f64::NAN]).starts_with("kernel[0]: expected a finite"));
+}
+
 #[test]
 fn asymmetric_limits_and_slew_are_kept_and_counted() {
     let options = ControllerOptions {

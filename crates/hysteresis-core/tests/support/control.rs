@@ -61,13 +61,17 @@ pub(crate) fn source() -> impl Strategy<Value = Source> {
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) source: Source,
-    pub(crate) window: Option<(Vec<f64>, usize)>,
+    /// Coefficients, how many samples references come early, and whether they are smoothed besides.
+    pub(crate) window: Option<(Vec<f64>, usize, bool)>,
     pub(crate) options: ControllerOptions,
 }
 
 impl Setup {
     pub(crate) fn make(&self) -> HybridController {
-        let preview = self.window.as_ref().map(|(c, ahead)| Preview::new(c, *ahead).unwrap());
+        let preview = self.window.as_ref().map(|(c, ahead, is_smoothed)| {
+            let plain = Preview::new(c, *ahead).unwrap();
+            if *is_smoothed { plain.smoothed(&[0.25, 0.5, 0.25]).unwrap() } else { plain }
+        });
         HybridController::new(self.source.make(self.options.limits), preview, &self.options).unwrap()
     }
 }
@@ -85,8 +89,9 @@ fn law() -> impl Strategy<Value = (Law, AntiWindup)> {
     ]
 }
 
-fn window() -> impl Strategy<Value = Option<(Vec<f64>, usize)>> {
-    let ahead = |c: Vec<f64>| (0..c.len()).prop_map(move |ahead| Some((c.clone(), ahead)));
+fn window() -> impl Strategy<Value = Option<(Vec<f64>, usize, bool)>> {
+    let ahead =
+        |c: Vec<f64>| (0..c.len(), any::<bool>()).prop_map(move |(ahead, smooth)| Some((c.clone(), ahead, smooth)));
     prop_oneof![1 => Just(None), 1 => vec(-3.0..3.0, 1..6).prop_flat_map(ahead)]
 }
 
