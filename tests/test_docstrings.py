@@ -15,6 +15,7 @@ WITHOUT_EXAMPLES = {
     "signals.Excitation": "made by excitation, whose example reads it",
     "signals.ExperimentPart": "made by experiment, whose example reads it",
     "signals.ExperimentSegment": "made by experiment, whose example reads it",
+    "trajectories.ScanAxis": "made by Raster, whose example reads it",
     "results.Finding": "made by diagnose, whose example reads it",
     "results.DynamicsIdentification": "made by identify_dynamics, whose example reads it",
     "results.Identification": "made by identify, whose example reads it",

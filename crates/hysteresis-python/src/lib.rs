@@ -55,6 +55,14 @@ mod _core {
     #[pymodule_export]
     use crate::control::preview_window::preview;
     #[pymodule_export]
+    use crate::control::scan::axis::ScanAxis;
+    #[pymodule_export]
+    use crate::control::scan::lissajous::Lissajous;
+    #[pymodule_export]
+    use crate::control::scan::raster::Raster;
+    #[pymodule_export]
+    use crate::control::scan::spiral::Spiral;
+    #[pymodule_export]
     use crate::control::terms::ControllerTerms;
     #[pymodule_export]
     use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};

@@ -14,6 +14,7 @@ pub(crate) mod preview;
 pub(crate) mod preview_window;
 pub(crate) mod reference;
 pub(crate) mod repetitive;
+pub(crate) mod scan;
 pub(crate) mod source;
 pub(crate) mod terms;
 pub(crate) mod trajectories;
