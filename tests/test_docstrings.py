@@ -38,6 +38,7 @@ MODULES = [
     mh.io,
     mh.paper,
     mh.plant,
+    mh.plot,
     mh.results,
     mh.signals,
     mh.trajectories,

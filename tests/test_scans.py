@@ -159,11 +159,11 @@ def test_a_fast_spiral_is_gentle_at_its_centre(
     spiral = Spiral(radius, radius / turns, speed=speed, inner_radius=inner * radius)
     dt = spiral.duration / 5000
     acceleration = np.hypot(spiral.x.sample(dt)[2], spiral.y.sample(dt)[2])
-    # the bend of the path is 1 / r but for the first turn
+    # the path bends by 1 / r but in the first turn; the rising speed adds to that
     bend = 2 * np.pi / spiral.pitch
     theta = spiral.inner_radius * bend
     sharpest = bend * (2 + theta**2) / (1 + theta**2) ** 1.5
-    assert acceleration.max() <= 1.1 * speed**2 * sharpest
+    assert acceleration.max() <= 1.25 * speed**2 * sharpest
 
 
 @given(figures)
@@ -239,7 +239,10 @@ FIGURE: dict[str, Any] = {"amplitudes": (3.0, 2.0), "frequencies": (1.0, 1.5), "
     [
         (lambda: Raster(**{**RASTER, "width": math.nan}), "width: expected a finite number above"),
         (lambda: Raster(**{**RASTER, "height": -1.0}), "height: expected a finite number, 0 or m"),
-        (lambda: Raster(**{**RASTER, "lines": 0}), "lines: expected a whole number of at least one"),
+        (
+            lambda: Raster(**{**RASTER, "lines": 0}),
+            "lines: expected a whole number of at least one",
+        ),
         (lambda: Raster(**{**RASTER, "lines": 2**40}), "lines: expected 1 to 2^27"),
         (lambda: Raster(**{**RASTER, "line_rate": 0.0}), "line_rate: expected a finite number ab"),
         (lambda: Raster(**RASTER, turnaround=1.0), "turnaround: expected a share above 0 and bel"),

@@ -67,7 +67,9 @@ mod _core {
     #[pymodule_export]
     use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
-    use crate::control::tuning::{Margins, Tuning, tune};
+    use crate::control::tune::tune;
+    #[pymodule_export]
+    use crate::control::tuning::{Margins, Tuning};
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]

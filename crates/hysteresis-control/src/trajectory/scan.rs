@@ -81,11 +81,13 @@ impl Motion {
 
     /// The same in other units, or the other way round.
     pub(super) fn scaled(self, factor: f64) -> Self {
+        // Adding 0 makes 0 of -0.
+        let scaled = |value: f64| factor * value + 0.0;
         Self {
-            position: factor * self.position,
-            velocity: factor * self.velocity,
-            acceleration: factor * self.acceleration,
-            jerk: factor * self.jerk,
+            position: scaled(self.position),
+            velocity: scaled(self.velocity),
+            acceleration: scaled(self.acceleration),
+            jerk: scaled(self.jerk),
         }
     }
 }

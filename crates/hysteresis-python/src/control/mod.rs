@@ -18,4 +18,5 @@ pub(crate) mod scan;
 pub(crate) mod source;
 pub(crate) mod terms;
 pub(crate) mod trajectories;
+pub(crate) mod tune;
 pub(crate) mod tuning;

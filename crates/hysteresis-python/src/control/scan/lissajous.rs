@@ -42,8 +42,8 @@ use crate::convert::values::hash;
 /// >>> import mpi_hyst as mh
 /// >>> figure = mh.trajectories.Lissajous((5.0, 4.0), (30.0, 29.0), seconds=1.0)
 /// >>> x, velocity, acceleration = figure.x.sample(dt=1e-4)
-/// >>> x[0], velocity[0], acceleration[0], abs(x).max().round(4)
-/// (0.0, 0.0, 0.0, 5.0)
+/// >>> velocity[[0, -1]], round(float(abs(x).max()), 4)
+/// (array([0., 0.]), 5.0)
 /// >>> begin, end = figure.steady
 /// >>> round(end - begin, 12), figure.lead_in == 2.0 / 29.0
 /// (1.0, True)

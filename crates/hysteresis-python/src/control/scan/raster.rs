@@ -48,15 +48,15 @@ use crate::convert::values::hash;
 /// >>> import numpy as np
 /// >>> import mpi_hyst as mh
 /// >>> raster = mh.trajectories.Raster(10.0, 8.0, 64, line_rate=5.0)
-/// >>> raster.speed, round(raster.overscan, 3), round(raster.acceleration)  # um/s, um, um/s^2
-/// (125.0, 0.859, 23438)
+/// >>> raster.speed, round(raster.overscan, 3), round(raster.acceleration, 3)  # um/s, um, um/s^2
+/// (125.0, 0.859, 23437.5)
 /// >>> x, velocity, acceleration = raster.x.sample(dt=1e-4)
 /// >>> line = raster.line_index(dt=1e-4)  # -1 in turns and while a line is retraced
 /// >>> trace = x[line == 7]
 /// >>> trace.size, bool(np.allclose(np.diff(trace), 125.0 * 1e-4))
 /// (800, True)
-/// >>> bool(abs(velocity).max() <= raster.speed), velocity[0], velocity[-1]
-/// (True, 0.0, 0.0)
+/// >>> bool(abs(velocity).max() <= raster.speed), velocity[[0, -1]]
+/// (True, array([0., 0.]))
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct Raster(pub(super) trajectory::Raster);
 

@@ -14,7 +14,7 @@ use crate::convert::values::hash;
 /// Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes grow. Give it a
 /// `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast (Mahmood and Moheimani,
 /// Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular velocity. So a spiral starts there at
-/// rest, and its rate is full from `inner_radius` on: the acceleration then stays near speed^2 / inner_radius at most. It ends at rest
+/// rest, and its rate is full from `inner_radius` on: the acceleration is then at most about 1.2 speed^2 / inner_radius. It ends at rest
 /// on its radius. Position, velocity and acceleration are continuous.
 ///
 /// Parameters
