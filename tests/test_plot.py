@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from test_entry_point import python
 from test_tuning import DT, FLEXURE, MODEL
 
 
@@ -46,14 +46,17 @@ def test_axes_of_ones_own_are_drawn_on(tuning: mh.control.Tuning) -> None:
     assert panels[2].get_legend() is not None
 
 
-def test_wrong_arguments_are_named(
-    tuning: mh.control.Tuning, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_arguments_are_named(tuning: mh.control.Tuning) -> None:
     with pytest.raises(TypeError, match=r"^tuning: expected a Tuning, got 3$"):
         mh.plot.tuning(3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"^axes: expected three axes, got 2$"):
         mh.plot.tuning(tuning, Figure().subplots(2, 1))
-    for name in ("matplotlib", "mpi_hyst._report.loop", "mpi_hyst._report.canvas"):
-        monkeypatch.setitem(sys.modules, name, None)  # type: ignore[arg-type]
-    with pytest.raises(ImportError, match="a plot needs "):
-        mh.plot.tuning(tuning)
+
+
+def test_a_missing_package_is_named() -> None:
+    ended = python(
+        "import sys; sys.modules['matplotlib'] = None; import mpi_hyst as mh",
+        "mh.plot.tuning(mh.control.tune(mh.paper.plant('A1')))",
+    )
+    said = "ImportError: a plot needs matplotlib: pip install 'mpi_hyst[report]'\n"
+    assert ended.stderr.endswith(said)

@@ -1,4 +1,4 @@
-"""The loops of a tuning over frequency against python-control, its words, and what it is asked for."""
+"""The loops of a tuning against python-control, its words, and what it is asked for."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_wrong_demands_are_named(change: dict[str, Any], error: Any, message: st
     with pytest.raises(error) as caught:
         mh.control.tune(MODEL, dt=DT, **FLEXURE, **change)
     assert str(caught.value).startswith(message) and ", got " in str(caught.value)
-    with pytest.raises(ValueError, match="^structure: expected modes for filters"):
+    with pytest.raises(ValueError, match=r"^structure: expected modes for filters"):
         mh.control.tune(MODEL, dt=DT, structure="notch", **A1)
 
 

@@ -47,6 +47,7 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
     >>> figure = mh.plot.tuning(mh.control.tune(mh.paper.plant("A1")))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['|L|', 'degrees', '|S|']
+
     """
     if not isinstance(tuning, Tuning):
         raise TypeError(f"tuning: expected a Tuning, got {tuning!r}")

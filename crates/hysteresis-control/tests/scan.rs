@@ -125,7 +125,7 @@ proptest! {
             prop_assert!((here.position - center.0 - direction * width * (share - 0.5)).abs() < tolerance);
             prop_assert!((here.velocity - direction * raster.speed()).abs() < 1e-9 * raster.speed());
             let half_way = raster.y().at(0.5 * (begins + ends)).position;
-            mean += half_way / sweeps.len() as f64;
+            mean += if is_bidirectional { half_way } else { 0.5 * half_way };
             if has_steps {
                 prop_assert_eq!(raster.y().at(t), Motion::rest(half_way));
             }
@@ -217,9 +217,9 @@ proptest! {
             .fold(0.0, f64::max);
         let bound = match spiral.rate() {
             SpiralRate::Angular { frequency } => (TAU * frequency).powi(2) * (spiral.radius() + spiral.pitch()),
-            // The path bends by at most 4 pi / pitch, and beyond the first turn by about 1 / r.
             SpiralRate::Linear { speed } => {
-                speed * speed * (2.0 / spiral.inner_radius()).min(2.0 * TAU / spiral.pitch() + 2.0 / spiral.inner_radius())
+                let factor = if spiral.inner_radius() >= spiral.pitch() { 1.2 } else { 1.5 };
+                factor * speed * speed / spiral.inner_radius()
             }
         };
         prop_assert!(worst <= bound, "{worst} {bound}");

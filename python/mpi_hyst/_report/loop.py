@@ -77,8 +77,11 @@ def root(axes: Axes) -> Figure:
 
 
 def _frequencies(tuning: Tuning) -> Samples:
-    """Return frequencies up to half of the sampling rate, evenly on a logarithmic axis."""
-    highest = 0.5 / tuning.dt
+    """Return frequencies up to half of the sampling rate, evenly on a logarithmic axis.
+
+    At half of the rate itself L is real, and its phase may be one turn more or less.
+    """
+    highest = 0.5 / tuning.dt * 0.995
     bandwidth = min(max(tuning.rejection_bandwidth, 1e-4 * highest), highest)
     # The peaks that the margins name are among them, however narrow.
     peaks = [tuning.at_min_slope.peak_frequency, tuning.at_max_slope.peak_frequency]

@@ -37,7 +37,8 @@ pub enum SpiralRate {
 ///
 /// at a constant linear velocity, grows steadily between the inner radius and the end (Mahmood and Moheimani, Nanotechnology 20,
 /// 365503, 2009). At the centre the path bends sharply, so it starts there at rest: the rate rises along
-/// S(s) = 10 s^3 - 15 s^4 + 6 s^5 and is full at the inner radius. It ends at rest on its radius, and does not go beyond.
+/// S(s) = 10 s^3 - 15 s^4 + 6 s^5 and is full at the inner radius r_i. The acceleration is at most 1.5 speed^2 / r_i, and 1.2 if r_i is
+/// a pitch or more. It ends at rest on its radius, and does not go beyond.
 /// Derivatives up to the third are continuous.
 ///
 /// ```

@@ -28,6 +28,9 @@ pub(crate) struct Tuning {
     options: TuningOptions,
 }
 
+/// What a family makes of frequencies and a slope.
+type Response = fn(&LoopFamily, &[f64], f64) -> Result<Vec<Complex64>, hysteresis_core::Error>;
+
 impl Tuning {
     pub(crate) fn of(stage: Stage, options: TuningOptions) -> Result<Self, stage::Error> {
         Ok(Self { made: stage.tune_with(&options)?, stage, options })
@@ -37,12 +40,12 @@ impl Tuning {
         self.stage.loop_family(&self.options, &self.made).map_err(raise)
     }
 
-    /// What a family makes of frequencies, at a slope or the greatest one.
+    /// At a slope that was given, or the greatest one.
     fn response<'py>(
         &self,
         frequencies: &Bound<'py, PyAny>,
         slope: Option<&Bound<'py, PyAny>>,
-        of: fn(&LoopFamily, &[f64], f64) -> Result<Vec<Complex64>, hysteresis_core::Error>,
+        of: Response,
     ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         numbers!(slope);
         let numbers = arrays::numbers("frequencies", frequencies)?;

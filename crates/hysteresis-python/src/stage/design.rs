@@ -117,7 +117,6 @@ impl Stage {
     #[pyo3(signature = (dt, peak_sensitivity=None, *, frequency_uncertainty=None, damping_uncertainty=None, structure=None),
         text_signature = "($self, dt, peak_sensitivity=1.7, *, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
         structure=None)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn tune(
         &self,
         py: Python<'_>,

@@ -56,9 +56,9 @@ def _feedback(setup: Setup) -> list[Section]:
     figure = Figure(
         canvas.data_uri(loop.figure(setup.tuning)),
         "Magnitude and phase of the open loop, and the sensitivity over frequency",
-        "The open loop L and the sensitivity 1 / (1 + L) at the least and the greatest slope of the "
-        "hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst over all "
-        "slopes and modes that may be. Dotted: up to there disturbances are reduced.",
+        "The open loop L and the sensitivity 1 / (1 + L) at the least and the greatest slope of "
+        "the hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst over "
+        "all slopes and modes that may be. Dotted: up to there disturbances are reduced.",
     )
     return [Section("feedback", "Feedback", [setup.tuning.explanation], [figure])]
 

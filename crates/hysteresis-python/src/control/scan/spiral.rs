@@ -14,8 +14,8 @@ use crate::convert::values::hash;
 /// Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes grow. Give it a
 /// `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast (Mahmood and Moheimani,
 /// Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular velocity. So a spiral starts there at
-/// rest, and its rate is full from `inner_radius` on: the acceleration is then at most about 1.2 speed^2 / inner_radius. It ends at rest
-/// on its radius. Position, velocity and acceleration are continuous.
+/// rest, and its rate is full from `inner_radius` on. The acceleration is at most 1.5 speed^2 / inner_radius, and 1.2
+/// if the inner radius is a pitch or more. It ends at rest on its radius. Position, velocity and acceleration are continuous.
 ///
 /// Parameters
 /// ----------
