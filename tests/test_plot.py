@@ -30,7 +30,7 @@ def test_the_figure_shows_the_loops(tuning: mh.control.Tuning) -> None:
         np.testing.assert_array_equal(
             line.get_ydata(), np.abs(tuning.open_loop(frequencies, margins.slope))
         )
-    assert phase.get_lines()[0].get_ydata()[0] == pytest.approx(-90.0, abs=3.0)
+    assert np.asarray(phase.get_lines()[0].get_ydata())[0] == pytest.approx(-90.0, abs=3.0)
     shown = lines(sensitivity)
     worst = shown["worst of all slopes and modes"].get_ydata()
     assert tuning.peak_sensitivity >= worst.max() > 0.99 * tuning.peak_sensitivity
@@ -40,7 +40,7 @@ def test_the_figure_shows_the_loops(tuning: mh.control.Tuning) -> None:
 
 def test_axes_of_ones_own_are_drawn_on(tuning: mh.control.Tuning) -> None:
     figure = Figure()
-    panels = figure.subfigures(1, 2)[1].subplots(3, 1)
+    panels = figure.add_subfigure(figure.add_gridspec(1, 1)[0]).subplots(3, 1)
     assert mh.plot.tuning(tuning, panels) is figure
     assert [len(axes.get_lines()) for axes in panels] == [5, 3, 5]
     assert panels[2].get_legend() is not None

@@ -185,7 +185,7 @@ def test_a_stage_follows_every_axis() -> None:
         limits=(-500.0, 500.0),
         dynamics=mh.plant.SecondOrder(900.0, 0.05),
     )
-    scans = [
+    scans: list[Scan] = [
         Raster(2.0, 1.0, 4, line_rate=20.0),
         Raster(2.0, 1.0, 4, line_rate=20.0, steps=True, bidirectional=True),
         Spiral(1.0, 0.1, speed=20.0),
@@ -280,8 +280,8 @@ def test_what_no_scan_can_have_is_named(make: Any, message: str) -> None:
     ("make", "message"),
     [
         (lambda: Raster("3", 2.0, 4, line_rate=1.0), "width: expected a number, got '3'"),  # type: ignore[arg-type]
-        (lambda: Raster(**RASTER, center=1.0), "center: expected two numbers"),
-        (lambda: Spiral(**SPIRAL, center=(1.0, 2.0, 3.0)), "center: expected two numbers"),
+        (lambda: Raster(**{**RASTER, "center": 1.0}), "center: expected two numbers"),
+        (lambda: Spiral(**{**SPIRAL, "center": (1, 2, 3)}), "center: expected two numbers"),
         (lambda: Lissajous(**{**FIGURE, "amplitudes": 3.0}), "amplitudes: expected two numbers"),
         (lambda: Lissajous(**{**FIGURE, "frequencies": "ab"}), "frequencies: expected two number"),
     ],

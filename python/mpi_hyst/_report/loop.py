@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,7 +38,7 @@ def draw(tuning: Tuning, panels: Sequence[Axes]) -> None:
     ]
     for margins, colour, name in looks:
         loop = tuning.open_loop(frequencies, margins.slope)
-        look = {"color": colour, "linewidth": 1.2}
+        look: dict[str, Any] = {"color": colour, "linewidth": 1.2}
         magnitude.plot(frequencies, np.abs(loop), **look)
         phase.plot(frequencies, np.degrees(np.unwrap(np.angle(loop))), **look)
         left = np.abs(tuning.sensitivity(frequencies, margins.slope))
