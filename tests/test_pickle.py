@@ -91,6 +91,10 @@ VALUES: dict[str, Callable[[], Any]] = {
     "PointToPoint": lambda: mh.trajectories.PointToPoint(
         [0.0, 3.0], velocity=100.0, acceleration=1e4, jerk=1e6, dwell=0.5
     ),
+    "Raster": lambda: mh.trajectories.Raster(9.0, 7.0, 3, line_rate=5.0, steps=True),
+    "Spiral": lambda: mh.trajectories.Spiral(5.0, 0.5, speed=40.0, center=(1.0, -1.0)),
+    "Lissajous": lambda: mh.trajectories.Lissajous((5.0, 4.0), (3.0, 4.0), seconds=1.0, phase=0.5),
+    "ScanAxis": lambda: mh.trajectories.Spiral(5.0, 0.5, frequency=4.0).y,
 }
 """Objects that compare equal to an equal one."""
 

@@ -111,16 +111,20 @@ def test_the_report_shows_the_run(here: Path) -> None:
     result = run(*SIMULATE, *STAGE, "--noise", "0.01", "--report", "run.html")
     assert result.exit_code == 0, result.output
     root = parsed(here / "run.html")
-    assert sections(root) == ["tracking"]
-    assert len(list(root.iter("img"))) == 1
+    assert sections(root) == ["tracking", "feedback"]
+    assert len(list(root.iter("img"))) == 2
     page = words(root)
     for said in (
         "reference.csv on stage.json",
         "natural frequency 400.0 Hz, damping ratio 0.9500",
         "true position",
         "tuned",
+        "Proportional and integral gain alone, without filters.",
     ):
         assert said in page
+    result = run(*SIMULATE, *STAGE, "--gains", "60,6000", "--report", "given.html")
+    assert result.exit_code == 0, result.output
+    assert sections(parsed(here / "given.html")) == ["tracking"]
 
 
 @pytest.mark.parametrize(

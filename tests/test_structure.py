@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "_paper": {"_paper"},
     "_io": {"_io"},
 }
-PUBLIC = {"io": {"_io"}}
+PUBLIC = {"io": {"_io"}, "plot": {"_report"}}
 
 
 def modules() -> dict[str, Path]:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 _Vector = NDArray[np.float64]
 _Matrix = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
+_Structure: TypeAlias = Literal["proportional-integral", "low-pass", "active damping", "notch"]
 
 __all__ = [
     "ActuatorArray",
@@ -46,6 +47,7 @@ __all__ = [
     "IterativeLearning",
     "Lead",
     "LeftOutLoop",
+    "Lissajous",
     "LoopShift",
     "LowPass",
     "ManyIdentifications",
@@ -62,12 +64,15 @@ __all__ = [
     "PrandtlIshlinskii",
     "Preview",
     "Quality",
+    "Raster",
     "RecursiveIdentifier",
     "RepetitiveControl",
     "RoundedTriangle",
     "Run",
+    "ScanAxis",
     "SecondOrder",
     "Sine",
+    "Spiral",
     "Stage",
     "StageForward",
     "StageInverse",
@@ -3096,7 +3101,15 @@ class Stage:
         UserWarning
             If limits or slew rate held drives back.
         """
-    def tune(self, dt: float, peak_sensitivity: float = 1.7) -> Tuning:
+    def tune(
+        self,
+        dt: float,
+        peak_sensitivity: float = 1.7,
+        *,
+        frequency_uncertainty: float = 0.05,
+        damping_uncertainty: float = 2.0,
+        structure: _Structure | None = None,
+    ) -> Tuning:
         """Gains of the feedback for every slope of the hysteresis: as `control.tune`."""
     def preview(
         self,
@@ -4674,7 +4687,324 @@ class PointToPoint:
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
 
-_Trajectory = Sine | RoundedTriangle | PointToPoint
+@final
+class Raster:
+    """A raster: the fast axis x goes to and fro at a constant speed, the slow axis y advances.
+
+    On a line x crosses the width at the speed v = width / ((1 - a) T), where T = 0.5 / line_rate, or 1 / line_rate if it is
+    bidirectional, and a = `turnaround`. Behind the line it turns round in c = a T seconds: the velocity goes from v to -v along
+    v (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5. So x reaches `overscan` = 11/32 v c beyond the image, and accelerates by at most
+    `acceleration` = 15/4 v / c. Position, velocity and acceleration are continuous.
+
+    Both axes begin and end at rest. `Stage.precompensate` leads to where they begin with `lead_in`.
+
+    Parameters
+    ----------
+    width : float
+        How long the lines are, without the overscan, in the unit of the position (um).
+    height : float
+        What the lines cover: they are height / lines apart, each in the middle of its strip. 0 repeats one line.
+    lines : int
+    line_rate : float
+        Lines per second, in Hz.
+    turnaround : float
+        The share of the time that goes into turning round, above 0 and below 1.
+    bidirectional : bool
+        Whether the way back is the next line. Else every line is traced, from -width / 2 to width / 2, and retraced.
+    steps : bool
+        Whether y rests during a line and steps to the next one during the turn. Else it is a ramp, which passes the place of a line
+        in the middle of its time.
+    center : (x, y)
+        Of the image.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import mpi_hyst as mh
+    >>> raster = mh.trajectories.Raster(10.0, 8.0, 64, line_rate=5.0)
+    >>> raster.speed, round(raster.overscan, 3), round(raster.acceleration)  # um/s, um, um/s^2
+    (125.0, 0.859, 23438)
+    >>> x, velocity, acceleration = raster.x.sample(dt=1e-4)
+    >>> line = raster.line_index(dt=1e-4)  # -1 in turns and while a line is retraced
+    >>> trace = x[line == 7]
+    >>> trace.size, bool(np.allclose(np.diff(trace), 125.0 * 1e-4))
+    (800, True)
+    >>> bool(abs(velocity).max() <= raster.speed), velocity[0], velocity[-1]
+    (True, 0.0, 0.0)
+    """
+
+    def __new__(
+        cls,
+        width: float,
+        height: float,
+        lines: int,
+        *,
+        line_rate: float,
+        turnaround: float = 0.2,
+        bidirectional: bool = False,
+        steps: bool = False,
+        center: tuple[float, float] = (0.0, 0.0),
+    ) -> Raster: ...
+    @property
+    def width(self) -> float:
+        """How long the lines are, without the overscan."""
+    @property
+    def height(self) -> float:
+        """What the lines cover."""
+    @property
+    def lines(self) -> int:
+        """How many."""
+    @property
+    def line_rate(self) -> float:
+        """Lines per second, in Hz."""
+    @property
+    def turnaround(self) -> float:
+        """The share of the time that goes into turning round."""
+    @property
+    def bidirectional(self) -> bool:
+        """Whether the way back is the next line."""
+    @property
+    def steps(self) -> bool:
+        """Whether y rests during a line."""
+    @property
+    def center(self) -> tuple[float, float]:
+        """The centre of the image."""
+    @property
+    def speed(self) -> float:
+        """The speed of x on the lines, per second."""
+    @property
+    def acceleration(self) -> float:
+        """The greatest acceleration of x, in the middle of a turn, per second squared."""
+    @property
+    def overscan(self) -> float:
+        """How far x reaches beyond the image on either side."""
+    @property
+    def line_duration(self) -> float:
+        """How many seconds x takes for the width."""
+    def line_index(self, dt: float, *, retrace: bool = False) -> NDArray[np.int64]:
+        """The line on which each sample of `x.sample(dt)` lies, counted from 0, and -1 for none: an array of integers.
+
+        With `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster has no retrace.
+        """
+    @property
+    def x(self) -> ScanAxis:
+        """The trajectory of x, the fast axis of a raster."""
+    @property
+    def y(self) -> ScanAxis:
+        """The trajectory of y."""
+    @property
+    def duration(self) -> float:
+        """Seconds until both axes rest at the end."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class Spiral:
+    """An Archimedean spiral from the centre outwards: r = pitch theta / (2 pi), x = r cos theta, y = r sin theta.
+
+    Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes grow. Give it a
+    `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast (Mahmood and Moheimani,
+    Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular velocity. So a spiral starts there at
+    rest, and its rate is full from `inner_radius` on: the acceleration then stays near speed^2 / inner_radius at most. It ends at rest
+    on its radius. Position, velocity and acceleration are continuous.
+
+    Parameters
+    ----------
+    radius : float
+        Where it ends, in the unit of the position (um).
+    pitch : float
+        How far its turns are apart, at most the radius.
+    frequency : float
+        Turns per second, in Hz; or
+    speed : float
+        The speed along the path, in the unit of the position per second.
+    inner_radius : float, optional
+        From where on the rate is full, at most half of the radius; by default a tenth of it.
+    center : (x, y)
+        Where it starts.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import mpi_hyst as mh
+    >>> spiral = mh.trajectories.Spiral(5.0, 0.1, speed=100.0)
+    >>> (x, vx, ax), (y, vy, ay) = spiral.x.sample(dt=1e-4), spiral.y.sample(dt=1e-4)
+    >>> begin, end = (round(t / 1e-4) for t in spiral.steady)
+    >>> bool(np.allclose(np.hypot(vx, vy)[begin:end], 100.0)), round(float(np.hypot(x, y).max()), 6)
+    (True, 5.0)
+    >>> cav = mh.trajectories.Spiral(5.0, 0.1, frequency=30.0)
+    >>> round(cav.duration, 2)  # 50 turns, those near the centre and the end slower
+    1.84
+    """
+
+    def __new__(
+        cls,
+        radius: float,
+        pitch: float,
+        *,
+        frequency: float | None = None,
+        speed: float | None = None,
+        inner_radius: float | None = None,
+        center: tuple[float, float] = (0.0, 0.0),
+    ) -> Spiral: ...
+    @property
+    def radius(self) -> float:
+        """Where it ends."""
+    @property
+    def pitch(self) -> float:
+        """How far its turns are apart."""
+    @property
+    def frequency(self) -> float | None:
+        """Turns per second, in Hz, if the angular velocity is constant, else None."""
+    @property
+    def speed(self) -> float | None:
+        """The speed along the path, if it is constant, else None."""
+    @property
+    def inner_radius(self) -> float:
+        """From where on the rate is full."""
+    @property
+    def center(self) -> tuple[float, float]:
+        """Where it starts."""
+    @property
+    def steady(self) -> tuple[float, float]:
+        """The times between which the rate is full, in seconds: (begin, end)."""
+    @property
+    def x(self) -> ScanAxis:
+        """The trajectory of x, the fast axis of a raster."""
+    @property
+    def y(self) -> ScanAxis:
+        """The trajectory of y."""
+    @property
+    def duration(self) -> float:
+        """Seconds until both axes rest at the end."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class Lissajous:
+    """A Lissajous figure: a sine on each axis, whose amplitudes grow from rest and fade to rest.
+
+    x = e(t) a_x sin(2 pi f_x (t - t_0) + phase), y = e(t) a_y sin(2 pi f_y (t - t_0)), about the center. The envelope e goes from 0 to
+    1 along S(s) = 10 s^3 - 15 s^4 + 6 s^5 until the lead-in ends at t_0, and back to 0 behind the figure. Position, velocity and
+    acceleration are continuous, and begin and end at rest. The figure repeats itself 1 / g seconds later, g being the greatest
+    frequency of which both are whole multiples.
+
+    Parameters
+    ----------
+    amplitudes : (x, y)
+        Half of the swing of each axis, in the unit of the position (um).
+    frequencies : (x, y)
+        Cycles per second, in Hz.
+    seconds : float
+        How long the figure takes, without its lead-in and lead-out.
+    phase : float
+        The phase of x in radians where the lead-in ends; that of y is 0 there.
+    lead_in : float, optional
+        How many seconds the amplitudes grow, and fade; by default two periods of the slower sine. Then no velocity is greater than in the
+        figure, and no acceleration by more than 4 %.
+    center : (x, y)
+        Where it starts and ends.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> figure = mh.trajectories.Lissajous((5.0, 4.0), (30.0, 29.0), seconds=1.0)
+    >>> x, velocity, acceleration = figure.x.sample(dt=1e-4)
+    >>> x[0], velocity[0], acceleration[0], abs(x).max().round(4)
+    (0.0, 0.0, 0.0, 5.0)
+    >>> begin, end = figure.steady
+    >>> round(end - begin, 12), figure.lead_in == 2.0 / 29.0
+    (1.0, True)
+    """
+
+    def __new__(
+        cls,
+        amplitudes: tuple[float, float],
+        frequencies: tuple[float, float],
+        *,
+        seconds: float,
+        phase: float = 0.0,
+        lead_in: float | None = None,
+        center: tuple[float, float] = (0.0, 0.0),
+    ) -> Lissajous: ...
+    @property
+    def amplitudes(self) -> tuple[float, float]:
+        """Half of the swing of x and of y."""
+    @property
+    def frequencies(self) -> tuple[float, float]:
+        """Cycles per second of x and of y, in Hz."""
+    @property
+    def seconds(self) -> float:
+        """How many seconds the figure takes, without its lead-in and lead-out."""
+    @property
+    def phase(self) -> float:
+        """The phase of x in radians where the lead-in ends."""
+    @property
+    def lead_in(self) -> float:
+        """How many seconds the amplitudes grow, and fade."""
+    @property
+    def center(self) -> tuple[float, float]:
+        """Where it starts and ends."""
+    @property
+    def steady(self) -> tuple[float, float]:
+        """The times between which the amplitudes are constant, in seconds: (begin, end)."""
+    @property
+    def x(self) -> ScanAxis:
+        """The trajectory of x, the fast axis of a raster."""
+    @property
+    def y(self) -> ScanAxis:
+        """The trajectory of y."""
+    @property
+    def duration(self) -> float:
+        """Seconds until both axes rest at the end."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+@final
+class ScanAxis:
+    """One axis of a scan, with its derivatives: made by `.x` and `.y` of a `Raster`, `Spiral` or `Lissajous`.
+
+    Both axes of a scan take equally long, so their samples belong together.
+    """
+
+    @property
+    def scan(self) -> Raster | Spiral | Lissajous:
+        """The scan to which it belongs."""
+    @property
+    def name(self) -> Literal["x", "y"]:
+        """ "x" or "y"."""
+    @property
+    def duration(self) -> float:
+        """Seconds until it rests at the end."""
+    def sample(self, dt: float, seconds: float | None = None) -> tuple[_Vector, _Vector, _Vector]:
+        """Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+        per second, and per second squared.
+
+        For `seconds`; by default until the end has come.
+        """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+
+_Trajectory = Sine | RoundedTriangle | PointToPoint | ScanAxis
 
 def preview(
     dynamics: _Dynamics | None,
@@ -4855,9 +5185,7 @@ class Tuning:
     def filters(self) -> tuple[_Filter, ...]:
         """The filters before both gains: Notch, LowPass."""
     @property
-    def structure(
-        self,
-    ) -> Literal["proportional-integral", "low-pass", "active damping", "notch"]:
+    def structure(self) -> _Structure:
         """ "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
         behind which a negative kp damps; "notch", one for every lightly damped mode.
         """
@@ -4879,6 +5207,18 @@ class Tuning:
     @property
     def peak_sensitivity(self) -> float:
         """The peak of the sensitivity over all slopes between and all modes that may be."""
+    @property
+    def dt(self) -> float: ...
+    @property
+    def peak_sensitivity_limit(self) -> float: ...
+    @property
+    def explanation(self) -> str: ...
+    def open_loop(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex: ...
+    def sensitivity(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex: ...
+    def complementary_sensitivity(
+        self, frequencies: ArrayLike, slope: float | None = None
+    ) -> _Complex: ...
+    def worst_sensitivity(self, frequencies: ArrayLike) -> _Vector: ...
 
 def tune(
     stage: _Model | Stage | Plant,
@@ -4888,6 +5228,9 @@ def tune(
     dynamics: _Dynamics | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float = 0.0,
+    frequency_uncertainty: float = 0.05,
+    damping_uncertainty: float = 2.0,
+    structure: _Structure | None = None,
 ) -> Tuning:
     """Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
 

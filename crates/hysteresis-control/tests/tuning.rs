@@ -1,7 +1,7 @@
 //! What the gains of the feedback keep.
 
 use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace};
-use hysteresis_control::tuning::{ModeUncertainty, Structure, TuningOptions, loop_margins, tune};
+use hysteresis_control::tuning::{LoopFamily, ModeUncertainty, Structure, TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
 fn chains() -> impl Strategy<Value = LinearDynamics> {
@@ -157,4 +157,69 @@ fn a_lightly_damped_mode_gets_filters() {
     let refused = |frequency, damping| tune(&stage(800.0, 0.02), &unknown(frequency, damping)).unwrap_err().to_string();
     assert_eq!(refused(0.6, 2.0), "frequency_uncertainty: expected a share from 0 to 0.5, got 0.6");
     assert_eq!(refused(0.05, 0.5), "damping_uncertainty: expected a factor from 1 to 100, got 0.5");
+}
+
+#[test]
+fn a_structure_can_be_asked_for() {
+    let stage = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap()).then(Delay::new(1e-4).unwrap());
+    let options = TuningOptions::new((0.7, 1.0), 1e-4, 1.7);
+    let free = tune(&stage, &options).unwrap();
+    for structure in Structure::ALL {
+        let asked = TuningOptions { structure: Some(structure), ..options };
+        let tuning = tune(&stage, &asked).unwrap();
+        assert_eq!(tuning.structure, structure);
+        assert!(tuning.peak_sensitivity <= 1.7 && tuning.peak_sensitivity > 1.69);
+        assert_eq!(tuning.kp < 0.0, structure == Structure::ActiveDamping);
+        assert!(tuning.ki <= free.ki * 1.05);
+        assert!(tuning.explanation(&asked).contains("was asked for"));
+        // What is found roughly for the structure is what is found closely.
+        let (_, roughly) = *tuning.tried.iter().find(|(one, _)| *one == structure).unwrap();
+        assert!((tuning.ki / roughly - 1.0).abs() < 0.1, "{structure:?}: {} {roughly}", tuning.ki);
+    }
+    assert_eq!(tune(&stage, &TuningOptions { structure: Some(free.structure), ..options }).unwrap(), free);
+    let refused = |stage: &LinearDynamics, structure| {
+        tune(stage, &TuningOptions { structure: Some(structure), ..options }).unwrap_err().to_string()
+    };
+    for filters in [Structure::LowPass, Structure::ActiveDamping, Structure::Notch] {
+        assert_eq!(
+            refused(&a1(), filters),
+            "structure: expected modes for filters, with a damping ratio below 0.5 and below 0.45 of the sampling rate, got 0.0"
+        );
+    }
+    // A mode beyond half of the sampling rate shows nothing that a notch could take out.
+    let fast = SecondOrder::new(6000.0, 0.02).unwrap().into();
+    assert!(refused(&fast, Structure::Notch).starts_with("structure: expected modes for filters"));
+    let alone = TuningOptions { structure: Some(Structure::ProportionalIntegral), ..options };
+    assert_eq!(tune(&a1(), &alone).unwrap(), tune(&a1(), &options).unwrap());
+}
+
+#[test]
+fn the_loops_of_a_tuning_have_its_margins_and_keep_its_bound() {
+    let stage = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap()).then(Delay::new(1e-4).unwrap());
+    let options = TuningOptions::new((0.7, 1.0), 1e-4, 1.7);
+    let tuning = tune(&stage, &options).unwrap();
+    let family = LoopFamily::new(&stage, &options, &tuning).unwrap();
+    for margins in [&tuning.at_min_slope, &tuning.at_max_slope] {
+        let at = |f| family.open_loop(&[f], margins.slope).unwrap()[0];
+        assert!((at(margins.crossover).norm() - 1.0).abs() < 1e-6);
+        let peak = family.sensitivity(&[margins.peak_frequency], margins.slope).unwrap()[0];
+        assert!((peak.norm() - margins.peak_sensitivity).abs() < 1e-6);
+    }
+    let frequencies: Vec<f64> = (1..=50_000).map(|i| 0.1 * f64::from(i)).collect();
+    let worst = family.worst_sensitivity(&frequencies).unwrap();
+    let highest = worst.iter().copied().fold(0.0, f64::max);
+    assert!(highest <= tuning.peak_sensitivity * (1.0 + 1e-9) && highest > 0.999 * tuning.peak_sensitivity);
+    for slope in [0.7, 0.8, 1.0] {
+        let nominal = family.sensitivity(&frequencies, slope).unwrap();
+        assert!(nominal.iter().zip(&worst).all(|(s, worst)| s.norm() <= worst * (1.0 + 1e-12)));
+    }
+    // Up to the rejection bandwidth all loops reduce disturbances, and right above it one does not.
+    let at = |f: f64| family.worst_sensitivity(&[f]).unwrap()[0];
+    assert!(at(0.999 * tuning.rejection_bandwidth) < 0.5_f64.sqrt());
+    assert!(at(1.001 * tuning.rejection_bandwidth) > 0.5_f64.sqrt());
+    let refused = |f, slope| family.open_loop(&[1.0, f], slope).unwrap_err().to_string();
+    assert_eq!(refused(0.0, 1.0), "frequencies[1]: expected a finite number above 0 (1e-100 to 1e100), got 0.0");
+    assert_eq!(refused(5001.0, 1.0), "frequencies[1]: expected a number from 0.0 to 5000.0, got 5001.0");
+    assert!(refused(1.0, 0.0).starts_with("slope: expected a finite number above 0"));
+    assert!(family.open_loop(&[5000.0], 1.0).unwrap()[0].im.abs() < 1e-9);
 }

@@ -55,11 +55,21 @@ mod _core {
     #[pymodule_export]
     use crate::control::preview_window::preview;
     #[pymodule_export]
+    use crate::control::scan::axis::ScanAxis;
+    #[pymodule_export]
+    use crate::control::scan::lissajous::Lissajous;
+    #[pymodule_export]
+    use crate::control::scan::raster::Raster;
+    #[pymodule_export]
+    use crate::control::scan::spiral::Spiral;
+    #[pymodule_export]
     use crate::control::terms::ControllerTerms;
     #[pymodule_export]
     use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
-    use crate::control::tuning::{Margins, Tuning, tune};
+    use crate::control::tune::tune;
+    #[pymodule_export]
+    use crate::control::tuning::{Margins, Tuning};
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]

@@ -7,7 +7,7 @@ use crate::feedforward::{PreviewCoefficients, PreviewOptions, smoothing_kernel};
 use crate::filters::sections;
 use crate::learning::FeedbackLoop;
 use crate::linear::SecondOrder;
-use crate::tuning::{Tuning, TuningOptions, light_modes, tune};
+use crate::tuning::{LoopFamily, Tuning, TuningOptions, light_modes, tune};
 
 /// The peak of the sensitivity that gains are found for unless told: a phase margin of at least 34 degrees.
 pub const PEAK_SENSITIVITY: f64 = 1.7;
@@ -39,13 +39,36 @@ impl Stage {
     /// # Errors
     /// [`Error::Falling`]; [`Error`] for a `dt` that is not above 0, a peak outside 1.05 to 5, or dynamics that cannot be tuned for.
     pub fn tune(&self, dt: f64, peak_sensitivity: f64) -> Result<Tuning, Error> {
+        self.tune_with(&self.tuning_options(dt, peak_sensitivity)?)
+    }
+
+    /// What [`tune`](Self::tune) asks for, with the slopes of this stage: to be changed and given to [`tune_with`](Self::tune_with).
+    ///
+    /// # Errors
+    /// [`Error::Falling`], or a hysteresis without an inverse.
+    pub fn tuning_options(&self, dt: f64, peak_sensitivity: f64) -> Result<TuningOptions, Error> {
         self.parts().hysteresis.check_invertible()?;
         self.check_rising()?;
         let gain = self.parts().dynamics.static_gain().abs();
         let (low, high) = self.slope_range();
         // The gain of the dynamics is part of theirs.
-        let slopes = (low / gain, high / gain);
-        Ok(tune(&self.linear_part()?, &TuningOptions::new(slopes, dt, peak_sensitivity))?)
+        Ok(TuningOptions::new((low / gain, high / gain), dt, peak_sensitivity))
+    }
+
+    /// Filters and gains of the feedback for these options.
+    ///
+    /// # Errors
+    /// As for [`tune`](crate::tuning::tune), and [`Error::NegativeDeadTime`].
+    pub fn tune_with(&self, options: &TuningOptions) -> Result<Tuning, Error> {
+        Ok(tune(&self.linear_part()?, options)?)
+    }
+
+    /// The loops that a tuning of this stage makes over frequency.
+    ///
+    /// # Errors
+    /// As for [`tune_with`](Self::tune_with).
+    pub fn loop_family(&self, options: &TuningOptions, tuning: &Tuning) -> Result<LoopFamily, Error> {
+        Ok(LoopFamily::new(&self.linear_part()?, options, tuning)?)
     }
 
     /// Feedback with positive gains needs a position that rises with the drive.

@@ -32,7 +32,7 @@ impl Gains {
 
 impl Slopes {
     /// The least |1 + s l| over the slopes s: a parabola in s.
-    fn min_distance(self, l: Complex<f64>) -> f64 {
+    pub(super) fn min_distance(self, l: Complex<f64>) -> f64 {
         let nearest = (-l.re / l.norm_sqr()).clamp(self.min, self.max);
         (1.0 + l * nearest).norm()
     }

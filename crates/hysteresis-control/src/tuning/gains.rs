@@ -52,6 +52,12 @@ impl GainSearch<'_> {
         self.gains(kp, ki_dt)
     }
 
+    /// Roughly the best gains whose proportional one has this sign.
+    pub(super) fn roughly_with_sign(&self, sign: f64) -> Gains {
+        let (kp, ki_dt, _) = self.on_grid(sign, ROUGH_TRIALS);
+        self.gains(kp, ki_dt)
+    }
+
     /// The best gains whose proportional one has this sign.
     pub(super) fn with_sign(&self, sign: f64) -> Gains {
         let (kp, ki_dt, step) = self.on_grid(sign, FINE_TRIALS);

@@ -16,13 +16,15 @@ pub struct TuningOptions {
     pub peak_sensitivity: f64,
     /// How well lightly damped modes are known.
     pub uncertainty: ModeUncertainty,
+    /// The only structure that is admitted; with none the one that suits the dynamics.
+    pub structure: Option<Structure>,
 }
 
 impl TuningOptions {
     /// For modes that are known to 5 % of their frequency and a factor of 2 of their damping.
     #[must_use]
     pub fn new(slopes: (f64, f64), dt: f64, peak_sensitivity: f64) -> Self {
-        Self { slopes, dt, peak_sensitivity, uncertainty: ModeUncertainty::default() }
+        Self { slopes, dt, peak_sensitivity, uncertainty: ModeUncertainty::default(), structure: None }
     }
 }
 

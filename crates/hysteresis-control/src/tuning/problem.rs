@@ -45,18 +45,23 @@ impl Problem {
         self.tuned(Structure::ProportionalIntegral, Vec::new(), Vec::new(), None)
     }
 
-    /// Filters for lightly damped modes, and gains: of those whose ki is as great as any, the simplest.
-    pub(super) fn with_filters(&self, modes: &[SecondOrder]) -> Result<Tuning, Error> {
+    /// Filters for lightly damped modes, and gains: of those whose ki is as great as any, the simplest. With a `wanted` structure only
+    /// those of its kind count, but all are tried.
+    pub(super) fn with_filters(&self, modes: &[SecondOrder], wanted: Option<Structure>) -> Result<Tuning, Error> {
         let plain: Vec<_> =
             self.open(&Sections::default()).iter().map(|open| response(open, self.static_gain)).collect();
         let mut trials = Vec::new();
         for (structure, filters) in candidates(modes, self.dt)? {
             let members = shaped(&plain, &sections(&filters, self.dt)?);
             let search = self.search(&members, self.limit);
-            let gains = if filters.is_empty() { search.with_sign(1.0) } else { search.roughly() };
+            let gains = match wanted {
+                _ if filters.is_empty() => search.with_sign(1.0),
+                Some(Structure::LowPass) if structure == Structure::LowPass => search.roughly_with_sign(1.0),
+                Some(Structure::ActiveDamping) if structure == Structure::LowPass => search.roughly_with_sign(-1.0),
+                _ => search.roughly(),
+            };
             trials.push(Trial { structure: structure.with_gain(gains.kp), filters, gains });
         }
-        let greatest = trials.iter().map(|trial| trial.gains.ki_dt).fold(0.0, f64::max);
         let mut tried: Vec<(Structure, f64)> = Vec::new();
         for Trial { structure, gains, .. } in &trials {
             let ki = gains.ki_dt / self.dt;
@@ -65,9 +70,15 @@ impl Problem {
                 None => tried.push((*structure, ki)),
             }
         }
-        let is_good = |trial: &Trial| trial.gains.ki_dt >= AS_GOOD * greatest;
-        // There is always the first one, and the greatest is good.
-        let chosen = trials.iter().position(is_good).unwrap_or(0);
+        let admitted = |trial: &Trial| wanted.is_none_or(|wanted| trial.structure == wanted);
+        let greatest = trials.iter().filter(|trial| admitted(trial)).map(|trial| trial.gains.ki_dt).fold(0.0, f64::max);
+        let is_good = |trial: &Trial| admitted(trial) && trial.gains.ki_dt >= AS_GOOD * greatest;
+        // The greatest is good, and without a wanted structure there is always one.
+        let Some(chosen) = trials.iter().position(is_good) else {
+            let damps =
+                wanted == Some(Structure::ActiveDamping) && tried.iter().any(|(one, _)| *one == Structure::LowPass);
+            return Err(if damps { damps_nothing() } else { without_modes() });
+        };
         let Trial { structure, filters, gains } = trials.swap_remove(chosen);
         let sign = if gains.kp < 0.0 { -1.0 } else { 1.0 };
         self.tuned(structure, filters, tried, Some(sign))
@@ -122,6 +133,17 @@ impl Problem {
             tried,
         })
     }
+}
+
+/// Filters were asked for where there is nothing to filter.
+pub(super) fn without_modes() -> Error {
+    let expected = "modes for filters, with a damping ratio below 0.5 and below 0.45 of the sampling rate";
+    Error::domain("structure", None, expected, 0.0)
+}
+
+/// Active damping was asked for where the best gains do not damp.
+fn damps_nothing() -> Error {
+    Error::domain("structure", None, "for active damping a best proportional gain below 0", 0.0)
 }
 
 /// The same points behind filters.

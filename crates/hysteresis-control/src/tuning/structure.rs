@@ -39,6 +39,9 @@ pub enum Structure {
 }
 
 impl Structure {
+    /// All of them, the simplest first.
+    pub const ALL: [Self; 4] = [Self::ProportionalIntegral, Self::LowPass, Self::ActiveDamping, Self::Notch];
+
     /// In words.
     #[must_use]
     pub fn name(self) -> &'static str {

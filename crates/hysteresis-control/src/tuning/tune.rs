@@ -3,8 +3,9 @@ use super::feedback::{Gains, Slopes};
 use super::margins::{Margins, margins};
 use super::open_loop::OpenLoop;
 use super::options::{Tuning, TuningOptions};
-use super::problem::Problem;
+use super::problem::{Problem, without_modes};
 use super::response::response;
+use super::structure::Structure;
 use crate::filters::{FeedbackFilter, sections};
 use crate::linear::{Error, LinearDynamics, PulseTransfer, check_positive};
 
@@ -32,7 +33,8 @@ const MIN_DAMPING: f64 = 1e-7;
 /// **Filters.** Without lightly damped modes (a damping ratio below 0.5) there are none, and gains are not negative. With some, no
 /// filter, low-passes and notches are tried, each with the gains that suit it, and the bound holds for all modes that may be
 /// ([`ModeUncertainty`](super::ModeUncertainty)). Of those whose ki is within 5 % of the greatest the simplest is taken. Behind a
-/// low-pass kp may be negative: then it damps (integral resonant control or positive position feedback).
+/// low-pass kp may be negative: then it damps (integral resonant control or positive position feedback). With
+/// [`TuningOptions::structure`] only that one counts.
 ///
 /// ```
 /// use hysteresis_control::linear::SecondOrder;
@@ -47,7 +49,8 @@ const MIN_DAMPING: f64 = 1e-7;
 ///
 /// # Errors
 /// [`Error`] for slopes that are not 0 < least <= greatest, a static gain that is not above 0, a peak outside 1.05 to 5, a dead time beyond 1000 samples,
-/// dynamics slower than 1e5 samples a radian, a damping ratio below 1e-7, or as for [`LinearDynamics::block`].
+/// dynamics slower than 1e5 samples a radian, a damping ratio below 1e-7, a structure that the dynamics
+/// give nothing to, or as for [`LinearDynamics::block`].
 pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning, Error> {
     let (slopes, limit) = (check_slopes(options.slopes)?, options.peak_sensitivity);
     if !(1.05..=5.0).contains(&limit) {
@@ -63,7 +66,11 @@ pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning
     let problem =
         Problem { slopes, static_gain, limit, dt: options.dt, members: members.into_iter().map(|one| one.0).collect() };
     let modes = light_modes(dynamics);
-    if modes.is_empty() { problem.without_filters() } else { problem.with_filters(&modes) }
+    match options.structure {
+        Some(wanted) if modes.is_empty() && wanted != Structure::ProportionalIntegral => Err(without_modes()),
+        _ if modes.is_empty() => problem.without_filters(),
+        wanted => problem.with_filters(&modes, wanted),
+    }
 }
 
 /// The margins of a loop with given gains at one slope.
@@ -90,7 +97,7 @@ pub fn loop_margins(
 }
 
 /// The pulse transfer function, if its response shows at the frequencies that are looked at, and the static gain.
-fn resolved(dynamics: &LinearDynamics, dt: f64) -> Result<(PulseTransfer, f64), Error> {
+pub(super) fn resolved(dynamics: &LinearDynamics, dt: f64) -> Result<(PulseTransfer, f64), Error> {
     let static_gain = check_positive("dynamics.static_gain", None, dynamics.static_gain())?;
     let transfer = dynamics.pulse_transfer(dt)?;
     for pole in dynamics.poles() {

@@ -4,6 +4,7 @@ use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use super::scan::axis::ScanAxis;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
@@ -11,9 +12,14 @@ use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
-type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;
+pub(super) type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;
 
-fn sample<'py>(py: Python<'py>, trajectory: &impl Trajectory, dt: f64, seconds: Option<f64>) -> Motions<'py> {
+pub(super) fn sample<'py>(
+    py: Python<'py>,
+    trajectory: &impl Trajectory,
+    dt: f64,
+    seconds: Option<f64>,
+) -> Motions<'py> {
     let motions = trajectory.sample(dt, seconds).map_err(raise)?;
     let column = |of: fn(&trajectory::Motion) -> f64| PyArray1::from_iter(py, motions.iter().map(of));
     Ok((column(|motion| motion.position), column(|motion| motion.velocity), column(|motion| motion.acceleration)))
@@ -25,8 +31,10 @@ pub(crate) fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Tra
         Some(&sine.get().0)
     } else if let Ok(triangle) = object.cast::<RoundedTriangle>() {
         Some(&triangle.get().0)
+    } else if let Ok(moves) = object.cast::<PointToPoint>() {
+        Some(&moves.get().0)
     } else {
-        object.cast::<PointToPoint>().ok().map(|moves| &moves.get().0 as &dyn Trajectory)
+        object.cast::<ScanAxis>().ok().map(|axis| &axis.get().0 as &dyn Trajectory)
     }
 }
 

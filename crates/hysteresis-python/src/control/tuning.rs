@@ -1,129 +1,232 @@
-//! Gains of the feedback.
+//! What a tuning is, and what it makes over frequency.
 
-use hysteresis_control::filters::FeedbackFilter;
-use hysteresis_control::stage::PEAK_SENSITIVITY;
-use hysteresis_control::tuning;
+use hysteresis_control::stage::{self, Stage};
+use hysteresis_control::tuning::{self, LoopFamily, TuningOptions};
+use numpy::{Complex64, PyArray1};
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyTuple, PyType};
+use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
 use super::filters::as_objects;
 use crate::convert::arguments::numbers;
-use crate::convert::errors::{raise, wrong_type};
-use crate::convert::objects::shared;
-use crate::convert::pickling::result_methods;
-use crate::plant::plant::Plant;
-use crate::stage::parts::StageKeywords;
+use crate::convert::arrays;
+use crate::convert::errors::raise;
+use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
 
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///
-/// Gains belong to their filters: without them a lightly damped stage may become unstable.
+/// Gains belong to their filters: without them a lightly damped stage may become unstable. `open_loop`, `sensitivity`,
+/// `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it, and `explanation`
+/// says in words what was chosen and why.
 #[pyclass(module = "mpi_hyst.control", frozen)]
-#[derive(Serialize, Deserialize)]
 pub(crate) struct Tuning {
-    kp: f64,
-    ki: f64,
-    filters: Vec<FeedbackFilter>,
-    structure: tuning::Structure,
-    at_min_slope: Margins,
-    at_max_slope: Margins,
-    peak_sensitivity: f64,
-    rejection_bandwidth: f64,
-    noise_bandwidth: f64,
-    tried: Vec<(tuning::Structure, f64)>,
+    made: tuning::Tuning,
+    /// For which stage, and what was asked for.
+    stage: Stage,
+    options: TuningOptions,
 }
 
-impl From<tuning::Tuning> for Tuning {
-    fn from(made: tuning::Tuning) -> Self {
-        let tuning::Tuning { kp, ki, filters, structure, at_min_slope, at_max_slope, tried, .. } = made;
-        let tuning::Tuning { peak_sensitivity, rejection_bandwidth, noise_bandwidth, .. } = made;
-        let (at_min_slope, at_max_slope) = (at_min_slope.into(), at_max_slope.into());
-        Self {
-            kp,
-            ki,
-            filters,
-            structure,
-            at_min_slope,
-            at_max_slope,
-            peak_sensitivity,
-            rejection_bandwidth,
-            noise_bandwidth,
-            tried,
-        }
+/// What a family makes of frequencies and a slope.
+type Response = fn(&LoopFamily, &[f64], f64) -> Result<Vec<Complex64>, hysteresis_core::Error>;
+
+impl Tuning {
+    pub(crate) fn of(stage: Stage, options: TuningOptions) -> Result<Self, stage::Error> {
+        Ok(Self { made: stage.tune_with(&options)?, stage, options })
+    }
+
+    fn family(&self) -> PyResult<LoopFamily> {
+        self.stage.loop_family(&self.options, &self.made).map_err(raise)
+    }
+
+    /// At a slope that was given, or the greatest one.
+    fn response<'py>(
+        &self,
+        frequencies: &Bound<'py, PyAny>,
+        slope: Option<&Bound<'py, PyAny>>,
+        of: Response,
+    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        numbers!(slope);
+        let numbers = arrays::numbers("frequencies", frequencies)?;
+        let slope = slope.unwrap_or(self.options.slopes.1);
+        let values = of(&self.family()?, &numbers, slope).map_err(raise)?;
+        Ok(PyArray1::from_vec(frequencies.py(), values))
     }
 }
 
-result_methods!(Tuning {
+#[pymethods]
+impl Tuning {
     /// Proportional gain (V/um); negative for active damping.
     #[getter]
     fn kp(&self) -> f64 {
-        self.kp
+        self.made.kp
     }
 
     /// Integral gain (V/um/s).
     #[getter]
     fn ki(&self) -> f64 {
-        self.ki
+        self.made.ki
+    }
+
+    /// The sampling interval in seconds for which it is.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.options.dt
     }
 
     /// The filters before both gains: Notch, LowPass.
     #[getter]
     fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        as_objects(py, &self.filters)
+        as_objects(py, &self.made.filters)
     }
 
     /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
     /// behind which a negative kp damps; "notch", one for every lightly damped mode.
     #[getter]
     fn structure(&self) -> &'static str {
-        self.structure.name()
+        self.made.structure.name()
     }
 
     /// The margins where the hysteresis has its smallest slope, with the modes as they are known.
     #[getter]
     fn at_min_slope(&self) -> Margins {
-        self.at_min_slope.clone()
+        self.made.at_min_slope.into()
     }
 
     /// The margins where it has its greatest slope.
     #[getter]
     fn at_max_slope(&self) -> Margins {
-        self.at_max_slope.clone()
+        self.made.at_max_slope.into()
     }
 
     /// The peak of the sensitivity over all slopes between and all modes that may be.
     #[getter]
     fn peak_sensitivity(&self) -> f64 {
-        self.peak_sensitivity
+        self.made.peak_sensitivity
+    }
+
+    /// The peak of the sensitivity that was allowed.
+    #[getter]
+    fn peak_sensitivity_limit(&self) -> f64 {
+        self.options.peak_sensitivity
     }
 
     /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may be.
     #[getter]
     fn rejection_bandwidth(&self) -> f64 {
-        self.rejection_bandwidth
+        self.made.rejection_bandwidth
     }
 
     /// The bandwidth in Hz of white noise of the sensor that the position follows, where the hysteresis has its greatest slope.
     #[getter]
     fn noise_bandwidth(&self) -> f64 {
-        self.noise_bandwidth
+        self.made.noise_bandwidth
     }
 
     /// What was tried, and roughly the ki of the best of its kind: why the structure was chosen. Empty without lightly damped modes.
     #[getter]
     fn tried(&self) -> Vec<(&'static str, f64)> {
-        self.tried.iter().map(|(structure, ki)| (structure.name(), *ki)).collect()
+        self.made.tried.iter().map(|(structure, ki)| (structure.name(), *ki)).collect()
+    }
+
+    /// In a few sentences: which structure was chosen and why, the bound on the sensitivity, crossover, margins and bandwidths.
+    #[getter]
+    fn explanation(&self) -> String {
+        self.made.explanation(&self.options)
+    }
+
+    /// The open loop L(f) as complex numbers, with the modes as they are known.
+    ///
+    /// L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), with filters F and the sampled dynamics P, dead time included.
+    ///
+    /// Parameters
+    /// ----------
+    /// frequencies : array of n floats
+    ///     In Hz, above 0 and at most half of the sampling rate.
+    /// slope : float, optional
+    ///     The slope of the hysteresis (um/V); by default the greatest, `at_max_slope.slope`.
+    ///
+    /// Returns
+    /// -------
+    /// array of n complex numbers
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> tuning = mh.control.tune(mh.paper.plant("A1"))
+    /// >>> round(float(abs(tuning.open_loop([tuning.at_max_slope.crossover])[0])), 9)
+    /// 1.0
+    #[pyo3(signature = (frequencies, slope=None))]
+    fn open_loop<'py>(
+        &self,
+        frequencies: &Bound<'py, PyAny>,
+        slope: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        self.response(frequencies, slope, LoopFamily::open_loop)
+    }
+
+    /// The sensitivity S = 1 / (1 + L), what the loop leaves of a disturbance: arguments as for `open_loop`.
+    #[pyo3(signature = (frequencies, slope=None))]
+    fn sensitivity<'py>(
+        &self,
+        frequencies: &Bound<'py, PyAny>,
+        slope: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        self.response(frequencies, slope, LoopFamily::sensitivity)
+    }
+
+    /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
+    /// `open_loop`.
+    #[pyo3(signature = (frequencies, slope=None))]
+    fn complementary_sensitivity<'py>(
+        &self,
+        frequencies: &Bound<'py, PyAny>,
+        slope: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        self.response(frequencies, slope, LoopFamily::complementary_sensitivity)
+    }
+
+    /// The greatest abs(S) over all slopes of the hysteresis and all modes that may be: nowhere above `peak_sensitivity`.
+    ///
+    /// Frequencies are as for `open_loop`.
+    fn worst_sensitivity<'py>(&self, frequencies: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let numbers = arrays::numbers("frequencies", frequencies)?;
+        let worst = self.family()?.worst_sensitivity(&numbers).map_err(raise)?;
+        Ok(PyArray1::from_vec(frequencies.py(), worst))
     }
 
     fn __repr__(&self) -> String {
-        let Self { kp, ki, at_min_slope, at_max_slope, peak_sensitivity, .. } = self;
+        let tuning::Tuning { kp, ki, at_min_slope, at_max_slope, peak_sensitivity, .. } = &self.made;
         let (low, high) = (at_min_slope.crossover, at_max_slope.crossover);
         let (low, high) = (low.min(high), low.max(high));
         let loops = format!("crossover {low:.3} to {high:.3} Hz, peak sensitivity {peak_sensitivity:.3}");
-        let structure = if self.filters.is_empty() { String::new() } else { format!("{}, ", self.structure.name()) };
+        let structure = if self.made.filters.is_empty() { String::new() } else { format!("{}, ", self.structure()) };
         format!("<Tuning: {structure}kp {kp:.6}, ki {ki:.6}, {loops}>")
     }
-});
+
+    #[classmethod]
+    fn _restored(
+        _: &Bound<'_, PyType>,
+        made: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyAny>,
+        stage: &str,
+    ) -> PyResult<Self> {
+        let stage = Stage::from_json(stage).map_err(raise)?;
+        Ok(Self { made: depythonize(made)?, stage, options: depythonize(options)? })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        let values = (pythonize(py, &self.made)?, pythonize(py, &self.options)?, self.stage.to_json());
+        reduce(make, values, keywords!(py), None)
+    }
+}
 
 /// How robust a loop is at one slope of the hysteresis.
 #[pyclass(module = "mpi_hyst.control", frozen, get_all, skip_from_py_object)]
@@ -159,84 +262,3 @@ result_methods!(Margins {
         )
     }
 });
-
-/// Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
-///
-/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z): the positional law kp e + ki sum(e) behind filters F, the slope of the hysteresis,
-/// which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
-/// dead time for an input that is held from one measurement to the next. Of all gains with
-///
-/// abs(1 / (1 + L)) <= peak_sensitivity at all frequencies and slopes, and the loop stable,
-///
-/// those with the greatest ki are taken: a constant disturbance is removed with the integrated error 1 / ki (Åström,
-/// Panagopoulos and Hägglund, Automatica 34(5), 1998). Parts slower than 1e5 samples a radian and damping ratios below
-/// 1e-7 are refused: their response does not show at the frequencies that are looked at.
-///
-/// Without modes of a damping ratio below 0.5 there are no filters. With some, no filter, low-passes and notches are tried, each with the
-/// gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice the damping. Of those whose ki is
-/// within 5 % of the greatest the simplest is taken. Give a controller the filters with their gains.
-///
-/// Parameters
-/// ----------
-/// stage : Stage, Plant, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
-///     A model with the keywords `dynamics`, `amplifier_bandwidth` and `dead_time` makes a stage; a plant has one.
-/// dt : float
-///     Sampling interval in seconds; a plant has its own.
-/// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
-/// amplifier_bandwidth : float, optional
-///     Cut-off frequency in Hz of an amplifier in series.
-/// dead_time : float, optional
-///     What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
-/// peak_sensitivity : float
-///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
-///
-/// Returns
-/// -------
-/// Tuning
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     That name the argument, what was expected and what came.
-///
-/// Examples
-/// --------
-/// >>> import mpi_hyst as mh
-/// >>> tuning = mh.control.tune(mh.paper.table_1_recovered(), dt=1e-4, dynamics=mh.plant.SecondOrder(400.0, 0.95))
-/// >>> round(tuning.kp), round(tuning.ki, -3), round(tuning.peak_sensitivity, 3)
-/// (185, 358000.0, 1.7)
-/// >>> mh.control.tune(mh.paper.plant("A1")).kp == tuning.kp
-/// True
-/// >>> tuning.at_max_slope
-/// <Margins at slope 0.007919: gain margin 6.521, phase margin 47.1 degrees, crossover 408.658 Hz, peak sensitivity 1.700>
-/// >>> flexure = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
-/// >>> tuning = flexure.tune(1e-4)
-/// >>> tuning.structure, tuning.rejection_bandwidth > 80.0  # Hz; gains alone allow a few
-/// ('notch', True)
-#[pyfunction]
-#[pyo3(signature = (stage, *, dt=None, peak_sensitivity=None, dynamics=None, amplifier_bandwidth=None, dead_time=None),
-    text_signature = "(stage, *, dt=None, peak_sensitivity=1.7, dynamics=None, amplifier_bandwidth=None, dead_time=0.0)")]
-pub(crate) fn tune(
-    py: Python<'_>,
-    stage: &Bound<'_, PyAny>,
-    dt: Option<&Bound<'_, PyAny>>,
-    peak_sensitivity: Option<&Bound<'_, PyAny>>,
-    dynamics: Option<&Bound<'_, PyAny>>,
-    amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Tuning> {
-    numbers!(dt, peak_sensitivity = PEAK_SENSITIVITY);
-    let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
-    let (stage, dt) = match (stage.cast::<Plant>(), dt) {
-        (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
-        (Ok(_), _) => {
-            return Err(wrong_type(
-                "stage",
-                "expected a stage or model beside other keywords, got a Plant, which has its own",
-            ));
-        }
-        (Err(_), Some(dt)) => (parts.stage_or_around("stage", stage)?, dt),
-        (Err(_), None) => return Err(wrong_type("dt", "expected the sampling interval in seconds, got None")),
-    };
-    py.detach(|| stage.tune(dt, peak_sensitivity)).map(Tuning::from).map_err(raise)
-}

@@ -21,6 +21,7 @@ use crate::control::observer::Observer;
 use crate::control::preview::Preview;
 use crate::control::reference;
 use crate::control::repetitive::RepetitiveControl;
+use crate::control::tune::Demands;
 use crate::control::tuning::Tuning;
 use crate::convert::arguments::{count, numbers, pair, samples, whole};
 use crate::convert::errors::{self, raise, unexpected};
@@ -124,16 +125,30 @@ fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
 
 #[pymethods]
 impl Stage {
-    /// Gains of the feedback for every slope of the hysteresis: as `control.tune`.
-    #[pyo3(signature = (dt, peak_sensitivity=None), text_signature = "($self, dt, peak_sensitivity=1.7)")]
+    /// Filters and gains of the feedback for every slope of the hysteresis: as `control.tune`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+    /// >>> tuning = stage.tune(1e-4, structure="active damping")
+    /// >>> tuning.kp < 0.0, tuning.explanation.split(".")[0]
+    /// (True, 'A low-pass and a negative proportional gain damp the resonance actively')
+    #[pyo3(signature = (dt, peak_sensitivity=None, *, frequency_uncertainty=None, damping_uncertainty=None, structure=None),
+        text_signature = "($self, dt, peak_sensitivity=1.7, *, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
+        structure=None)")]
     fn tune(
         &self,
         py: Python<'_>,
         dt: &Bound<'_, PyAny>,
         peak_sensitivity: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        structure: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Tuning> {
-        numbers!(dt, peak_sensitivity = PEAK_SENSITIVITY);
-        py.detach(|| self.0.tune(dt, peak_sensitivity)).map(Tuning::from).map_err(raise)
+        numbers!(dt);
+        let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
+        demands.tune(py, self.0.clone(), dt)
     }
 
     /// The window of references that leads through the inverse of amplifier, modes and dead time: as `control.preview`.

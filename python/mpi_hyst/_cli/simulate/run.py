@@ -89,7 +89,10 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
         raise
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(error, request)) from error
-    setup = _setup(request, plant_stage, controller)
+    tuning = None
+    if request.gains is None and request.report_path is not None:
+        tuning = stage.tune(dt)
+    setup = _setup(request, plant_stage, controller, tuning)
     return Simulation(done, dt, columns.quantity(column), setup)
 
 
@@ -124,7 +127,12 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
     )
 
 
-def _setup(request: Request, plant: mh.Stage, controller: mh.control.HybridController) -> Setup:
+def _setup(
+    request: Request,
+    plant: mh.Stage,
+    controller: mh.control.HybridController,
+    tuning: mh.control.Tuning | None,
+) -> Setup:
     return Setup(
         stage=str(request.stage_path),
         plant=str(request.plant_path or request.stage_path),
@@ -135,6 +143,7 @@ def _setup(request: Request, plant: mh.Stage, controller: mh.control.HybridContr
         seed=request.seed,
         gains=(controller.kp, controller.ki),
         tuned=request.gains is None,
+        tuning=tuning,
         feedforward=request.feedforward,
     )
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure as Canvas
 
-from mpi_hyst._report import canvas
+from mpi_hyst._report import canvas, loop
 from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.simulate.simulation import BASE, Simulation, errors, facts
+from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._text import in_unit
 
 
@@ -43,10 +43,24 @@ def report(simulation: Simulation) -> str:
             title=f"Simulated tracking of {simulation.quantity.name}",
             subtitle=f"{Path(setup.reference).name} on {Path(setup.stage).name}",
             cards=cards,
-            sections=[Section("tracking", "Tracking", text, blocks)],
+            sections=[Section("tracking", "Tracking", text, blocks), *_feedback(setup)],
             footer="mpi_hyst.",
         )
     )
+
+
+def _feedback(setup: Setup) -> list[Section]:
+    """Return what the tuned feedback is, if it was tuned."""
+    if setup.tuning is None:
+        return []
+    figure = Figure(
+        canvas.data_uri(loop.figure(setup.tuning)),
+        "Magnitude and phase of the open loop, and the sensitivity over frequency",
+        "The open loop L and the sensitivity 1 / (1 + L) at the least and the greatest slope of "
+        "the hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst over "
+        "all slopes and modes that may be. Dotted: up to there disturbances are reduced.",
+    )
+    return [Section("feedback", "Feedback", [setup.tuning.explanation], [figure])]
 
 
 def _figure(simulation: Simulation) -> Canvas:

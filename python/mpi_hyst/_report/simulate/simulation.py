@@ -18,7 +18,10 @@ BASE = "% of the base: the peak-to-peak range of the reference"
 
 @dataclass(frozen=True)
 class Setup:
-    """The simulated stage and its controller. Files are given by their paths."""
+    """The simulated stage and its controller. Files are given by their paths.
+
+    Of tuned gains `tuning` says more, where a report shows it.
+    """
 
     stage: str
     plant: str
@@ -29,6 +32,7 @@ class Setup:
     seed: int
     gains: tuple[float, float]
     tuned: bool
+    tuning: mh.control.Tuning | None
     feedforward: Literal["preview", "inverse", "none"]
 
 

@@ -1,0 +1,65 @@
+"""Figures on matplotlib axes, in the style of the reports. They need `mpi_hyst[report]`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from mpi_hyst._core import Tuning
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["tuning"]
+
+
+def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
+    """Draw the loop of a tuning: Bode diagram of the open loop, and the sensitivity.
+
+    The open loop L and the sensitivity S = 1 / (1 + L) are shown at the least and the greatest
+    slope of the hysteresis, with the modes as they are known. Dots are the crossovers. Below, the
+    worst abs(S) over all slopes and all modes that may be stays under the dashed line, the peak
+    that was allowed. The dotted line is the bandwidth of rejection.
+
+    Parameters
+    ----------
+    tuning : control.Tuning
+        Made by `control.tune` or `Stage.tune`.
+    axes : sequence of three matplotlib axes, optional
+        For magnitude and phase of L, and the magnitude of S; by default those of a new figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the one of the first axes.
+
+    Raises
+    ------
+    ImportError
+        If matplotlib is not installed.
+    TypeError, ValueError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> figure = mh.plot.tuning(mh.control.tune(mh.paper.plant("A1")))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['|L|', 'degrees', '|S|']
+
+    """
+    if not isinstance(tuning, Tuning):
+        raise TypeError(f"tuning: expected a Tuning, got {tuning!r}")
+    try:
+        from mpi_hyst._report import canvas, loop
+    except ModuleNotFoundError as error:
+        raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
+    if axes is None:
+        return loop.figure(tuning)
+    panels = list(axes)
+    if len(panels) != 3:
+        raise ValueError(f"axes: expected three axes, got {len(panels)}")
+    loop.draw(tuning, panels)
+    canvas.legend(panels[2])
+    return loop.root(panels[0])
