@@ -45,8 +45,8 @@ pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ra
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 pub use quasistatic::{
-    Bracket, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward,
-    QuasiStaticInverse, QuasiStaticState,
+    Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
+    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
 };
 pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 
