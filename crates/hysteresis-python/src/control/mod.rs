@@ -1,5 +1,7 @@
 //! Control: the controller, linear dynamics, feed-forward through their inverse, tuning, learning.
 
+pub(crate) mod array_controller;
+mod array_controller_changes;
 pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;
