@@ -76,7 +76,9 @@ def test_a_negative_weight_has_no_bound() -> None:
     mirror = mh.ActuatorArray([MODELS[0], model])
     left = mirror.demagnetize((-5.0, 5.0), slew=100.0, rate=1e3, shape="sine")[1]
     assert left[0] < 0.01 and math.isnan(left[1])
-    with pytest.raises(ValueError, match="actuator 1: weights: expected a finite number >= 0") as no:
+    with pytest.raises(
+        ValueError, match="actuator 1: weights: expected a finite number >= 0"
+    ) as no:
         mirror.bracket((-5.0, 5.0))
     assert getattr(no.value, "parameter", None) == "weights"
 

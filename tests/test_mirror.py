@@ -1,11 +1,13 @@
-"""A deformable mirror of 1024 different actuators, from its records to shapes, response matrix and a closed loop.
+"""A deformable mirror of 1024 different actuators: records, shapes, response matrix, closed loop.
 
-The actuators are sums of plays in numpy, with thresholds and weights of their own that the library's models do not have.
+The actuators are sums of plays in numpy, with thresholds and weights of their own that the models
+of the library do not have.
 """
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 
 import mpi_hyst as mh
 import numpy as np
@@ -13,6 +15,7 @@ import pytest
 import scipy.linalg
 from support import Array
 
+Record = Callable[[str, object], None]
 SIDE = 32
 M = SIDE * SIDE
 LIMITS = (0.0, 100.0)  # V
@@ -43,7 +46,7 @@ class Physics:
 
 
 class Bench:
-    """The mirror after its record, what was identified, and straight lines through the same record."""
+    """The mirror after its record, what was identified, and straight lines through it."""
 
     def __init__(self) -> None:
         made = mh.signals.excitation(*LIMITS, slew=620.0, rate=500.0, cycles=20)
@@ -106,7 +109,9 @@ def test_the_actuators_have_about_15_percent_hysteresis(bench: Bench) -> None:
     assert 0.14 < np.median(width) < 0.16 and width.min() > 0.08 and width.max() < 0.28
 
 
-def test_open_loop_shapes_are_ten_times_better_than_without_compensation(bench: Bench) -> None:
+def test_open_loop_shapes_are_ten_times_better_than_without_compensation(
+    bench: Bench, record_property: Record
+) -> None:
     targets = 0.5 * np.median(bench.stroke) + 0.25 * np.median(bench.stroke) * shapes(60, 3)
     controller = bench.controller()
     plain, compensated = copy.deepcopy(bench.physics), copy.deepcopy(bench.physics)
@@ -114,12 +119,14 @@ def test_open_loop_shapes_are_ten_times_better_than_without_compensation(bench: 
     drives = controller.run(np.vstack([targets[:1], targets]))[1:]
     with_inverse = compensated.run(drives) - targets
     ratio = rms(without) / rms(with_inverse)
-    print(f"shapes: {rms(without):.4f} um without, {rms(with_inverse):.5f} um with, ratio {ratio:.1f}")
+    record_property("without, with, ratio", (rms(without), rms(with_inverse), ratio))
     assert rms(without) > 0.02 * np.median(bench.stroke)
     assert ratio > 10.0
 
 
-def test_a_hadamard_response_matrix_is_within_one_percent(bench: Bench) -> None:
+def test_a_hadamard_response_matrix_is_within_one_percent(
+    bench: Bench, record_property: Record
+) -> None:
     random, sensors = np.random.default_rng(5), 200
     at = random.uniform(-1.0, 1.0, (sensors, 2))
     distance = (X - at[:, :1]) ** 2 + (Y - at[:, 1:]) ** 2
@@ -127,7 +134,9 @@ def test_a_hadamard_response_matrix_is_within_one_percent(bench: Bench) -> None:
     patterns = scipy.linalg.hadamard(M).astype(float)
     middle, poke = 0.5 * np.median(bench.stroke), 0.15 * np.median(bench.stroke)
 
-    def response(drive: bool) -> float:
+    noise = 0.01 * poke * np.std(truth @ patterns[1])  # 1 % of a signal
+
+    def response(compensate: bool) -> float:
         physics, controller = copy.deepcopy(bench.physics), bench.controller()
         controller.step(np.full(M, middle))
         gathered = np.zeros((sensors, M))
@@ -135,18 +144,21 @@ def test_a_hadamard_response_matrix_is_within_one_percent(bench: Bench) -> None:
             pair = []
             for sign in (1.0, -1.0):
                 target = middle + sign * poke * pattern
-                signal = truth @ physics.step(controller.step(target) if drive else bench.straight(target))
-                pair.append(signal + 0.01 * np.std(truth @ patterns[1]) * poke * random.normal(size=sensors))
+                inverted = controller.step(target)
+                signal = truth @ physics.step(inverted if compensate else bench.straight(target))
+                pair.append(signal + noise * random.normal(size=sensors))
             gathered += np.outer(pair[0] - pair[1], pattern)
         found = gathered / (2.0 * poke * M)
         return float(np.linalg.norm(found - truth) / np.linalg.norm(truth))
 
     compensated, without = response(True), response(False)
-    print(f"response matrix: {100 * without:.2f} % without, {100 * compensated:.3f} % with")
+    record_property("without, with", (without, compensated))
     assert compensated < 0.01 < without
 
 
-def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(bench: Bench) -> None:
+def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(
+    bench: Bench, record_property: Record
+) -> None:
     random, sensors = np.random.default_rng(6), 1500
     at = random.uniform(-1.0, 1.0, (sensors, 2))
     influence = np.exp(-((X - at[:, :1]) ** 2 + (Y - at[:, 1:]) ** 2) / 0.005)
@@ -157,8 +169,9 @@ def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(bench: Be
     neighbours += [(i, i + SIDE) for i in range(M - SIDE)]
     slew, most = 2e4, 0.8
     controller = bench.controller(
-        ki=300.0, leak=0.1, slew=slew, reconstruction=matrix, neighbours=neighbours, max_difference=most
-    )
+        ki=300.0, leak=0.1, slew=slew, reconstruction=matrix, neighbours=neighbours,
+        max_difference=most,
+    )  # fmt: skip
     physics = copy.deepcopy(bench.physics)
     middle = np.full(M, 0.5 * np.median(bench.stroke))
     aberration = influence @ (0.2 * np.median(bench.stroke) * shapes(1, 7)[0])
@@ -174,5 +187,7 @@ def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(bench: Be
         assert np.abs(drive - last).max() <= slew * 1e-3
         before, apart = apart, np.abs(controller.position[first] - controller.position[second])
         assert np.all(apart <= np.maximum(most, before + 1e-12))
-    print(f"wavefront: {rms(aberration):.4f} to {sizes[-1]:.5f}, {controller.pair_limited_count} limited")
+    record_property(
+        "from, to, limited", (rms(aberration), sizes[-1], controller.pair_limited_count)
+    )
     assert sizes[-1] < 0.02 * rms(aberration)

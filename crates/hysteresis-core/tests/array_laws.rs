@@ -352,7 +352,13 @@ fn limits_leave_no_integral_behind() {
     // A reference that is out of reach by itself takes nothing from the integral.
     let before = controller.integral().to_vec();
     controller.step(&ArraySample::of(&[100.0; M]), &mut drives).unwrap();
-    assert_eq!(controller.integral(), before);
+    assert_eq!(controller.integral(), before.as_slice());
+    // And a change that brings the target back counts, though the target is still out of reach.
+    let sample = ArraySample { measurement: Some(&[102.0; M]), ..ArraySample::of(&[100.0; M]) };
+    controller.step(&sample, &mut drives).unwrap();
+    for (integral, before) in controller.integral().iter().zip(&before) {
+        assert!((integral - (before - 500.0 * DT * 2.0)).abs() < 1e-12);
+    }
     assert!(controller.counters().saturated_count > 3900);
 }
 

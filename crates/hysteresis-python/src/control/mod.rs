@@ -2,6 +2,7 @@
 
 pub(crate) mod array_controller;
 mod array_controller_changes;
+mod array_controller_made;
 pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;
