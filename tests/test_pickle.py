@@ -141,6 +141,17 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     ),
     "StageForward": (lambda: STAGE.forward(DT), lambda one, x: one.step(x)),
     "StageInverse": (lambda: STAGE.inverse(DT), lambda one, x: one.step(x)),
+    "BracketArray": (
+        lambda: mh.ActuatorArray([MODEL, SPLIT]).bracket(limits=[(-9.0, 9.0), LIMITS]),
+        lambda one, x: [side.tolist() for side in one.step([x, -x])],
+    ),
+    "ArrayController": (
+        lambda: mh.ActuatorArray([MODEL, SPLIT]).controller(
+            DT, [(-9.0, 9.0), LIMITS], ki=5.0, leak=1.0, slew=1e6, reconstruction=[[1.0], [0.5]],
+            neighbours=[(0, 1)], max_difference=0.5, start_drive=[1.0, 2.0],
+        ),
+        lambda one, x: one.step([0.1 * x, -x], [x]).tolist(),
+    ),
     "Bracket": (lambda: MODEL.bracket(LIMITS), lambda one, x: one.step(x)),
     "HybridController": (
         lambda: controller(slew=1e6, preview=mh.control.Preview([0.5, 0.5], 1)),

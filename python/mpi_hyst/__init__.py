@@ -10,6 +10,7 @@ from mpi_hyst import control, io, paper, plant, plot, results, signals, trajecto
 from mpi_hyst._core import (
     ActuatorArray,
     Bracket,
+    BracketArray,
     CoupledPlay,
     Forward,
     ForwardArray,
@@ -34,6 +35,7 @@ from mpi_hyst._core import (
 __all__ = [
     "ActuatorArray",
     "Bracket",
+    "BracketArray",
     "CoupledPlay",
     "Forward",
     "ForwardArray",

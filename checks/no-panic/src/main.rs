@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController,
+    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController,
     Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, Ratios, Sections, StreamArray,
 };
@@ -157,6 +157,71 @@ fn bracket_step(bracket: &mut Bracket, sample: f64) -> (f64, f64) {
     bracket.step(sample)
 }
 
+#[no_panic]
+#[inline(never)]
+fn array_controller_step(
+    controller: &mut ArrayController,
+    sample: &ArraySample<'_>,
+    drives: &mut [f64],
+) -> Result<(), Error> {
+    controller.step(sample, drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn array_controller_peek(
+    controller: &mut ArrayController,
+    sample: &ArraySample<'_>,
+    drives: &mut [f64],
+) -> Result<(), Error> {
+    controller.peek(sample, drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn array_controller_run(
+    controller: &mut ArrayController,
+    block: &ArraySample<'_>,
+    drives: &mut [f64],
+) -> Result<(), Error> {
+    controller.run(block, drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn array_controller_changes(controller: &mut ArrayController, rest: &[f64]) -> Result<(), Error> {
+    controller.hold();
+    controller.release();
+    controller.set_gains(50.0, 1.0)?;
+    controller.follow(rest)?;
+    controller.stop(1e4, rest)
+}
+
+fn array_controllers(compiled: &CompiledModel) -> Result<(), Error> {
+    let models = [compiled.clone(), compiled.clone(), compiled.clone()];
+    let set = ArrayOptions { ki: 100.0, leak: 1.0, slew: vec![1e5], ..ArrayOptions::new(1e-3) };
+    let paired = ArrayOptions { neighbours: vec![(0, 1), (1, 2)], max_difference: vec![0.5], ..set.clone() };
+    for options in black_box([set, ArrayOptions { reconstruction: Some(vec![0.1; 9]), ..paired }]) {
+        let inverse = StreamArray::inverse(&models, Some((-500.0, 500.0))).map_err(|wrong| wrong.error)?;
+        let mut controller = ArrayController::new(inverse, &options)?;
+        let mut drives = [0.0; 9];
+        for x in black_box([0.0, 0.0, 3.0, -1.0, f64::NAN, 1e90, 2.0, -2.0]) {
+            let reference = [x, -x, 0.5 * x];
+            let block = [0.1, 0.2, 0.3, x, -x, 0.5 * x, -3.0, 3.0, -3.0];
+            let sample = ArraySample { measurement: Some(&reference), ..ArraySample::of(&reference) };
+            let whole = ArraySample { measurement: Some(&block), ..ArraySample::of(&block) };
+            array_controller_peek(&mut controller, &sample, &mut drives[..3])?;
+            array_controller_step(&mut controller, &sample, &mut drives[..3])?;
+            array_controller_run(&mut controller, &whole, &mut drives)?;
+            array_controller_changes(&mut controller, &[10.0, -20.0, 0.0])?;
+            array_controller_run(&mut controller, &ArraySample::of(&block), &mut drives)?;
+            controller.release();
+        }
+        black_box(drives);
+    }
+    Ok(())
+}
+
 fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]);
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
@@ -245,6 +310,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         black_box(filter(&mut filtered, sample));
     }
     controllers(&compiled, &Sections::new(&sections)?)?;
+    array_controllers(&compiled)?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;

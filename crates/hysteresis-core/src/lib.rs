@@ -31,8 +31,9 @@ mod quasistatic;
 mod stream;
 
 pub use control::{
-    AntiWindup, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, FeedForwardState,
-    HybridController, Law, LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
+    AntiWindup, ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop, Command,
+    ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, FeedForwardState, HybridController, Law,
+    LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
 pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};
@@ -44,8 +45,8 @@ pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ra
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 pub use quasistatic::{
-    Bracket, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic, QuasiStaticForward,
-    QuasiStaticInverse, QuasiStaticState,
+    Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
+    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
 };
 pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 

@@ -4,8 +4,9 @@
 mod models;
 
 use hysteresis_core::{
-    Biquad, Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse,
-    LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections, StreamArray,
+    ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms,
+    FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process,
+    QuasiStatic, Sections, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -77,6 +78,40 @@ fn an_array_never_allocates_while_it_runs() {
         assert!(forward.step(&row, &mut output).is_err());
     });
     assert_eq!(count, 0);
+}
+
+#[test]
+fn the_controller_of_an_array_never_allocates_while_it_runs() {
+    let compiled = vec![CompiledModel::new(&actuator()); 10];
+    let inverse = StreamArray::inverse(&compiled, Some((-500.0, 500.0))).unwrap();
+    let set = ArrayOptions { ki: 100.0, leak: 1.0, slew: vec![1e5], ..ArrayOptions::new(1e-3) };
+    let neighbours = (1..10).map(|i| (i - 1, i)).collect();
+    let paired = ArrayOptions { neighbours, max_difference: vec![0.5], reconstruction: Some(vec![0.1; 50]), ..set };
+    let mut controller = ArrayController::new(inverse, &paired).unwrap();
+    let signal: Vec<f64> = signal()[..10_000].iter().map(|x| 0.005 * x).collect();
+    let measured = vec![0.1; 5000];
+    let mut output = vec![0.0; signal.len()];
+    let mut row = vec![0.0; 10];
+    let count = allocations::count(|| {
+        for (k, x) in signal.chunks_exact(10).enumerate() {
+            let sample = ArraySample { measurement: (k % 3 > 0).then_some(&measured[..5]), ..ArraySample::of(x) };
+            controller.peek(&sample, &mut row).unwrap();
+            controller.step(&sample, &mut row).unwrap();
+            match k % 100 {
+                40 => controller.hold(),
+                70 => controller.stop(1e4, &[10.0; 10]).unwrap(),
+                50 | 80 => controller.release(),
+                90 => controller.set_model(k % 10, &compiled[0]).unwrap(),
+                _ => {}
+            }
+        }
+        controller.run(&ArraySample { measurement: Some(&measured), ..ArraySample::of(&signal) }, &mut output).unwrap();
+        controller.set_gains(50.0, 0.0).unwrap();
+        controller.follow(&row).unwrap();
+        controller.reset();
+    });
+    assert_eq!(count, 0);
+    assert!(output.iter().any(|drive| *drive != 0.0));
 }
 
 #[test]

@@ -31,6 +31,8 @@ mod _core {
     use crate::stream::single_argument;
 
     #[pymodule_export]
+    use crate::control::array_controller::ArrayController;
+    #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
     use crate::control::filter_stream::Filter;
@@ -122,6 +124,8 @@ mod _core {
     use crate::stage::streams::{StageForward, StageInverse};
     #[pymodule_export]
     use crate::stream::actuators::ActuatorArray;
+    #[pymodule_export]
+    use crate::stream::array_bracket::BracketArray;
     #[pymodule_export]
     use crate::stream::bracket::Bracket;
     #[pymodule_export]

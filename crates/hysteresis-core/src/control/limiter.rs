@@ -26,11 +26,13 @@ impl Limiter {
     pub(super) fn new(options: &ControllerOptions) -> Result<Self, Error> {
         check_range("limits", options.limits, "the low limit")?;
         let dt = options.checked_dt()?;
-        let step = match options.slew {
-            Some(slew) => check_positive("slew", slew)? * dt,
-            None => f64::INFINITY,
-        };
-        Ok(Self { low: options.limits.0, high: options.limits.1, step })
+        let slew = options.slew.map(|slew| check_positive("slew", slew)).transpose()?;
+        Ok(Self::of(options.limits, slew, dt))
+    }
+
+    /// A limiter of numbers that were checked.
+    pub(super) fn of((low, high): (f64, f64), slew: Option<f64>, dt: f64) -> Self {
+        Self { low, high, step: slew.map_or(f64::INFINITY, |slew| slew * dt) }
     }
 
     /// The nearest to the unlimited drive that lies within the limits and within a step of the last drive `from`. A NaN,

@@ -27,5 +27,5 @@ pub use direction::Direction;
 pub(crate) use line::{Line, Piece};
 pub(crate) use memory::Memory;
 pub use memory_state::{FamilyState, MemoryState, TurningPointState};
-pub(crate) use solve::Point;
+pub(crate) use solve::{Point, Reach};
 pub use turning_points::TurningPoint;

@@ -4,6 +4,7 @@
 //! have caused, and creep adds slow first-order lags. Each part may be missing.
 
 mod bracket;
+mod bracket_array;
 mod creep;
 mod forward;
 mod inverse;
@@ -11,6 +12,7 @@ mod loop_shift;
 mod map;
 
 pub use bracket::{Bracket, BracketState};
+pub use bracket_array::BracketArray;
 pub use creep::CreepTerms;
 pub use forward::QuasiStaticForward;
 pub use inverse::QuasiStaticInverse;

@@ -1,6 +1,6 @@
 use super::segment::Segment;
 use super::{StreamState, check_output};
-use crate::engine::{CompiledModel, Direction, Memory, Method, Piece, Point, check_same};
+use crate::engine::{CompiledModel, Direction, Memory, Method, Piece, Point, Reach, check_same};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_within_limits, is_admissible};
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 use crate::process::Process;
@@ -32,6 +32,16 @@ pub struct Inverse {
     saturated: bool,
     rejected: u64,
     fingerprint: u64,
+}
+
+/// Where a target would bring an inverse.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) drive: f64,
+    /// The output of the model there.
+    pub(crate) reached: f64,
+    /// Whether the target is out of reach.
+    pub(crate) saturated: bool,
 }
 
 impl Inverse {
@@ -167,6 +177,39 @@ impl Inverse {
         self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
     }
 
+    /// Where [`step`](Process::step) would come to.
+    #[inline]
+    pub(crate) fn look(&self, target: f64) -> Look {
+        let y = target - self.offsets.output;
+        let Point { input: here, output } = self.known();
+        let reach = match self.segment.peek(y) {
+            Some(input) => Reach { input, output: y, saturated: false },
+            None if self.is_at(y) => Reach { input: here, output, saturated: false },
+            None if is_admissible(y) => {
+                self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach)
+            }
+            None => Reach { input: here, output, saturated: self.saturated },
+        };
+        let Reach { input, output, saturated } = reach;
+        Look { drive: self.drive(input), reached: output + self.offsets.output, saturated }
+    }
+
+    /// The output of the model that [`follow_drive`](Self::follow_drive) would return.
+    #[inline]
+    pub(crate) fn look_at_drive(&self, drive: f64) -> f64 {
+        if !is_admissible(drive) {
+            return self.reached();
+        }
+        self.memory.peek_input(self.segment.output(), self.input_at(drive)) + self.offsets.output
+    }
+
+    /// A drive, kept within the limits, as the memory counts inputs.
+    #[inline]
+    fn input_at(&self, drive: f64) -> f64 {
+        let within = drive.max(self.limits.0).min(self.limits.1);
+        (within - self.offsets.input).max(self.reach.0).min(self.reach.1)
+    }
+
     /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
     /// feedback or limits a slew. The drive is kept within the limits; one that is not finite is counted and changes
     /// nothing else. Neither allocates nor panics. Returns the output of the model there.
@@ -182,8 +225,7 @@ impl Inverse {
     #[inline]
     pub fn follow_drive(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
-            let x =
-                (drive.max(self.limits.0).min(self.limits.1) - self.offsets.input).max(self.reach.0).min(self.reach.1);
+            let x = self.input_at(drive);
             self.memory.move_input(self.segment.output(), x);
             self.saturated = false;
             self.enter_segment(x, self.memory.output(x));
@@ -312,16 +354,7 @@ impl Process for Inverse {
 
     #[inline]
     fn peek(&self, target: f64) -> f64 {
-        let y = target - self.offsets.output;
-        let x = match self.segment.peek(y) {
-            Some(x) => x,
-            None if self.is_at(y) => self.segment.output(),
-            None if is_admissible(y) => {
-                self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach).input
-            }
-            None => self.segment.output(),
-        };
-        self.drive(x)
+        self.look(target).drive
     }
 
     fn reset(&mut self) {

@@ -1,5 +1,8 @@
 //! Control: the controller, linear dynamics, feed-forward through their inverse, tuning, learning.
 
+pub(crate) mod array_controller;
+mod array_controller_changes;
+mod array_controller_made;
 pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use numpy::ndarray::{Dimension, IntoDimension};
+use numpy::ndarray::{Dimension, IntoDimension, IxDyn};
 use numpy::npyffi::PY_ARRAY_API;
 use numpy::{PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -90,4 +90,27 @@ pub(crate) fn read_only(py: Python<'_>, values: impl Iterator<Item = f64>) -> Py
     flags.set_item(intern!(py, "write"), false)?;
     array.call_method(intern!(py, "setflags"), (), Some(&flags))?;
     Ok(array)
+}
+
+/// One number for all, or an array of one for each.
+pub(crate) fn one_or_more(name: &str, value: &Bound<'_, PyAny>, expected: fmt::Arguments<'_>) -> PyResult<Vec<f64>> {
+    let given = array::<IxDyn>(name, value, expected)?;
+    if given.ndim() > 1 || given.len() == 0 {
+        let shape = given.getattr(intern!(value.py(), "shape"))?;
+        return Err(errors::value(name, format_args!("expected {expected}, got shape {shape}")));
+    }
+    Ok(given.as_slice()?.to_vec())
+}
+
+/// A number for each of `count`: one for all is repeated.
+pub(crate) fn each(name: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+    let given = one_or_more(name, value, format_args!("a number or an array of shape ({count},)"))?;
+    match given.len() {
+        1 => Ok(vec![given[0]; count]),
+        got if got == count => Ok(given),
+        got => {
+            let expected = format!("a number or an array of shape ({count},)");
+            Err(errors::value(name, format_args!("expected {expected}, got {got} elements")))
+        }
+    }
 }

@@ -194,7 +194,7 @@ fn options(
     })
 }
 
-pub(super) fn shape_of(name: &str) -> PyResult<Shape> {
+pub(crate) fn shape_of(name: &str) -> PyResult<Shape> {
     match name {
         "triangle" => Ok(Shape::Triangle),
         "sine" => Ok(Shape::Sine),

@@ -8,7 +8,7 @@ use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 
 /// Samples per second unless told, in Hz.
-pub(super) const RATE: f64 = 1e4;
+pub(crate) const RATE: f64 = 1e4;
 
 /// What a signal is in Python.
 pub(super) type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;

@@ -7,7 +7,7 @@ use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 
 use super::array_file;
 use super::stream_arrays::{ForwardArray, InverseArray, MadeOf};
@@ -15,7 +15,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::model::object::{compiled_if_model, model_of, object};
+use crate::model::object::{compiled_if_model, compiled_of, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
 ///
@@ -52,13 +52,13 @@ pub(crate) struct ActuatorArray {
 }
 
 /// The limits of the drives: none, the same for all, or each its own.
-enum Limits {
+pub(crate) enum Limits {
     Shared(Option<(f64, f64)>),
     Individual(Vec<(f64, f64)>),
 }
 
 impl Limits {
-    fn from_python(limits: Option<&Bound<'_, PyAny>>, actuators: usize) -> PyResult<Self> {
+    pub(crate) fn from_python(limits: Option<&Bound<'_, PyAny>>, actuators: usize) -> PyResult<Self> {
         let Some(limits) = limits else { return Ok(Self::Shared(None)) };
         let expected = format!("two numbers (low, high) or an array of shape ({actuators}, 2)");
         let limits = array::<IxDyn>("limits", limits, format_args!("{expected}"))?;
@@ -73,7 +73,7 @@ impl Limits {
         }
     }
 
-    fn of(&self, actuator: usize) -> Option<(f64, f64)> {
+    pub(crate) fn of(&self, actuator: usize) -> Option<(f64, f64)> {
         match self {
             Self::Shared(limits) => *limits,
             Self::Individual(limits) => Some(limits[actuator]),
@@ -81,11 +81,24 @@ impl Limits {
     }
 
     /// Limits that all actuators share are wrong for no one in particular.
-    fn error(&self, actuator: usize, error: Error) -> PyErr {
+    pub(crate) fn error(&self, actuator: usize, error: Error) -> PyErr {
         match (self, error) {
             (Self::Shared(_), Error::Domain { .. }) => raise(error),
             _ => raise(ActuatorError { actuator, error }),
         }
+    }
+}
+
+impl ActuatorArray {
+    /// The compiled models.
+    pub(crate) fn compiled(&self) -> &[CompiledModel] {
+        &self.compiled
+    }
+
+    /// The exact inverses at rest, within `limits`.
+    pub(crate) fn inverses(&self, limits: &Limits) -> PyResult<StreamArray<core::Inverse>> {
+        let stream = |(m, compiled)| core::Inverse::new(compiled, limits.of(m)).map_err(|error| limits.error(m, error));
+        self.compiled.iter().enumerate().map(stream).collect()
     }
 }
 
@@ -136,11 +149,32 @@ impl ActuatorArray {
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
     #[pyo3(signature = (limits=None))]
     fn inverse(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<InverseArray> {
-        let compiled = &slf.get().compiled;
-        let given = Limits::from_python(limits, compiled.len())?;
-        let stream = |(m, compiled)| core::Inverse::new(compiled, given.of(m)).map_err(|error| given.error(m, error));
-        let stream = compiled.iter().enumerate().map(stream).collect::<PyResult<_>>()?;
-        Ok(InverseArray { stream, made: MadeOf::new(slf.as_any(), limits) })
+        let given = Limits::from_python(limits, slf.get().compiled.len())?;
+        Ok(InverseArray { stream: slf.get().inverses(&given)?, made: MadeOf::new(slf.as_any(), limits) })
+    }
+
+    /// An array like this one, with another model for one actuator. The array itself never changes.
+    ///
+    /// `actuator` counts from the end if it is negative.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> soft, stiff = (mh.PrandtlIshlinskii([w, 0.5], [0.0, 2.0]) for w in (2.0, 1.0))
+    /// >>> mirror = mh.ActuatorArray([soft] * 3)
+    /// >>> repaired = mirror.set_model(-1, stiff)
+    /// >>> repaired.models == (soft, soft, stiff), mirror.models == (soft,) * 3
+    /// (True, True)
+    fn set_model(&self, py: Python<'_>, actuator: &Bound<'_, PyAny>, model: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (count, place) = (self.compiled.len().cast_signed(), actuator.extract::<isize>());
+        let Some(place) = place.ok().filter(|place| (-count..count).contains(place)) else {
+            let expected = format!("a whole number from {} to {}", -count, count - 1);
+            return Err(errors::value("actuator", format_args!("expected {expected}, got {}", actuator.repr()?)));
+        };
+        compiled_of("model", model)?;
+        let models = self.models.bind(py).to_list();
+        models.as_any().set_item(place, model)?;
+        Self::new(models.as_any())
     }
 
     /// Writes the models to a JSON file, each model once; the file appears only when it is complete.
@@ -160,9 +194,14 @@ impl ActuatorArray {
         Self::new(PyTuple::new(py, models)?.as_any())
     }
 
-    /// The model of one actuator.
-    fn __getitem__<'py>(&self, py: Python<'py>, actuator: isize) -> PyResult<Bound<'py, PyAny>> {
-        self.models.bind(py).as_any().get_item(actuator)
+    /// The model of one actuator, which counts from the end if it is negative; an array of those that a slice names.
+    fn __getitem__<'py>(&self, py: Python<'py>, actuator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.models.bind(py).as_any().get_item(actuator)?;
+        if actuator.is_instance_of::<PySlice>() {
+            Ok(Bound::new(py, Self::new(&found)?)?.into_any())
+        } else {
+            Ok(found)
+        }
     }
 
     fn __len__(&self) -> usize {

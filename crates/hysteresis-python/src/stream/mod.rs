@@ -1,6 +1,7 @@
 //! Streams of models and of arrays of models, sample by sample.
 
 pub(crate) mod actuators;
+pub(crate) mod array_bracket;
 mod array_file;
 pub(crate) mod blocks;
 pub(crate) mod bracket;

@@ -10,7 +10,7 @@ use numpy::{
 };
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::pythonize;
 
 use super::blocks::apply;
@@ -85,8 +85,24 @@ impl MadeOf {
         Self { array: array.clone().unbind(), limits, models: BTreeMap::new() }
     }
 
+    /// Another model took over.
+    pub(crate) fn set_model(&mut self, actuator: usize, model: &Bound<'_, PyAny>) {
+        self.models.insert(actuator, model.clone().unbind());
+    }
+
     /// How the present array and then `state` make the stream; `method` of the array does.
-    fn reduce<'py>(&self, py: Python<'py>, method: &str, state: Bound<'py, PyAny>) -> Reduced<'py> {
+    pub(crate) fn reduce<'py>(&self, py: Python<'py>, method: &str, state: Bound<'py, PyAny>) -> Reduced<'py> {
+        self.reduce_with(py, method, keywords!(py), state)
+    }
+
+    /// The same with keywords beside the limits.
+    pub(crate) fn reduce_with<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+        keywords: Bound<'py, PyDict>,
+        state: Bound<'py, PyAny>,
+    ) -> Reduced<'py> {
         let mut array = self.array.bind(py).clone();
         if !self.models.is_empty() {
             let mut models: Vec<Py<PyAny>> = array.getattr(intern!(py, "models"))?.extract()?;
@@ -95,7 +111,6 @@ impl MadeOf {
             }
             array = array.get_type().call1((models,))?;
         }
-        let keywords = keywords!(py);
         if let Some(limits) = &self.limits {
             keywords.set_item("limits", limits)?;
         }
@@ -114,7 +129,7 @@ fn rows<'py>(input: &Bound<'py, PyAny>, actuators: usize) -> PyResult<PyReadonly
 }
 
 /// Samples of as many dimensions as D has, the last of which counts M actuators.
-fn columns<'py, D: Dimension>(
+pub(crate) fn columns<'py, D: Dimension>(
     name: &str,
     input: &Bound<'py, PyAny>,
     actuators: usize,
@@ -130,14 +145,14 @@ fn columns<'py, D: Dimension>(
 }
 
 /// The states of M actuators, each as its own stream would take it.
-fn states<'py>(states: &Bound<'py, PyAny>, actuators: usize) -> PyResult<Vec<Bound<'py, PyAny>>> {
+pub(crate) fn states<'py>(states: &Bound<'py, PyAny>, actuators: usize) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let wrong = |got: String| errors::value("state", format_args!("expected a list of {actuators} states, got {got}"));
     let Ok(states) = states.cast::<PyList>() else { return Err(wrong(states.get_type().name()?.to_string())) };
     if states.len() == actuators { Ok(states.iter().collect()) } else { Err(wrong(states.len().to_string())) }
 }
 
 /// An error about the state of one actuator, which is then named.
-fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
+pub(crate) fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
     let message = error.value(py).to_string();
     errors::value(Place::part("state", &format!("actuator {actuator}")), message)
 }
@@ -265,7 +280,7 @@ macro_rules! stream_array_methods {
                     return Err(errors::value("actuator", format_args!("expected {expected}, got {actuator}")));
                 };
                 stream.set_model(&compiled).map_err(raise)?;
-                this.made.models.insert(actuator, model.clone().unbind());
+                this.made.set_model(actuator, model);
                 Ok(())
             }
 

@@ -1,0 +1,263 @@
+//! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
+
+use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState};
+use hysteresis_simulate::excitation::{ActuatorDrive, demagnetizing_array};
+use numpy::ndarray::{Array2, Ix1, Ix2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use pythonize::pythonize;
+
+use super::actuators::{ActuatorArray, Limits};
+use super::stream_arrays::{MadeOf, columns, in_state, states};
+use crate::convert::arguments::{count, numbers};
+use crate::convert::arrays::{each, zeros};
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, saved};
+use crate::signal::excitation::shape_of;
+use crate::signal::signals::RATE;
+
+/// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
+///
+/// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 2)
+/// >>> bracket = mirror.bracket(limits=(-10.0, 10.0))
+/// >>> low, high = bracket.step([3.0, 10.0])
+/// >>> low, high
+/// (array([ 3.5, 14. ]), array([ 5.5, 14. ]))
+/// >>> bracket.width  # the second one has made a full stroke
+/// array([2., 0.])
+#[pyclass(module = "mpi_hyst")]
+pub(crate) struct BracketArray {
+    brackets: core::BracketArray,
+    made: MadeOf,
+}
+
+type LowAndHigh<'py, D> = (Bound<'py, numpy::PyArray<f64, D>>, Bound<'py, numpy::PyArray<f64, D>>);
+
+impl BracketArray {
+    fn each<'py>(&self, py: Python<'py>, of: impl Fn(&core::Bracket) -> f64) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, self.brackets.brackets().iter().map(of))
+    }
+}
+
+#[pymethods]
+impl BracketArray {
+    /// Takes one drive for each actuator, an array of shape (M,); the lowest and the highest outputs that there can be.
+    fn step<'py>(slf: &Bound<'py, Self>, drive: &Bound<'py, PyAny>) -> PyResult<LowAndHigh<'py, Ix1>> {
+        let actuators = slf.len()?;
+        let drives = columns::<Ix1>("drive", drive, actuators, format_args!("an array of shape ({actuators},)"))?;
+        let (low, high) = (zeros(slf.py(), Ix1(actuators))?, zeros(slf.py(), Ix1(actuators))?);
+        let (mut lowest, mut highest) = (low.readwrite(), high.readwrite());
+        let mut this = exclusive(slf)?;
+        this.brackets.step(drives.as_slice()?, lowest.as_slice_mut()?, highest.as_slice_mut()?).map_err(raise)?;
+        Ok((low, high))
+    }
+
+    /// Takes rows of drives, an array of shape (samples, M), bit for bit like `step` in a loop.
+    fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<LowAndHigh<'py, Ix2>> {
+        let drives = rows(drives, slf.len()?)?;
+        let (low, high) = (zeros(slf.py(), drives.dims())?, zeros(slf.py(), drives.dims())?);
+        let (mut lowest, mut highest) = (low.readwrite(), high.readwrite());
+        let mut this = exclusive(slf)?;
+        this.brackets.run(drives.as_slice()?, lowest.as_slice_mut()?, highest.as_slice_mut()?).map_err(raise)?;
+        Ok((low, high))
+    }
+
+    /// Takes over what was driven before, an array of shape (samples, M), oldest drives first.
+    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = rows(drives, slf.len()?)?;
+        exclusive(slf)?.brackets.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// The lowest and the highest outputs that there can be now.
+    #[getter]
+    fn outputs<'py>(&self, py: Python<'py>) -> LowAndHigh<'py, Ix1> {
+        (self.each(py, |bracket| bracket.outputs().0), self.each(py, |bracket| bracket.outputs().1))
+    }
+
+    /// The highest minus the lowest output of each actuator.
+    #[getter]
+    fn width<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.each(py, core::Bracket::width)
+    }
+
+    /// The limits (low, high) between which the unknown histories lie, an array of shape (M, 2).
+    #[getter]
+    fn limits<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let rows: Vec<[f64; 2]> = self.brackets.brackets().iter().map(|bracket| bracket.limits().into()).collect();
+        Array2::from(rows).into_pyarray(py)
+    }
+
+    /// Nothing is known of any history.
+    fn reset(&mut self) {
+        self.brackets.reset();
+    }
+
+    /// Everything that is remembered, as a list of M dictionaries to keep; set it to continue from there bit for bit.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let states = self.brackets.brackets().iter().map(|bracket| Ok(pythonize(py, &bracket.state())?));
+        PyList::new(py, states.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let given = states(state, slf.len()?)?.into_iter().enumerate();
+        let plain = given.map(|(m, state)| saved(&state).map_err(|error| in_state(state.py(), m, error)));
+        let plain = plain.collect::<PyResult<Vec<BracketState>>>()?;
+        let wrong = |ActuatorError { actuator, error }| in_state(slf.py(), actuator, raise(error));
+        exclusive(slf)?.brackets.set_states(&plain).map_err(wrong)
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __len__(&self) -> usize {
+        self.brackets.brackets().len()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let this = shared(slf)?;
+        this.made.reduce(slf.py(), "bracket", this.state(slf.py())?.into_any())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<BracketArray of {} actuators>", self.__len__())
+    }
+}
+
+fn rows<'py>(drives: &Bound<'py, PyAny>, actuators: usize) -> PyResult<numpy::PyReadonlyArray2<'py, f64>> {
+    columns("drives", drives, actuators, format_args!("an array of shape (samples, {actuators})"))
+}
+
+/// The limits of all actuators, which must be given.
+fn limits_of(limits: &Bound<'_, PyAny>, actuators: usize) -> PyResult<(Limits, Vec<(f64, f64)>)> {
+    let given = Limits::from_python(Some(limits), actuators)?;
+    let each = (0..actuators).map(|m| given.of(m).expect("limits that are given")).collect();
+    Ok((given, each))
+}
+
+/// The plan would name them low and high.
+fn check_limits((low, high): (f64, f64)) -> Result<(), core::Error> {
+    core::check_all_finite("limits", &[low, high])?;
+    let expected = Domain::Above { what: "the low limit", limit: low };
+    let wrong = core::Error::Domain { parameter: "limits", index: Some(1), expected, got: high };
+    if low < high { Ok(()) } else { Err(wrong) }
+}
+
+#[pymethods]
+impl ActuatorArray {
+    /// How uncertain the outputs are when the history of the drives, between `limits`, is unknown.
+    ///
+    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
+    ///
+    /// Raises ValueError that names the first actuator whose model has a negative weight.
+    fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<BracketArray> {
+        let compiled = slf.get().compiled();
+        let (given, each) = limits_of(limits, compiled.len())?;
+        let wrong = |ActuatorError { actuator, error }| match error.parameter() {
+            Some("limits") => given.error(actuator, error),
+            _ => raise(ActuatorError { actuator, error }),
+        };
+        let brackets = core::BracketArray::new(compiled, |m| each[m]).map_err(wrong)?;
+        Ok(BracketArray { brackets, made: MadeOf::new(slf.as_any(), Some(limits)) })
+    }
+
+    /// One decaying alternation for all actuators, and how uncertain their outputs are behind it.
+    ///
+    /// Every drive goes from its start to its center, alternates about the center with a common share of its own amplitude, and
+    /// goes back. All turn at the same samples; the slowest actuator sets the pace. `mh.signals.demagnetize` says what the
+    /// sequence leaves of the memory of one actuator.
+    ///
+    /// Parameters
+    /// ----------
+    /// limits : (low, high) or array of shape (M, 2)
+    ///     Of the drives (V): never left. What was driven before lies between them.
+    /// slew : float or array of shape (M,)
+    ///     Largest speed of the drives (V/s).
+    /// rate : float
+    ///     Samples per second, in Hz: at least one sample must fit between the nearest reversals on one side.
+    /// cycles : int
+    ///     Cycles that the alternation takes to decay.
+    /// shape : "triangle" or "sine"
+    ///     Straight moves from reversal to reversal, or half cosines of the same largest speed.
+    /// center : float or array of shape (M,), optional
+    ///     What the alternation decays to: the middle of the limits unless given.
+    /// start : float or array of shape (M,), optional
+    ///     Where the drives start and end: zero, or the limit nearest to it, unless given.
+    ///
+    /// Returns
+    /// -------
+    /// drives : array of shape (samples, M)
+    /// uncertainty : array of shape (M,)
+    ///     How far the outputs that two histories between the limits lead to can be apart behind the sequence, in the unit of the
+    ///     models' output. Later motion never makes it larger. NaN for an actuator whose model has a negative weight: nothing is
+    ///     guaranteed then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> model = mh.paper.table_1_recovered()
+    /// >>> mirror = mh.ActuatorArray([model] * 3)
+    /// >>> limits = [(-500.0, 500.0), (0.0, 150.0), (-20.0, 120.0)]
+    /// >>> drives, uncertainty = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
+    /// >>> bool((uncertainty < 0.01 * mirror.bracket(limits).width).all())
+    /// True
+    #[pyo3(signature = (limits, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+        text_signature = "($self, limits, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
+    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+    fn demagnetize<'py>(
+        slf: &Bound<'py, Self>,
+        limits: &Bound<'py, PyAny>,
+        slew: &Bound<'py, PyAny>,
+        rate: Option<&Bound<'py, PyAny>>,
+        cycles: Option<&Bound<'py, PyAny>>,
+        shape: &str,
+        center: Option<&Bound<'py, PyAny>>,
+        start: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+        numbers!(rate = RATE);
+        let (py, compiled) = (slf.py(), slf.get().compiled());
+        let actuators = compiled.len();
+        let (given, limits) = limits_of(limits, actuators)?;
+        let slew = each("slew", slew, actuators)?;
+        let center = center.map(|center| each("center", center, actuators)).transpose()?;
+        let start = start.map(|start| each("start", start, actuators)).transpose()?;
+        let cycles = cycles.map_or(Ok(20), |cycles| count("cycles", cycles))?;
+        let shape = shape_of(shape)?;
+        let drive = |(m, (low, high)): (usize, &(f64, f64))| ActuatorDrive {
+            low: *low,
+            high: *high,
+            slew: slew[m],
+            center: center.as_ref().map_or(0.5 * low + 0.5 * high, |center| center[m]),
+            // Not clamp, which panics if low is above high: the plan says what is wrong with them.
+            start: start.as_ref().map_or(0.0_f64.max(*low).min(*high), |start| start[m]),
+        };
+        let plan: Vec<_> = limits.iter().enumerate().map(drive).collect();
+        for (m, pair) in limits.iter().enumerate() {
+            check_limits(*pair).map_err(|error| given.error(m, error))?;
+        }
+        let cycles = u32::try_from(cycles).unwrap_or(u32::MAX);
+        let made = py.detach(|| demagnetizing_array(&plan, rate, cycles, shape)).map_err(raise)?;
+        let uncertainty = py.detach(|| {
+            let behind = |(m, model)| {
+                let Ok(mut bracket) = core::Bracket::new(model, limits[m]) else { return f64::NAN };
+                made.iter().skip(m).step_by(actuators).for_each(|drive| {
+                    bracket.step(*drive);
+                });
+                bracket.width()
+            };
+            compiled.iter().enumerate().map(behind).collect::<Vec<f64>>()
+        });
+        let shape = (made.len() / actuators, actuators);
+        let drives = Array2::from_shape_vec(shape, made).map_err(|error| errors::value("rate", error))?;
+        Ok((drives.into_pyarray(py), PyArray1::from_vec(py, uncertainty)))
+    }
+}
