@@ -41,6 +41,8 @@ pub enum What {
     StageInverse,
     /// The hybrid controller with its exact inverse, along the outputs of the model.
     Controller,
+    /// The same behind a notch and two more second-order sections, with the observer of a stage with a resonance before its feedback.
+    ObservedController,
     /// The yardstick: all operators evaluated for every sample.
     PlainLoop,
     /// The samples copied from one array to another: what `run` cannot beat.
@@ -92,6 +94,9 @@ impl Case {
     pub const CONTROLLER: Self =
         Self { signal: Signal::SlowSine, operators: 20, what: What::Controller, mode: Mode::Step };
 
+    /// A sample of the controller with filters and observer.
+    pub const OBSERVED_CONTROLLER: Self = Self { what: What::ObservedController, ..Self::CONTROLLER };
+
     /// A sample of the inverse of a stage with maps and creep.
     pub const STAGE_INVERSE: Self =
         Self { signal: Signal::SlowSine, operators: 20, what: What::StageInverse, mode: Mode::Step };
@@ -116,7 +121,7 @@ impl Case {
                 cases.extend(kinds.map(|(what, mode)| Self { signal, operators, what, mode }));
             }
         }
-        cases.extend([Self::STAGE_INVERSE, Self::CONTROLLER]);
+        cases.extend([Self::STAGE_INVERSE, Self::CONTROLLER, Self::OBSERVED_CONTROLLER]);
         cases
     }
 

@@ -2,15 +2,22 @@
 
 use std::hint::black_box;
 
+use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
+use hysteresis_control::linear::SecondOrder;
+use hysteresis_control::stage::{Stage, StageParts};
+use hysteresis_control::{Observer, ObserverOptions};
 use hysteresis_core::{
-    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, PiecewiseLinearMap, Process,
-    QuasiStatic, StreamArray,
+    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, ModifiedPrandtlIshlinskii,
+    PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
 };
 
 use crate::cases::{ARRAY, Case, Mode, What, actuator};
 use crate::pass::Pass;
 use crate::signals::REACH;
 use crate::yardstick::{Copied, plain_loop, thinned};
+
+/// The sampling interval of controllers in seconds.
+const DT: f64 = 1e-4;
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
 pub struct Workload(Box<dyn Pass>);
@@ -46,8 +53,11 @@ impl Workload {
                 before.iter().flatten().for_each(|target| _ = stream.step(*target));
                 Self::stream(case.mode, stream, targets.unwrap_or_default())
             }
-            What::Controller => {
-                let mut tracking = Tracking::new(&compiled);
+            What::Controller | What::ObservedController => {
+                let mut tracking = match case.what {
+                    What::ObservedController => Tracking::observed(&compiled, actuator(case.operators)),
+                    _ => Tracking::new(&compiled, Sections::default()),
+                };
                 let references = periodic_targets(&compiled, &drive, |reference| _ = tracking.step(reference));
                 Self::stream(case.mode, tracking, references)
             }
@@ -99,27 +109,46 @@ fn stage(compiled: &CompiledModel) -> QuasiStatic {
         .with_creep(creep.expect("the decays are between 0 and 1"))
 }
 
-/// A controller whose measurement lags by a sample: the error never rests.
+/// A controller whose measurement lags by a sample: the error never rests. An observer may stand before its feedback.
 #[derive(Clone)]
 struct Tracking {
     controller: HybridController,
+    observer: Option<Observer>,
     last: f64,
 }
 
 impl Tracking {
-    fn new(compiled: &CompiledModel) -> Self {
+    fn new(compiled: &CompiledModel, filters: Sections) -> Self {
         let limits = (-1.1 * REACH, 1.1 * REACH);
         let inverse = Inverse::new(compiled, Some(limits)).expect("the weights are positive");
-        let options = ControllerOptions { slew: Some(1e7), ..ControllerOptions::new(5.0, 6e3, 1e-4, limits) };
+        let set = ControllerOptions::new(5.0, 6e3, DT, limits);
+        let options = ControllerOptions { slew: Some(1e7), filters, ..set };
         let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
-        Self { controller, last: 0.0 }
+        Self { controller, observer: None, last: 0.0 }
+    }
+
+    /// With a notch, two more sections, and the observer of a stage with a mode of 800 Hz and a sample of dead time.
+    fn observed(compiled: &CompiledModel, hysteresis: ModifiedPrandtlIshlinskii) -> Self {
+        let filters: [FeedbackFilter; 3] = [
+            Notch::new(800.0, 0.0, 2.2).expect("a frequency").into(),
+            LowPass::new(1500.0, Some(0.7)).expect("a frequency").into(),
+            Lead::new(900.0, 2500.0).expect("two frequencies").into(),
+        ];
+        let mode = SecondOrder::new(800.0, 0.02).expect("a mode");
+        let parts = StageParts { dynamics: mode.into(), dead_time: DT, ..StageParts::new(hysteresis) };
+        let stage = Stage::new(parts).expect("the parts are valid");
+        let observer = Observer::new(&stage, DT, &ObserverOptions { noise: 0.01, drift: 0.5 }).expect("it settles");
+        let filters = sections(&filters, DT).expect("below half the sampling rate");
+        Self { observer: Some(observer), ..Self::new(compiled, filters) }
     }
 }
 
 impl Process for Tracking {
     fn step(&mut self, reference: f64) -> f64 {
         let measurement = core::mem::replace(&mut self.last, reference);
-        self.controller.step(reference.into(), measurement)
+        let drive = self.controller.drive();
+        let seen = self.observer.as_mut().map_or(measurement, |observer| observer.step(drive, measurement));
+        self.controller.step(reference.into(), seen)
     }
 
     fn peek(&self, reference: f64) -> f64 {
@@ -128,6 +157,9 @@ impl Process for Tracking {
 
     fn reset(&mut self) {
         self.controller.reset();
+        if let Some(observer) = &mut self.observer {
+            observer.reset();
+        }
     }
 }
 
