@@ -3212,7 +3212,16 @@ class Stage:
         damping_uncertainty: float = 2.0,
         structure: _Structure | None = None,
     ) -> Tuning:
-        """Gains of the feedback for every slope of the hysteresis: as `control.tune`."""
+        """Filters and gains of the feedback for every slope of the hysteresis: as `control.tune`.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+        >>> tuning = stage.tune(1e-4, structure="active damping")
+        >>> tuning.kp < 0.0, tuning.explanation.split(".")[0]
+        (True, 'A low-pass and a negative proportional gain damp the resonance actively')
+        """
     def preview(
         self,
         dt: float,
@@ -4847,15 +4856,15 @@ class Raster:
     >>> import numpy as np
     >>> import mpi_hyst as mh
     >>> raster = mh.trajectories.Raster(10.0, 8.0, 64, line_rate=5.0)
-    >>> raster.speed, round(raster.overscan, 3), round(raster.acceleration)  # um/s, um, um/s^2
-    (125.0, 0.859, 23438)
+    >>> raster.speed, round(raster.overscan, 3), round(raster.acceleration, 3)  # um/s, um, um/s^2
+    (125.0, 0.859, 23437.5)
     >>> x, velocity, acceleration = raster.x.sample(dt=1e-4)
     >>> line = raster.line_index(dt=1e-4)  # -1 in turns and while a line is retraced
     >>> trace = x[line == 7]
     >>> trace.size, bool(np.allclose(np.diff(trace), 125.0 * 1e-4))
     (800, True)
-    >>> bool(abs(velocity).max() <= raster.speed), velocity[0], velocity[-1]
-    (True, 0.0, 0.0)
+    >>> bool(abs(velocity).max() <= raster.speed), velocity[[0, -1]]
+    (True, array([0., 0.]))
     """
 
     def __new__(
@@ -4931,8 +4940,8 @@ class Spiral:
     Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes grow. Give it a
     `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast (Mahmood and Moheimani,
     Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular velocity. So a spiral starts there at
-    rest, and its rate is full from `inner_radius` on: the acceleration then stays near speed^2 / inner_radius at most. It ends at rest
-    on its radius. Position, velocity and acceleration are continuous.
+    rest, and its rate is full from `inner_radius` on. The acceleration is at most 1.5 speed^2 / inner_radius, and 1.2
+    if the inner radius is a pitch or more. It ends at rest on its radius. Position, velocity and acceleration are continuous.
 
     Parameters
     ----------
@@ -5047,8 +5056,8 @@ class Lissajous:
     >>> import mpi_hyst as mh
     >>> figure = mh.trajectories.Lissajous((5.0, 4.0), (30.0, 29.0), seconds=1.0)
     >>> x, velocity, acceleration = figure.x.sample(dt=1e-4)
-    >>> x[0], velocity[0], acceleration[0], abs(x).max().round(4)
-    (0.0, 0.0, 0.0, 5.0)
+    >>> velocity[[0, -1]], round(float(abs(x).max()), 4)
+    (array([0., 0.]), 5.0)
     >>> begin, end = figure.steady
     >>> round(end - begin, 12), figure.lead_in == 2.0 / 29.0
     (1.0, True)
@@ -5292,7 +5301,9 @@ class Margins:
 class Tuning:
     """Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 
-    Gains belong to their filters: without them a lightly damped stage may become unstable.
+    Gains belong to their filters: without them a lightly damped stage may become unstable. `open_loop`, `sensitivity`,
+    `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it, and `explanation`
+    says in words what was chosen and why.
     """
 
     @property
@@ -5328,17 +5339,55 @@ class Tuning:
     def peak_sensitivity(self) -> float:
         """The peak of the sensitivity over all slopes between and all modes that may be."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds for which it is."""
     @property
-    def peak_sensitivity_limit(self) -> float: ...
+    def peak_sensitivity_limit(self) -> float:
+        """The peak of the sensitivity that was allowed."""
     @property
-    def explanation(self) -> str: ...
-    def open_loop(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex: ...
-    def sensitivity(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex: ...
+    def explanation(self) -> str:
+        """In a few sentences: which structure was chosen and why, the bound on the sensitivity, crossover, margins and bandwidths."""
+    def open_loop(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex:
+        """The open loop L(f) as complex numbers, with the modes as they are known.
+
+        L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), with filters F and the sampled dynamics P, dead time included.
+
+        Parameters
+        ----------
+        frequencies : array of n floats
+            In Hz, above 0 and at most half of the sampling rate.
+        slope : float, optional
+            The slope of the hysteresis (um/V); by default the greatest, `at_max_slope.slope`.
+
+        Returns
+        -------
+        array of n complex numbers
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> tuning = mh.control.tune(mh.paper.plant("A1"))
+        >>> round(float(abs(tuning.open_loop([tuning.at_max_slope.crossover])[0])), 9)
+        1.0
+        """
+    def sensitivity(self, frequencies: ArrayLike, slope: float | None = None) -> _Complex:
+        """The sensitivity S = 1 / (1 + L), what the loop leaves of a disturbance: arguments as for `open_loop`."""
     def complementary_sensitivity(
         self, frequencies: ArrayLike, slope: float | None = None
-    ) -> _Complex: ...
-    def worst_sensitivity(self, frequencies: ArrayLike) -> _Vector: ...
+    ) -> _Complex:
+        """The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
+        `open_loop`.
+        """
+    def worst_sensitivity(self, frequencies: ArrayLike) -> _Vector:
+        """The greatest abs(S) over all slopes of the hysteresis and all modes that may be: nowhere above `peak_sensitivity`.
+
+        Frequencies are as for `open_loop`.
+        """
 
 def tune(
     stage: _Model | Stage | Plant,
@@ -5365,8 +5414,9 @@ def tune(
     1e-7 are refused: their response does not show at the frequencies that are looked at.
 
     Without modes of a damping ratio below 0.5 there are no filters. With some, no filter, low-passes and notches are tried, each with the
-    gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice the damping. Of those whose ki is
-    within 5 % of the greatest the simplest is taken. Give a controller the filters with their gains.
+    gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice the damping, unless other
+    uncertainties are given. Of those whose ki is within 5 % of the greatest the simplest is taken, unless a structure is given. Give a
+    controller the filters with their gains.
 
     Parameters
     ----------
@@ -5381,6 +5431,12 @@ def tune(
         What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
     peak_sensitivity : float
         1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
+    frequency_uncertainty : float
+        How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5.
+    damping_uncertainty : float
+        By which factor their damping may be less or more, 1 to 100.
+    structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
+        The only one that is admitted; all but the first need a lightly damped mode.
 
     Returns
     -------
@@ -5405,4 +5461,9 @@ def tune(
     >>> tuning = flexure.tune(1e-4)
     >>> tuning.structure, tuning.rejection_bandwidth > 80.0  # Hz; gains alone allow a few
     ('notch', True)
+    >>> plain = flexure.tune(1e-4, structure="proportional-integral")
+    >>> plain.filters, plain.rejection_bandwidth < 10.0
+    ((), True)
+    >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
+    True
     """

@@ -124,6 +124,15 @@ proptest! {
             let here = raster.x().at(t);
             prop_assert!((here.position - center.0 - direction * width * (share - 0.5)).abs() < tolerance);
             prop_assert!((here.velocity - direction * raster.speed()).abs() < 1e-9 * raster.speed());
+            // Nothing jumps where a line begins or ends, nor at the lead-in.
+            let h = 1e-7 * raster.line_duration();
+            for t in [begins, ends] {
+                let (before, after) = (raster.x().at(t - h), raster.x().at(t + h));
+                prop_assert!((after.position - before.position).abs() < 3.0 * h * raster.speed() + tolerance);
+                prop_assert!((after.velocity - before.velocity).abs() < 1e-6 * raster.speed());
+                let (before, after) = (raster.y().at(t - h), raster.y().at(t + h));
+                prop_assert!((after.position - before.position).abs() < 1e-6 * height + tolerance);
+            }
             let half_way = raster.y().at(0.5 * (begins + ends)).position;
             mean += if is_bidirectional { half_way } else { 0.5 * half_way };
             if has_steps {
