@@ -68,7 +68,8 @@ class Bench:
         return width
 
     def straight(self, target: Array) -> Array:
-        return np.clip((target - self.offset) / self.slope, *LIMITS)
+        drives: Array = np.clip((target - self.offset) / self.slope, *LIMITS)
+        return drives
 
     def controller(self, **options: object) -> mh.control.ArrayController:
         """A controller that knows what was driven before."""
