@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import mpi_hyst as mh
@@ -62,7 +63,7 @@ def test_a_long_block_has_no_seam() -> None:
 
 
 def test_open_loop_is_the_inverse() -> None:
-    reference = signals()[0][:40]
+    reference = 0.03 * signals()[0][:40]
     controller = make(bumpless_time=0.0, start_drive=[model.input_offset for model in MODELS])
     drives = controller.run(reference)
     expected = mh.ActuatorArray(MODELS).inverse(LIMITS).run(reference[1:])
@@ -72,11 +73,11 @@ def test_open_loop_is_the_inverse() -> None:
 
 def test_the_integral_is_its_equation() -> None:
     controller = make(ki=80.0, leak=10.0, reconstruction=MATRIX, bumpless_time=0.0)
-    r, y = np.full(M, 0.25), np.array([0.02, -0.01, 0.03])
+    r, y = np.full(M, 0.05), np.array([0.02, -0.01, 0.03])
     controller.step(r, y)  # the start
     a = np.zeros(M)
     for k in range(20):
-        s = 0.01 * np.array([1.0, k, -1.0])
+        s = 0.002 * np.array([1.0, k, -1.0])
         controller.step(r, y, sensor_reference=s)
         a += DT * (80.0 * MATRIX @ (s - y) - 10.0 * a)
         assert np.allclose(controller.integral, a, atol=1e-15)
@@ -91,25 +92,28 @@ def test_hold_stop_and_changes() -> None:
         controller.step(np.ones(M))
     held = controller.drive
     controller.hold = True
-    assert controller.hold and controller.mode == "hold"
+    assert controller.hold and str(controller.mode) == "hold"
     assert bits(controller.step(np.zeros(M))) == bits(held)
     controller.stop(1e3, np.arange(M))
-    assert controller.mode == "stop"
+    assert str(controller.mode) == "stop"
     for _ in range(200):
         controller.step(np.full(M, math.nan))
     assert controller.drive.tolist() == list(range(M))
     controller.hold = False
-    assert controller.mode == "run"
+    assert str(controller.mode) == "run"
     assert controller.step(np.ones(M)).tolist() == list(range(M))
     controller.set_gains(3.0)
     assert (controller.ki, controller.leak) == (3.0, 0.0)
     controller.set_gains(4.0, 1.0)
     assert (controller.ki, controller.leak) == (4.0, 1.0)
     other = mh.PrandtlIshlinskii([1.0, 0.75], [0.0, 2.0])
+    for _ in range(30):
+        controller.step(np.full(M, 0.1))
     before = controller.drive
     controller.set_model(M - 1, other)
-    controller.step(np.ones(M))
-    assert np.abs(controller.drive - before).max() < 1.0
+    controller.step(np.full(M, 0.1))
+    moved = np.abs(controller.drive - before)
+    assert 0.0 < moved[M - 1] < 0.3 and moved[: M - 1].max() < 1e-12
     controller.reset(5.0)
     assert controller.drive.tolist() == [5.0] * M and controller.rejected_count == 0
     controller.follow([[9.0] * M, [3.0] * M])
@@ -148,7 +152,7 @@ def test_a_wrong_option_is_named(options: dict[str, Any], message: str) -> None:
     with pytest.raises((ValueError, TypeError)) as caught:
         mh.ActuatorArray(MODELS).controller(**given)
     assert str(caught.value).startswith(message), str(caught.value)
-    name = next(name for name in reversed(options) if message.startswith(name))
+    name = message.split(":")[0].split("[")[0]
     assert getattr(caught.value, "parameter", None) == name
 
 
@@ -157,7 +161,7 @@ def test_a_wrong_sample_is_named_and_not_taken() -> None:
     controller.step(np.zeros(M), np.zeros(3))
     before = controller.state
     r, y = np.zeros(M), np.zeros(3)
-    calls = {
+    calls: dict[str, Callable[[], object]] = {
         "reference": lambda: controller.step(r[:3], y),
         "measurement": lambda: controller.step(r, r),
         "sensor_reference": lambda: controller.step(r, y, sensor_reference=0.0),

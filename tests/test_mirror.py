@@ -7,7 +7,6 @@ of the library do not have.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 
 import mpi_hyst as mh
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 import scipy.linalg
 from support import Array
 
-Record = Callable[[str, object], None]
 SIDE = 32
 M = SIDE * SIDE
 LIMITS = (0.0, 100.0)  # V
@@ -30,7 +28,7 @@ class Physics:
         self.r = np.sort(random.uniform(0.5, 60.0, (M, 40)), axis=1)  # V
         density = np.exp(-self.r / random.uniform(15.0, 40.0, (M, 1)))
         gain = random.uniform(0.04, 0.06, (M, 1))  # um/V
-        share = random.uniform(0.43, 0.67, (M, 1))
+        share = random.uniform(0.41, 0.65, (M, 1))
         self.line = (gain * (1.0 - share))[:, 0]
         self.weights = gain * share * density / density.sum(axis=1, keepdims=True)
         self.plays = np.zeros((M, 40))
@@ -70,7 +68,8 @@ class Bench:
         return width
 
     def straight(self, target: Array) -> Array:
-        return np.clip((target - self.offset) / self.slope, *LIMITS)
+        drives: Array = np.clip((target - self.offset) / self.slope, *LIMITS)
+        return drives
 
     def controller(self, **options: object) -> mh.control.ArrayController:
         """A controller that knows what was driven before."""
@@ -106,12 +105,10 @@ def rms(error: Array) -> float:
 
 def test_the_actuators_have_about_15_percent_hysteresis(bench: Bench) -> None:
     width = bench.loop_width()
-    assert 0.14 < np.median(width) < 0.16 and width.min() > 0.08 and width.max() < 0.28
+    assert 0.14 < np.median(width) < 0.16 and width.min() > 0.07 and width.max() < 0.3
 
 
-def test_open_loop_shapes_are_ten_times_better_than_without_compensation(
-    bench: Bench, record_property: Record
-) -> None:
+def test_open_loop_shapes_are_ten_times_better_than_without_compensation(bench: Bench) -> None:
     targets = 0.5 * np.median(bench.stroke) + 0.25 * np.median(bench.stroke) * shapes(60, 3)
     controller = bench.controller()
     plain, compensated = copy.deepcopy(bench.physics), copy.deepcopy(bench.physics)
@@ -119,14 +116,11 @@ def test_open_loop_shapes_are_ten_times_better_than_without_compensation(
     drives = controller.run(np.vstack([targets[:1], targets]))[1:]
     with_inverse = compensated.run(drives) - targets
     ratio = rms(without) / rms(with_inverse)
-    record_property("without, with, ratio", (rms(without), rms(with_inverse), ratio))
     assert rms(without) > 0.02 * np.median(bench.stroke)
-    assert ratio > 10.0
+    assert ratio > 10.0, (rms(without), rms(with_inverse))
 
 
-def test_a_hadamard_response_matrix_is_within_one_percent(
-    bench: Bench, record_property: Record
-) -> None:
+def test_a_hadamard_response_matrix_is_within_one_percent(bench: Bench) -> None:
     random, sensors = np.random.default_rng(5), 200
     at = random.uniform(-1.0, 1.0, (sensors, 2))
     distance = (X - at[:, :1]) ** 2 + (Y - at[:, 1:]) ** 2
@@ -152,19 +146,16 @@ def test_a_hadamard_response_matrix_is_within_one_percent(
         return float(np.linalg.norm(found - truth) / np.linalg.norm(truth))
 
     compensated, without = response(True), response(False)
-    record_property("without, with", (without, compensated))
-    assert compensated < 0.01 < without
+    assert compensated < 0.01 < without, (compensated, without)
 
 
-def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(
-    bench: Bench, record_property: Record
-) -> None:
+def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(bench: Bench) -> None:
     random, sensors = np.random.default_rng(6), 1500
     at = random.uniform(-1.0, 1.0, (sensors, 2))
     influence = np.exp(-((X - at[:, :1]) ** 2 + (Y - at[:, 1:]) ** 2) / 0.005)
-    left, values, right = np.linalg.svd(influence, full_matrices=False)
-    kept = values > 0.05 * values[0]
-    matrix = (right[kept].T / values[kept]) @ left[:, kept].T
+    squares = influence.T @ influence
+    squares[np.diag_indices(M)] += 1e-3 * np.linalg.norm(squares, 1)
+    matrix = np.linalg.solve(squares, influence.T)
     neighbours = [(i, i + 1) for i in range(M) if (i + 1) % SIDE]
     neighbours += [(i, i + SIDE) for i in range(M - SIDE)]
     slew, most = 2e4, 0.8
@@ -187,7 +178,5 @@ def test_a_loop_through_a_reconstruction_matrix_flattens_the_wavefront(
         assert np.abs(drive - last).max() <= slew * 1e-3
         before, apart = apart, np.abs(controller.position[first] - controller.position[second])
         assert np.all(apart <= np.maximum(most, before + 1e-12))
-    record_property(
-        "from, to, limited", (rms(aberration), sizes[-1], controller.pair_limited_count)
-    )
-    assert sizes[-1] < 0.02 * rms(aberration)
+    assert controller.pair_limited_count > 0
+    assert sizes[-1] < 0.02 * rms(aberration), (sizes[-1], rms(aberration))

@@ -629,8 +629,27 @@ class ActuatorArray:
 
         Raises OSError if the file cannot be read, ValueError if it is no such file.
         """
-    def set_model(self, actuator: int, model: _Model) -> ActuatorArray: ...
-    def bracket(self, limits: ArrayLike) -> BracketArray: ...
+    def set_model(self, actuator: int, model: _Model) -> ActuatorArray:
+        """An array like this one, with another model for one actuator. The array itself never changes.
+
+        `actuator` counts from the end if it is negative.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> soft, stiff = (mh.PrandtlIshlinskii([w, 0.5], [0.0, 2.0]) for w in (2.0, 1.0))
+        >>> mirror = mh.ActuatorArray([soft] * 3)
+        >>> repaired = mirror.set_model(-1, stiff)
+        >>> repaired.models == (soft, soft, stiff), mirror.models == (soft,) * 3
+        (True, True)
+        """
+    def bracket(self, limits: ArrayLike) -> BracketArray:
+        """How uncertain the outputs are when the history of the drives, between `limits`, is unknown.
+
+        `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
+
+        Raises ValueError that names the first actuator whose model has a negative weight.
+        """
     def demagnetize(
         self,
         limits: ArrayLike,
@@ -641,7 +660,49 @@ class ActuatorArray:
         shape: Literal["triangle", "sine"] = "triangle",
         center: ArrayLike | None = None,
         start: ArrayLike | None = None,
-    ) -> tuple[_Matrix, _Vector]: ...
+    ) -> tuple[_Matrix, _Vector]:
+        """One decaying alternation for all actuators, and what it leaves of their memory.
+
+        Every drive goes from its start to its center, alternates about the center with a common share of its own amplitude, and
+        goes back. All turn at the same samples; the slowest actuator sets the pace. `mh.signals.demagnetize` says what the
+        sequence leaves of the memory of one actuator.
+
+        Parameters
+        ----------
+        limits : (low, high) or array of shape (M, 2)
+            Of the drives (V): never left. What was driven before lies between them.
+        slew : float or array of shape (M,)
+            Largest speed of the drives (V/s).
+        rate : float
+            Samples per second, in Hz: at least one sample must fit between the nearest reversals on one side.
+        cycles : int
+            Cycles that the alternation takes to decay.
+        shape : "triangle" or "sine"
+            Straight moves from reversal to reversal, or half cosines of the same largest speed.
+        center : float or array of shape (M,), optional
+            What the alternation decays to: the middle of the limits unless given.
+        start : float or array of shape (M,), optional
+            Where the drives start and end: zero, or the limit nearest to it, unless given.
+
+        Returns
+        -------
+        drives : array of shape (samples, M)
+        left : array of shape (M,)
+            How far, at most, the output at the end is from that of the model at rest, which goes straight to its start: whatever was
+            driven before between the limits, in the unit of the models' output. It is small if `center` is the input offset of the
+            model, in the middle of its limits. NaN for a model with a negative weight: nothing is guaranteed then. (How far the
+            outputs of two histories can be apart is the width of `array.bracket(limits)` behind its `follow(drives)`.)
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> model = mh.paper.table_1_recovered()
+        >>> mirror = mh.ActuatorArray([model] * 3)
+        >>> limits = [(-500.0, 500.0), (-300.0, 300.0), (-150.0, 150.0)]
+        >>> drives, left = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
+        >>> bool((left < 0.02 * mirror.bracket(limits).width).all())
+        True
+        """
     def controller(
         self,
         dt: float,
@@ -655,7 +716,57 @@ class ActuatorArray:
         max_difference: ArrayLike | None = None,
         bumpless_time: float = 0.005,
         start_drive: ArrayLike | None = None,
-    ) -> ArrayController: ...
+    ) -> ArrayController:
+        """A controller of all actuators, with the exact inverses at rest.
+
+        Parameters
+        ----------
+        dt : float
+            The sampling interval in seconds.
+        limits : (low, high) or array of shape (M, 2)
+            Of the drives, in volts.
+        ki : float
+            The integral gain per second. With direct sensors and one sample of delay the loop is stable below ki dt = 1, and calm
+            at 0.3.
+        reconstruction : array of shape (M, S), optional
+            What makes errors of the actuators of those of S sensors, such as the pseudo-inverse of the measured response matrix.
+            Without it sensor i measures actuator i.
+        leak : float
+            How fast the integral goes to zero by itself, per second: at most 1 / dt.
+        slew : float or array of shape (M,), optional
+            How fast the drives may move, in V/s.
+        neighbours : array of shape (P, 2), optional
+            Pairs of actuators, by their numbers, whose positions must not be too far apart.
+        max_difference : float or array of shape (P,), optional
+            How far the modelled positions of each pair may be apart. Given with `neighbours`.
+        bumpless_time : float
+            How long, in seconds, the difference at a start takes to go to zero. From a start on the integral rests for that time.
+        start_drive : float or array of shape (M,), optional
+            The drives that the amplifiers have at the start: by default zero or the limit nearest to it.
+
+        Returns
+        -------
+        ArrayController
+
+        Raises
+        ------
+        ValueError, TypeError
+            That name the argument, what was expected and what came.
+        NotInvertibleError
+            That names the first actuator whose model may not be invertible.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+        >>> controller = mirror.controller(
+        ...     1e-3, (-10.0, 10.0), slew=2e4, neighbours=[(0, 1), (1, 2)], max_difference=2.0, bumpless_time=0.0
+        ... )
+        >>> _ = controller.step([0.0, 0.0, 0.0])  # a motion starts from the drives that are there
+        >>> _ = controller.step([3.0, 3.0, 9.0])  # the last step is too high
+        >>> controller.position.round(6)
+        array([3., 5., 7.])
+        """
     @overload
     def __getitem__(self, actuator: SupportsIndex, /) -> _Model: ...
     @overload
@@ -1838,6 +1949,43 @@ _FeedForward: TypeAlias = Forward | Inverse | StageInverse | Literal["given"] | 
 
 @final
 class ArrayController:
+    """Feed-forward through the exact inverses of M actuators and an integral behind a reconstruction matrix, within limits at every
+    sample: made by `array.controller(...)`.
+
+    a(k) = a(k-1) + dt (ki e(k) - leak a(k-1)), e = R (sensor reference - measurement), target(k) = reference(k) + a(k) +
+    bumpless(k), drive of actuator i = H_i^-1[target_i]. Reference, integral a and bumpless term are displacements. With a
+    `reconstruction` matrix R of shape (M, S) the sensor reference is zero unless it is given, so the feedback brings the sensors
+    to zero. Without one sensor i measures actuator i, and the sensor reference is the reference. ki and leak are per second:
+    behind the exact inverse the loop is linear, so one gain suits all actuators.
+
+    The drives are always finite, within their limits, and no farther than slew dt from the last ones. The inverses remember the
+    drives that go out. Where limits hold an actuator back, its integral takes of its change what the actuator can follow. The
+    modelled positions of neighbours are never farther apart than `max_difference`; where they are already, at the start, the
+    difference never grows.
+
+    A motion starts from the present drives: at the first sample, after a reset, a hold or a stop, and after a sample that was
+    rejected. `bumpless` takes the difference and goes to zero in a straight line.
+
+    A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the integral rest:
+    that of its actuator without a matrix, all of them with one. Feed-forward goes on.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> mirror = mh.ActuatorArray([mh.paper.table_1_recovered()] * 3)
+    >>> influence = np.array([[1.0, 0.3, 0.0], [0.3, 1.0, 0.3], [0.0, 0.3, 1.0], [0.2, 0.0, 0.2]])  # 4 sensors
+    >>> controller = mirror.controller(1e-3, (-500.0, 500.0), ki=200.0, reconstruction=np.linalg.pinv(influence))
+    >>> plant, wavefront = mirror.forward(), np.zeros(4)
+    >>> for k in range(200):
+    ...     drives = controller.step(np.zeros(3), wavefront)
+    ...     wavefront = influence @ (plant.step(drives) - [0.5, -0.2, 0.1])  # what is to be flattened
+    >>> bool(abs(wavefront).max() < 1e-6)
+    True
+    >>> np.round(controller.position, 6)
+    array([ 0.5, -0.2,  0.1])
+    """
+
     def step(
         self,
         reference: ArrayLike,
@@ -1845,7 +1993,13 @@ class ArrayController:
         *,
         sensor_reference: ArrayLike | None = None,
         out: _Vector | None = None,
-    ) -> _Vector: ...
+    ) -> _Vector:
+        """Takes a sample and gives the drives, an array of shape (M,), in `out` or a new array.
+
+        `reference`: the positions that are wanted, shape (M,). `measurement`: what the sensors show, shape (S,); None for
+        feed-forward alone, the integral staying as it is. `sensor_reference`: what the sensors are to show, shape (S,); by default
+        zero, or the reference if there is no reconstruction matrix.
+        """
     def peek(
         self,
         reference: ArrayLike,
@@ -1853,7 +2007,8 @@ class ArrayController:
         *,
         sensor_reference: ArrayLike | None = None,
         out: _Vector | None = None,
-    ) -> _Vector: ...
+    ) -> _Vector:
+        """The drives that `step` would give, without taking the sample."""
     def run(
         self,
         reference: ArrayLike,
@@ -1861,46 +2016,86 @@ class ArrayController:
         *,
         sensor_reference: ArrayLike | None = None,
         out: _Matrix | None = None,
-    ) -> _Matrix: ...
+    ) -> _Matrix:
+        """Takes rows of samples, bit for bit like `step` in a loop: `reference` of shape (samples, M), `measurement` and
+        `sensor_reference` of shape (samples, S). The drives, of shape (samples, M), come in `out` or a new array.
+        """
     @property
-    def drive(self) -> _Vector: ...
+    def drive(self) -> _Vector:
+        """The present drives: what the amplifiers have."""
     @property
-    def position(self) -> _Vector: ...
+    def position(self) -> _Vector:
+        """Where the models are at the present drives."""
     @property
-    def integral(self) -> _Vector: ...
+    def integral(self) -> _Vector:
+        """The integral of every actuator, a displacement."""
     @property
-    def limits(self) -> _Matrix: ...
+    def limits(self) -> _Matrix:
+        """The limits (low, high) of the drives, an array of shape (M, 2)."""
     @property
-    def sensors(self) -> int: ...
+    def sensors(self) -> int:
+        """The number of sensors S."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
     @property
-    def ki(self) -> float: ...
+    def ki(self) -> float:
+        """The integral gain per second."""
     @property
-    def leak(self) -> float: ...
+    def leak(self) -> float:
+        """How fast the integral goes to zero by itself, per second."""
     @property
-    def mode(self) -> Literal["run", "hold", "stop"]: ...
+    def mode(self) -> Literal["run", "hold", "stop"]:
+        """ "run"; "hold": the drives stay; "stop", which `stop` begins."""
     @property
-    def hold(self) -> bool: ...
+    def hold(self) -> bool:
+        """Whether the drives are held. An attribute: set it to True to hold, to False to go on, also after a stop."""
     @hold.setter
     def hold(self, hold: bool) -> None: ...
     @property
-    def rejected_count(self) -> int: ...
+    def rejected_count(self) -> int:
+        """How many samples had a reference that is not finite, or beyond 1e100: all drives were held."""
     @property
-    def missing_count(self) -> int: ...
+    def missing_count(self) -> int:
+        """How many samples had a measurement that is not finite, or beyond 1e100."""
     @property
-    def saturated_count(self) -> int: ...
+    def saturated_count(self) -> int:
+        """How many drives a target out of reach brought to a limit: of all actuators together."""
     @property
-    def slewing_count(self) -> int: ...
+    def slewing_count(self) -> int:
+        """How many drives the slew held back: of all actuators together."""
     @property
-    def pair_limited_count(self) -> int: ...
-    def set_gains(self, ki: float, leak: float | None = None) -> None: ...
-    def set_model(self, actuator: int, model: _Model) -> None: ...
-    def stop(self, rate: float, rest_drive: ArrayLike = 0.0) -> None: ...
-    def reset(self, drive: ArrayLike | None = None) -> None: ...
-    def follow(self, drives: ArrayLike) -> None: ...
+    def pair_limited_count(self) -> int:
+        """In how many samples the limits of differences moved at least one target."""
+    def set_gains(self, ki: float, leak: float | None = None) -> None:
+        """Changes the gains, per second, without a jump. The leak stays unless it is given."""
+    def set_model(self, actuator: int, model: _Model) -> None:
+        """One actuator goes on with the weights and the output offset of another model of the same thresholds and input offset,
+        without a jump.
+
+        Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the controller is
+        as before then.
+        """
+    def stop(self, rate: float, rest_drive: ArrayLike = 0.0) -> None:
+        """Ramps the drives to `rest_drive` (V), one for all or one for each, at `rate` (V/s), or at the slew if that is slower, and
+        holds them there.
+
+        From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement. `hold =
+        False` starts a motion from the drives that are reached then.
+        """
+    def reset(self, drive: ArrayLike | None = None) -> None:
+        """Back to the start, in mode "run", with the memory of a move from rest to the present drives and all counters at zero. The
+        drives stay as they are, or are `drive`, one for all or one for each, if the amplifiers have others now.
+        """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts from the
+        last row.
+        """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
+        amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not part of it.
+        """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
     def __len__(self) -> int: ...
@@ -3500,20 +3695,44 @@ class Bracket:
 
 @final
 class BracketArray:
-    def step(self, drive: ArrayLike) -> tuple[_Vector, _Vector]: ...
-    def run(self, drives: ArrayLike) -> tuple[_Matrix, _Matrix]: ...
-    def follow(self, drives: ArrayLike) -> None: ...
+    """How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
+
+    For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 2)
+    >>> bracket = mirror.bracket(limits=(-10.0, 10.0))
+    >>> low, high = bracket.step([3.0, 10.0])
+    >>> low, high
+    (array([ 3.5, 14. ]), array([ 5.5, 14. ]))
+    >>> bracket.width  # the second one has made a full stroke
+    array([2., 0.])
+    """
+
+    def step(self, drive: ArrayLike) -> tuple[_Vector, _Vector]:
+        """Takes one drive for each actuator, an array of shape (M,); the lowest and the highest outputs that there can be."""
+    def run(self, drives: ArrayLike) -> tuple[_Matrix, _Matrix]:
+        """Takes rows of drives, an array of shape (samples, M), bit for bit like `step` in a loop."""
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, an array of shape (samples, M), oldest drives first."""
     @property
-    def outputs(self) -> tuple[_Vector, _Vector]: ...
+    def outputs(self) -> tuple[_Vector, _Vector]:
+        """The lowest and the highest outputs that there can be now."""
     @property
-    def width(self) -> _Vector: ...
+    def width(self) -> _Vector:
+        """The highest minus the lowest output of each actuator."""
     @property
-    def limits(self) -> _Matrix: ...
+    def limits(self) -> _Matrix:
+        """The limits (low, high) between which the unknown histories lie, an array of shape (M, 2)."""
     @property
-    def state(self) -> list[dict[str, Any]]: ...
+    def state(self) -> list[dict[str, Any]]:
+        """Everything that is remembered, as a list of M dictionaries to keep; set it to continue from there bit for bit."""
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Nothing is known of any history."""
     def __len__(self) -> int: ...
 
 @final

@@ -77,7 +77,7 @@ impl ActuatorArray {
     /// >>> import mpi_hyst as mh
     /// >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
     /// >>> controller = mirror.controller(
-    /// ...     1e-3, (-10.0, 10.0), slew=5e3, neighbours=[(0, 1), (1, 2)], max_difference=2.0, bumpless_time=0.0
+    /// ...     1e-3, (-10.0, 10.0), slew=2e4, neighbours=[(0, 1), (1, 2)], max_difference=2.0, bumpless_time=0.0
     /// ... )
     /// >>> _ = controller.step([0.0, 0.0, 0.0])  # a motion starts from the drives that are there
     /// >>> _ = controller.step([3.0, 3.0, 9.0])  # the last step is too high

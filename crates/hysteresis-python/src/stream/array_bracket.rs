@@ -1,6 +1,6 @@
 //! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
 
-use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState};
+use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, CompiledModel, Process};
 use hysteresis_simulate::excitation::{ActuatorDrive, demagnetizing_array};
 use numpy::ndarray::{Array2, Ix1, Ix2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -144,6 +144,19 @@ fn limits_of(limits: &Bound<'_, PyAny>, actuators: usize) -> PyResult<(Limits, V
     Ok((given, each))
 }
 
+/// How far the output behind these drives can be from that of the model at rest, which goes straight to the last of them.
+fn left_by(model: &CompiledModel, limits: (f64, f64), drives: impl Iterator<Item = f64>) -> f64 {
+    let Ok(mut bracket) = core::Bracket::new(model, limits) else { return f64::NAN };
+    let mut outputs = bracket.outputs();
+    let mut last = 0.0;
+    for drive in drives {
+        outputs = bracket.step(drive);
+        last = drive;
+    }
+    let rest = core::Forward::new(model).step(last);
+    (outputs.1 - rest).abs().max((outputs.0 - rest).abs())
+}
+
 /// The plan would name them low and high.
 fn check_limits((low, high): (f64, f64)) -> Result<(), core::Error> {
     core::check_all_finite("limits", &[low, high])?;
@@ -170,7 +183,7 @@ impl ActuatorArray {
         Ok(BracketArray { brackets, made: MadeOf::new(slf.as_any(), Some(limits)) })
     }
 
-    /// One decaying alternation for all actuators, and how uncertain their outputs are behind it.
+    /// One decaying alternation for all actuators, and what it leaves of their memory.
     ///
     /// Every drive goes from its start to its center, alternates about the center with a common share of its own amplitude, and
     /// goes back. All turn at the same samples; the slowest actuator sets the pace. `mh.signals.demagnetize` says what the
@@ -196,19 +209,20 @@ impl ActuatorArray {
     /// Returns
     /// -------
     /// drives : array of shape (samples, M)
-    /// uncertainty : array of shape (M,)
-    ///     How far the outputs that two histories between the limits lead to can be apart behind the sequence, in the unit of the
-    ///     models' output. Later motion never makes it larger. NaN for an actuator whose model has a negative weight: nothing is
-    ///     guaranteed then.
+    /// left : array of shape (M,)
+    ///     How far, at most, the output at the end is from that of the model at rest, which goes straight to its start: whatever was
+    ///     driven before between the limits, in the unit of the models' output. It is small if `center` is the input offset of the
+    ///     model, in the middle of its limits. NaN for a model with a negative weight: nothing is guaranteed then. (How far the
+    ///     outputs of two histories can be apart is the width of `array.bracket(limits)` behind its `follow(drives)`.)
     ///
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
     /// >>> model = mh.paper.table_1_recovered()
     /// >>> mirror = mh.ActuatorArray([model] * 3)
-    /// >>> limits = [(-500.0, 500.0), (0.0, 150.0), (-20.0, 120.0)]
-    /// >>> drives, uncertainty = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
-    /// >>> bool((uncertainty < 0.01 * mirror.bracket(limits).width).all())
+    /// >>> limits = [(-500.0, 500.0), (-300.0, 300.0), (-150.0, 150.0)]
+    /// >>> drives, left = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
+    /// >>> bool((left < 0.02 * mirror.bracket(limits).width).all())
     /// True
     #[pyo3(signature = (limits, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
         text_signature = "($self, limits, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
@@ -246,18 +260,12 @@ impl ActuatorArray {
         }
         let cycles = u32::try_from(cycles).unwrap_or(u32::MAX);
         let made = py.detach(|| demagnetizing_array(&plan, rate, cycles, shape)).map_err(raise)?;
-        let uncertainty = py.detach(|| {
-            let behind = |(m, model)| {
-                let Ok(mut bracket) = core::Bracket::new(model, limits[m]) else { return f64::NAN };
-                made.iter().skip(m).step_by(actuators).for_each(|drive| {
-                    bracket.step(*drive);
-                });
-                bracket.width()
-            };
-            compiled.iter().enumerate().map(behind).collect::<Vec<f64>>()
+        let left = py.detach(|| {
+            let of = |(m, model)| left_by(model, limits[m], made.iter().skip(m).step_by(actuators).copied());
+            compiled.iter().enumerate().map(of).collect::<Vec<f64>>()
         });
         let shape = (made.len() / actuators, actuators);
         let drives = Array2::from_shape_vec(shape, made).map_err(|error| errors::value("rate", error))?;
-        Ok((drives.into_pyarray(py), PyArray1::from_vec(py, uncertainty)))
+        Ok((drives.into_pyarray(py), PyArray1::from_vec(py, left)))
     }
 }
