@@ -123,7 +123,8 @@ fn judge_sign(
 
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
     let chain = found.fit.chain(found.interval(records));
-    let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, partial } = found;
+    let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial } =
+        found;
     let rows = found.rows(records);
     let JointFit { space, fit, linearised } = found;
     let white = Root::of(&fit, &linearised, &space, rows);
@@ -132,6 +133,11 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let intervals = space.intervals();
     let model = model(&options, &space, &basis, &fit, &chain)?;
     let standard_errors = StandardErrors::of(&fit, &root, &basis, &space);
+    // What the others leave says nothing of dynamics that one record told.
+    let standard_errors = match told_alone {
+        Some(told) => standard_errors.with_dynamics_of(told.errors),
+        None => standard_errors,
+    };
     let mut warnings = findings(records, &chain);
     // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
     let are_given = matches!(options.thresholds, Thresholds::Given(_));

@@ -10,6 +10,7 @@ use crate::fit::space::Space;
 use crate::modes_model::ModesModel;
 use crate::numeric::as_f64;
 use crate::options::{Order, Setting};
+use crate::record::Record;
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
@@ -224,9 +225,8 @@ impl JointSearch<'_> {
         Ok(if again.fit.objective < fit.fit.objective { again } else { fit })
     }
 
-    /// By how many variances of the noise dynamics must lower the sum of squares.
     fn needed_evidence(&self, fit: &JointFit) -> f64 {
-        MIN_EVIDENCE * as_f64(fit.rows(self.problem.records)).ln()
+        needed_evidence(self.problem.records, fit)
     }
 
     /// By how many variances of the noise one fit lowers the sum of squares of another, record by record: in volts of a small fast
@@ -281,6 +281,11 @@ impl JointSearch<'_> {
             None => self.problem.at_hysteresis(&self.plain.fit.point),
         }
     }
+}
+
+/// By how many variances of the noise dynamics must lower the sum of squares.
+pub(crate) fn needed_evidence(records: &[Record<'_>], fit: &JointFit) -> f64 {
+    MIN_EVIDENCE * as_f64(fit.rows(records)).ln()
 }
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.

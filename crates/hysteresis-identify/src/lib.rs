@@ -32,6 +32,7 @@ mod modes_model;
 mod no_interval;
 mod numeric;
 mod options;
+mod quiet_record;
 mod record;
 mod recursive;
 mod result;

@@ -14,6 +14,7 @@ use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_op
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
 use crate::options::{DynamicsModel, Options, Setting};
+use crate::quiet_record::{Told, ToldAlone, told_by_quietest};
 use crate::record::Record;
 
 /// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
@@ -31,6 +32,8 @@ pub(crate) struct Found {
     pub(crate) structure: Structure,
     /// Where a linear part was fitted.
     pub(crate) linear: Option<LinearEvidence>,
+    /// Where one record told the dynamics by itself: a descent to all records would lose them.
+    pub(crate) told_alone: Option<ToldAlone>,
     pub(crate) partial: bool,
 }
 
@@ -41,13 +44,26 @@ impl Found {
     }
 
     /// What is searched in the records with everything chosen.
-    fn problem<'a>(&'a self, records: &'a [Record<'a>]) -> JointProblem<'a> {
+    pub(crate) fn problem<'a>(&'a self, records: &'a [Record<'a>]) -> JointProblem<'a> {
         JointProblem { records, options: &self.options, basis: &self.basis, smoothness: self.smoothness }
     }
 }
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
 pub(crate) fn search_all(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let found = with_colour(records, with_own_gains(records, search_fit(records, asked, monitor)?, monitor)?);
+    if asked.with_open_terms(&Intervals::of(records, asked)?).is_joint() {
+        monitor.finish();
+    }
+    Ok(found)
+}
+
+/// The same, with dynamics that may still stand in for what the hysteresis lacks.
+pub(crate) fn search_fit(
     records: &[Record<'_>],
     asked: &Options,
     monitor: &mut SearchMonitor<'_>,
@@ -69,15 +85,11 @@ pub(crate) fn search_all(
     if is_joint && !(found.partial && all.order().is_none()) {
         let options = Options { thresholds: thresholds.clone(), ..all };
         found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
+        found = with_dynamics_told_alone(records, asked, found, monitor)?;
     }
     if chooses && !found.partial {
-        monitor.begin(Span { from: 0.8, to: if is_joint { 0.97 } else { 1.0 } });
+        monitor.begin(Span { from: if is_joint { 0.84 } else { 0.8 }, to: if is_joint { 0.97 } else { 1.0 } });
         found = with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)?;
-    }
-    let found = with_own_gains(records, found, monitor)?;
-    let found = with_colour(records, found);
-    if is_joint {
-        monitor.finish();
     }
     Ok(found)
 }
@@ -90,7 +102,11 @@ pub(crate) fn search_again(
 ) -> Result<Found, Error> {
     let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
     let problem = found.problem(records);
-    let (fit, partial) = match problem.search_from(space.clone(), &point, monitor) {
+    let searched = match found.told_alone {
+        Some(_) => problem.keeping_dynamics(&found.fit, monitor),
+        None => problem.search_from(space.clone(), &point, monitor),
+    };
+    let (fit, partial) = match searched {
         Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
         searched => (searched?, false),
     };
@@ -99,8 +115,42 @@ pub(crate) fn search_again(
     Ok(with_colour(records, found))
 }
 
+/// The same with the dynamics that one record tells by itself, known from now on, if all records say that they are better.
+fn with_dynamics_told_alone(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    if found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.8, to: 0.82 });
+    let problem = found.problem(records);
+    let told = match told_by_quietest(&problem, &found.fit, asked, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        told => told?,
+    };
+    let Some(Told { space, point, linear, alone }) = told else { return Ok(found) };
+    let options =
+        Options { dynamics: space.order().map_or(DynamicsModel::None, DynamicsModel::Order), ..found.options.clone() };
+    let space = space.knowing_dynamics(&point);
+    // The hysteresis may have stood in for the dynamics, too.
+    monitor.begin(Span { from: 0.82, to: 0.84 });
+    let (rest, partial) = match problem.search_around(space.clone(), &point, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
+        rest => (rest?, false),
+    };
+    Ok(Found { fit: rest, options, linear: Some(linear), told_alone: Some(alone), partial, ..found })
+}
+
 /// The same with dynamics that do not stand in for what the hysteresis lacks.
 fn with_own_gains(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    if let Some(told) = &found.told_alone {
+        let fit = &found.fit;
+        let fit = found.problem(records).at(&fit.space.with_dynamics_of(&told.space), &fit.fit.point)?;
+        return Ok(Found { fit, ..found });
+    }
     if found.partial || found.linear.is_none() {
         return Ok(found);
     }
@@ -171,7 +221,17 @@ fn search_beside(
     };
     drop(levels);
     let (structure, fit) = (Structure::default(), JointFit { space, fit, linearised });
-    Ok(Found { fit, options, smoothness, basis, operators_tried: tried, structure, linear: None, partial })
+    Ok(Found {
+        fit,
+        options,
+        smoothness,
+        basis,
+        operators_tried: tried,
+        structure,
+        linear: None,
+        told_alone: None,
+        partial,
+    })
 }
 
 /// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may

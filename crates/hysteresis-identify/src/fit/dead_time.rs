@@ -62,14 +62,23 @@ impl JointProblem<'_> {
 
     /// By how many variances of the noise of each record one fit lowers the sums of squares of another, all together.
     pub(crate) fn evidence(&self, without: &JointFit, with: &JointFit) -> f64 {
+        self.evidence_between(self.residuals(without), self.residuals(with)).into_iter().sum()
+    }
+
+    /// The same for each record, from the residuals.
+    pub(super) fn evidence_between(
+        &self,
+        without: impl Iterator<Item = Vec<f64>>,
+        with: impl Iterator<Item = Vec<f64>>,
+    ) -> Vec<f64> {
         let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-        let pairs = self.residuals(without).zip(self.residuals(with));
+        let pairs = without.zip(with);
         let of_record = |(record, (without, with)): (&Record<'_>, (Vec<f64>, Vec<f64>))| {
             let colour = Colour::new(&with, record.output_range());
             let noise = squares(&with) / as_f64(with.len()) * colour.correlation_time;
             if noise > 0.0 { (squares(&without) - squares(&with)) / noise } else { 0.0 }
         };
-        self.records.iter().zip(pairs).map(of_record).sum()
+        self.records.iter().zip(pairs).map(of_record).collect()
     }
 
     /// What a fit leaves of the fitted samples of every record.

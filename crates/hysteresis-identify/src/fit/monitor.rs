@@ -57,6 +57,8 @@ pub(crate) struct SearchMonitor<'a> {
     span: Span,
     /// The share of the whole work that the present part is.
     part: Span,
+    /// The share of everything that the present whole is: less than all for a search within another.
+    whole: Span,
     /// What was reported as done before the work that is now repeated.
     done: f64,
 }
@@ -64,7 +66,7 @@ pub(crate) struct SearchMonitor<'a> {
 impl<'a> SearchMonitor<'a> {
     pub(crate) fn new(report: &'a mut dyn FnMut(&Progress) -> ControlFlow<Stop>) -> Self {
         let now = Progress { stage: SearchStage::Scan, evaluations: 0, best_rmse: f64::INFINITY, fraction: 0.0 };
-        Self { report, now, best: None, keeps_best: false, span: WHOLE, part: WHOLE, done: 0.0 }
+        Self { report, now, best: None, keeps_best: false, span: WHOLE, part: WHOLE, whole: WHOLE, done: 0.0 }
     }
 
     /// The best point so far, if the search was stopped and that is to be kept.
@@ -98,6 +100,16 @@ impl<'a> SearchMonitor<'a> {
     /// Makes the next searches a part of the whole work.
     pub(crate) fn begin(&mut self, part: Span) {
         (self.part, self.span) = (part, WHOLE);
+    }
+
+    /// Makes a search with parts of its own the present part of the work.
+    pub(crate) fn nested<T>(&mut self, search: impl FnOnce(&mut Self) -> T) -> T {
+        let (part, whole) = (self.part, self.whole);
+        self.whole = Span { from: whole.within(part.from), to: whole.within(part.to) };
+        let found = search(self);
+        self.whole = whole;
+        self.begin(part);
+        found
     }
 
     /// Begins again what is done already: progress does not go back.
@@ -134,7 +146,7 @@ impl<'a> SearchMonitor<'a> {
         if rmse < self.now.best_rmse {
             (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
         }
-        self.now.fraction = self.part.within(self.span.within(fraction)).max(self.done);
+        self.now.fraction = self.whole.within(self.part.within(self.span.within(fraction))).max(self.done);
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(stop) => {

@@ -12,7 +12,7 @@ use super::joint::{JointFit, JointProblem};
 use super::monitor::SearchMonitor;
 use super::own_columns::below_own;
 use super::point::Point;
-use super::projection::Projection;
+use super::projection::{ProjectedFit, Projection};
 use crate::error::Error;
 use crate::numeric::as_f64;
 
@@ -30,21 +30,49 @@ const MIN_NOISE_SHARE: f64 = 1e-3;
 
 impl JointProblem<'_> {
     /// The fit with the dynamics that are told beside a gain of every record's own, and everything else as it suits them.
-    ///
-    /// A single record has the gain of the model anyway, and what leaves white noise has one gain: there it is the same fit.
     pub(crate) fn with_own_gains(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let is_open = self.records.len() > 1 && found.space.order().is_some() && !found.fit.is_exact();
-        if !is_open || !self.colour(found).is_coloured() {
+        if found.space.order().is_none() || !self.may_stand_in(found) {
             return Ok(found.clone());
         }
-        let point = self.dynamics_beside_gains(found);
-        let dynamics = found.space.searching_dynamics_alone(&point);
-        let known = dynamics.axes().iter().fold(found.space.clone(), |space, axis| {
-            let value = point.get(axis.parameter);
-            space.with_known(axis.parameter, value)
-        });
-        let rest = self.search_from(known, &point, monitor)?;
-        self.at(&found.space, &rest.fit.point)
+        self.keeping_dynamics(&self.with_dynamics_beside_gains(found), monitor)
+    }
+
+    /// Whether dynamics may stand in for what the hysteresis lacks: a single record has the gain of the model anyway, and what
+    /// leaves white noise has one gain.
+    pub(crate) fn may_stand_in(&self, found: &JointFit) -> bool {
+        self.records.len() > 1 && !found.fit.is_exact() && self.colour(found).is_coloured()
+    }
+
+    /// The fit with the dynamics that are told beside a gain of every record's own, everything else as it was.
+    pub(crate) fn with_dynamics_beside_gains(&self, found: &JointFit) -> JointFit {
+        if found.space.order().is_none() {
+            return found.clone();
+        }
+        JointFit {
+            fit: ProjectedFit { point: self.dynamics_beside_gains(found), ..found.fit.clone() },
+            ..found.clone()
+        }
+    }
+
+    /// The best fit with the dynamics of this one, near by.
+    pub(crate) fn keeping_dynamics(&self, of: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        let point = of.fit.point;
+        let rest = self.search_from(of.space.knowing_dynamics(&point), &point, monitor)?;
+        self.at(&of.space, &rest.fit.point)
+    }
+
+    /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain of its own.
+    pub(crate) fn evidence_beside_gains(&self, without: &JointFit, with: &JointFit) -> Vec<f64> {
+        self.evidence_between(self.residuals_beside_gains(without), self.residuals_beside_gains(with))
+    }
+
+    /// What a fit leaves of the fitted samples of every record beside a gain and an offset of its own.
+    pub(crate) fn residuals_beside_gains(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
+        let chain = found.chain(1.0);
+        self.records.iter().enumerate().map(move |(place, record)| {
+            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
+            beside_gain(record.fitted_of(record.output()), &record.fitted_of(&predicted))
+        })
     }
 
     /// The point of a fit with the dynamics that leave least beside the gains, at its hysteresis and its weights.
@@ -79,6 +107,19 @@ impl JointProblem<'_> {
         let most = noises.iter().copied().fold(0.0, f64::max);
         noises.into_iter().map(|noise| noise.max(MIN_NOISE_SHARE * most)).collect()
     }
+}
+
+/// What the best gain of a signal and an offset leave of another.
+fn beside_gain(mut values: Vec<f64>, signal: &[f64]) -> Vec<f64> {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
+    let (offset, center) = (mean(&values), mean(signal));
+    let (product, square) = values.iter().zip(signal).fold((0.0, 0.0), |(product, square), (value, signal)| {
+        let from_center = signal - center;
+        (product + from_center * (value - offset), square + from_center * from_center)
+    });
+    let gain = if square > 0.0 { product / square } else { 0.0 };
+    values.iter_mut().zip(signal).for_each(|(value, signal)| *value -= offset + gain * (signal - center));
+    values
 }
 
 /// Records that each have a gain of their own, and count by their noise.

@@ -43,10 +43,16 @@ impl Parameter {
         matches!(self, Self::ModeLogFrequency(_) | Self::ModeLogDamping(_) | Self::ModeGain(_))
     }
 
-    /// Whether it is one of the dynamics, or of the dead time and the amplifier beside them.
+    /// Those of the dynamics, and of the dead time and the amplifier beside them.
+    pub(crate) fn of_dynamics() -> impl Iterator<Item = Self> {
+        let further = |number| [Self::ModeLogFrequency(number), Self::ModeLogDamping(number), Self::ModeGain(number)];
+        let first = [Self::DeadTime, Self::LogFrequency, Self::LogDamping, Self::LogBandwidth];
+        first.into_iter().chain((0..MAX_MODES - 1).flat_map(further))
+    }
+
+    /// Whether it is one of those.
     pub(crate) fn is_of_dynamics(self) -> bool {
-        matches!(self, Self::DeadTime | Self::LogFrequency | Self::LogDamping | Self::LogBandwidth)
-            || self.is_of_further_mode()
+        Self::of_dynamics().any(|parameter| parameter == self)
     }
 
     fn place(self) -> usize {
@@ -94,6 +100,11 @@ impl Point {
 
     pub(crate) fn get(&self, parameter: Parameter) -> f64 {
         self.0[parameter.place()]
+    }
+
+    /// The same with the dynamics of another one.
+    pub(crate) fn with_dynamics_of(self, other: &Self) -> Self {
+        Parameter::of_dynamics().fold(self, |point, parameter| point.with(parameter, other.get(parameter)))
     }
 
     pub(crate) fn with_ratios(self, ratios: Ratios) -> Self {

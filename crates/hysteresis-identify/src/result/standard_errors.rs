@@ -64,6 +64,12 @@ impl PartialEq for StandardErrors {
 }
 
 impl StandardErrors {
+    /// The same with the errors of other dynamics, and of the dead time and the lag with them.
+    pub(crate) fn with_dynamics_of(self, other: Self) -> Self {
+        let Self { dead_time, frequency, damping, modes, lag, .. } = other;
+        Self { dead_time, frequency, damping, modes, lag, ..self }
+    }
+
     pub(crate) fn of(fit: &ProjectedFit, root: &Root, basis: &WeightBasis, space: &Space) -> Self {
         let gradients = Gradients { fit, basis, space };
         let of = |quantity| root.error_of(&gradients.of(quantity));

@@ -16,6 +16,12 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
+    /// The same with the dynamics of a point, and the dead time and the amplifier beside them.
+    pub(crate) fn knowing_dynamics(&self, point: &Point) -> Self {
+        let dynamics = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
+        dynamics.fold(self.clone(), |space, axis| space.with_known(axis.parameter, point.get(axis.parameter)))
+    }
+
     /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time that is not
     /// negative at `point` stays so.
     pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
@@ -25,6 +31,21 @@ impl Space {
         };
         let axes = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics()).map(bounded).collect();
         Self { axes, ..self.clone() }
+    }
+
+    /// The same with the dynamics of another space, known where they are known there.
+    pub(crate) fn with_dynamics_of(&self, other: &Self) -> Self {
+        let rest = self.axes.iter().filter(|axis| !axis.parameter.is_of_dynamics());
+        let of_dynamics = other.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
+        Self {
+            axes: rest.chain(of_dynamics).copied().collect(),
+            origin: self.origin.with_dynamics_of(&other.origin),
+            dynamics: other.dynamics,
+            further_modes: other.further_modes,
+            has_amplifier: other.has_amplifier,
+            unread: other.unread,
+            ..self.clone()
+        }
     }
 
     /// The same with the loop shift of other options; a space with powers has none.
