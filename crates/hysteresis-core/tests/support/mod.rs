@@ -1,6 +1,7 @@
 //! Random models and histories for the laws.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub(crate) mod array;
 pub(crate) mod control;
 pub(crate) mod models;
 

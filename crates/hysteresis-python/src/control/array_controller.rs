@@ -101,7 +101,10 @@ fn sample<'py, D: Dimension>(
 ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
     apply(reference, out, |block| match block {
         Block::Apart(reference, drives) => work(reference, drives),
-        Block::InPlace(both) => work(&both.to_vec(), both),
+        Block::InPlace(both) => {
+            let reference = both.to_vec();
+            work(&reference, both)
+        }
     })
 }
 

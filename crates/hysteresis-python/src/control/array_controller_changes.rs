@@ -73,13 +73,11 @@ impl ArrayController {
         let actuators = shared(slf)?.controller.len();
         let drive = drive.map(|drive| each("drive", drive, actuators)).transpose()?;
         let mut this = exclusive(slf)?;
-        match drive {
-            Some(drives) => this.controller.reset_at(&drives).map_err(raise),
-            None => {
-                this.controller.reset();
-                Ok(())
-            }
+        if let Some(drives) = drive {
+            return this.controller.reset_at(&drives).map_err(raise);
         }
+        this.controller.reset();
+        Ok(())
     }
 
     /// Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts from the

@@ -40,6 +40,8 @@ pub(crate) struct BracketArray {
 
 type LowAndHigh<'py, D> = (Bound<'py, numpy::PyArray<f64, D>>, Bound<'py, numpy::PyArray<f64, D>>);
 
+type DrivesAndLeft<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
 impl BracketArray {
     fn each<'py>(&self, py: Python<'py>, of: impl Fn(&core::Bracket) -> f64) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(py, self.brackets.brackets().iter().map(of))
@@ -236,7 +238,7 @@ impl ActuatorArray {
         shape: &str,
         center: Option<&Bound<'py, PyAny>>,
         start: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<DrivesAndLeft<'py>> {
         numbers!(rate = RATE);
         let (py, compiled) = (slf.py(), slf.get().compiled());
         let actuators = compiled.len();
