@@ -103,7 +103,7 @@ fn repetitive_control_comes_down_to_the_noise_within_three_seconds() {
 }
 
 /// On a linear loop in steady state the error of the first correction is Q (1 - L M') times that before, so it shrinks at least by the
-/// rate. From then on the loop itself is learned, and the error comes down until nothing is left but what Q forgets.
+/// rate. From then on the loop itself is learned, and the error comes down to what a correction costs.
 #[test]
 fn the_first_error_shrinks_at_least_at_the_rate_and_the_loop_is_learned() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
@@ -136,8 +136,8 @@ fn the_first_error_shrinks_at_least_at_the_rate_and_the_loop_is_learned() {
     }
     let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
     assert!(rmse[1] < rate * rmse[0], "{rate} {rmse:?}");
-    // Twice what Q forgets of the target, 2e-7 of it.
-    assert!(rmse[7] < 4e-6, "{rmse:?}");
+    // What a correction costs, 0.02^2 of the error, is left in the end.
+    assert!(rmse[7] < 5e-4 * rmse[0], "{rmse:?}");
 }
 
 /// A dead time of half a period that nobody told: every correction comes upside down. What makes it worse is taken back, and the loop
@@ -249,12 +249,14 @@ fn repetitive_control_finds_its_bandwidth() {
     let found = RepetitiveControl::new(&believed(), 500, &RepetitiveOptions::default()).unwrap();
     assert!(found.bandwidth() > 150.0, "{}", found.bandwidth());
     let dynamics = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap());
-    let light = FeedbackLoop { kp: 0.0, ki: 10.0, slope: 1.0, dynamics, ..believed() };
+    let filters = sections(&[Notch::new(800.0, 0.0, 2.2).unwrap().into()], DT).unwrap();
+    let light = FeedbackLoop { kp: 0.2, ki: 900.0, slope: 1.0, dynamics, filters, ..believed() };
     let members = [(760.0, 0.01), (760.0, 0.04), (800.0, 0.01), (840.0, 0.04)].map(|(frequency, damping)| {
         let dynamics = SecondOrder::new(frequency, damping).unwrap().into();
         FeedbackLoop { dynamics, ..light.clone() }
     });
     let found = RepetitiveControl::new(&light, 1000, &RepetitiveOptions::default()).unwrap();
+    assert!(found.bandwidth() > 800.0, "behind its notch beyond the mode: {}", found.bandwidth());
     assert!(members.iter().all(|member| found.convergence_rate(member).unwrap() < 1.0));
     let wider = RepetitiveOptions::new(2.0 * found.bandwidth());
     let wider = RepetitiveControl::new(&light, 1000, &wider).unwrap();

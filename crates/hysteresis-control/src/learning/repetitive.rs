@@ -74,7 +74,7 @@ impl RepetitiveControl {
         }
         let design = RepetitiveDesign::new(feedback, period, options)?;
         let (bandwidth, filters) = match options.bandwidth {
-            Some(bandwidth) => (bandwidth, design.filters(bandwidth)),
+            Some(bandwidth) => (bandwidth, design.filters(bandwidth, 1.0)),
             None => design.widest()?,
         };
         let samples = period + filters.low_pass.len() / 2;

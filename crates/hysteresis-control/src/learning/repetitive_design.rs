@@ -17,6 +17,9 @@ pub(super) const FREQUENCIES_PER_HARMONIC: usize = 4;
 const WIDEST: f64 = 0.4;
 const STEP: f64 = 0.890_898_718_140_339_3;
 
+/// How far filters reach, in shares of what the bandwidth alone asks for: the inverse of a lightly damped mode is long.
+const REACHES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+
 /// The error must shrink to this share in a period on every loop that the true one may be.
 const CONVERGES: f64 = 0.98;
 
@@ -74,10 +77,10 @@ impl RepetitiveDesign {
         Ok(Self { spectra: Spectra::new(period), learning, responses, period, dt, gain })
     }
 
-    /// The filters of a bandwidth.
-    pub(super) fn filters(&self, bandwidth: f64) -> Filters {
+    /// The filters of a bandwidth, `reach` times as long as it alone asks for.
+    pub(super) fn filters(&self, bandwidth: f64, reach: f64) -> Filters {
         let low_pass = low_pass(Some(bandwidth), self.period, self.dt);
-        let half_width = half_width(self.period, bandwidth * self.dt);
+        let half_width = half_width(self.period, bandwidth * self.dt / reach);
         let filtered = low_pass.iter().zip(&self.learning).map(|(q, l)| l * *q).collect();
         let low_pass = low_pass.iter().map(|q| (*q).into()).collect();
         Filters {
@@ -86,14 +89,21 @@ impl RepetitiveDesign {
         }
     }
 
-    /// The widest bandwidth with which learning converges on every member, and its filters.
+    /// The widest bandwidth with which learning converges on every member, and the shortest filters that do.
     pub(super) fn widest(&self) -> Result<(f64, Filters), Error> {
         let lowest = 1.0 / (4.0 * as_f64(self.period) * self.dt);
         let mut bandwidth = WIDEST / self.dt;
         while bandwidth > lowest {
-            let filters = self.filters(bandwidth);
-            if filters.rate(self.gain, &self.responses) < CONVERGES {
-                return Ok((bandwidth, filters));
+            for reach in REACHES {
+                let filters = self.filters(bandwidth, reach);
+                eprintln!(
+                    "{bandwidth} {reach} {} {}",
+                    filters.low_pass.len(),
+                    filters.rate(self.gain, &self.responses)
+                );
+                if filters.rate(self.gain, &self.responses) < CONVERGES {
+                    return Ok((bandwidth, filters));
+                }
             }
             bandwidth *= STEP;
         }
