@@ -13,10 +13,10 @@ const MOST_SAMPLES: f64 = 1000.0;
 ///
 /// ```
 /// use hysteresis_control::feedforward::smoothing_kernel;
-/// let kernel = smoothing_kernel(3.0 / 800.0, 1e-4)?; // a resonance of 800 Hz
-/// assert_eq!(kernel.len(), 37);
+/// let kernel = smoothing_kernel(3.7e-3, 1e-4)?; // three periods of a resonance of 800 Hz
+/// assert_eq!(kernel.len(), 35);
 /// let at = |frequency: f64| -> f64 {
-///     let wave = |(i, s): (usize, &f64)| s * (core::f64::consts::TAU * frequency * 1e-4 * (i as f64 - 18.0)).cos();
+///     let wave = |(i, s): (usize, &f64)| s * (core::f64::consts::TAU * frequency * 1e-4 * (i as f64 - 17.0)).cos();
 ///     kernel.iter().enumerate().map(wave).sum()
 /// };
 /// assert!((at(0.0) - 1.0).abs() < 1e-12 && at(800.0).abs() < 1e-4 && at(840.0).abs() < 1e-3);

@@ -96,11 +96,6 @@ impl RepetitiveDesign {
         while bandwidth > lowest {
             for reach in REACHES {
                 let filters = self.filters(bandwidth, reach);
-                eprintln!(
-                    "{bandwidth} {reach} {} {}",
-                    filters.low_pass.len(),
-                    filters.rate(self.gain, &self.responses)
-                );
                 if filters.rate(self.gain, &self.responses) < CONVERGES {
                     return Ok((bandwidth, filters));
                 }

@@ -125,9 +125,9 @@ impl Preview {
     /// --------
     /// >>> import mpi_hyst as mh
     /// >>> preview = mh.control.preview(mh.plant.SecondOrder(800.0, 0.02), 1e-4, ahead=4)
-    /// >>> smoothed = preview.smoothed(3 / 800.0)
+    /// >>> smoothed = preview.smoothed(3.7e-3)
     /// >>> preview.ahead, smoothed.ahead, smoothed.smoothing
-    /// (4, 22, 0.00375)
+    /// (4, 21, 0.0037)
     fn smoothed(&self, seconds: &Bound<'_, PyAny>) -> PyResult<Self> {
         numbers!(seconds);
         self.behind_smoothing(seconds)

@@ -1,0 +1,86 @@
+//! Learning where modes are lightly damped, and of motions on demand.
+
+use hysteresis_control::filters::{Notch, sections};
+use hysteresis_control::learning::{
+    FeedbackLoop, IterativeLearning, LearningOptions, RepetitiveControl, RepetitiveOptions,
+};
+use hysteresis_control::linear::{Block, LinearDynamics, SecondOrder};
+use hysteresis_core::Sections;
+
+const DT: f64 = 1e-4;
+
+/// A loop without feedback.
+fn open(dynamics: SecondOrder) -> FeedbackLoop {
+    FeedbackLoop { kp: 0.0, ki: 0.0, filters: Sections::default(), slope: 1.0, dynamics: dynamics.into(), dt: DT }
+}
+
+/// Well damped.
+fn a1() -> SecondOrder {
+    SecondOrder::new(400.0, 0.95).unwrap()
+}
+
+/// A mode of damping 0.02 that is 4 % higher than believed, and damped half as much, behind a notch where it is believed. Errors reach
+/// up to it.
+#[test]
+fn a_lightly_damped_mode_that_is_elsewhere_is_learned() {
+    let dynamics = |frequency, damping| LinearDynamics::from(SecondOrder::new(frequency, damping).unwrap());
+    let filters = sections(&[Notch::new(800.0, 0.0, 1.5).unwrap().into()], DT).unwrap();
+    let believed = FeedbackLoop { kp: 0.1, ki: 800.0, filters, slope: 0.7, dynamics: dynamics(800.0, 0.02), dt: DT };
+    let actual = FeedbackLoop { dynamics: dynamics(832.0, 0.01), ..believed.clone() };
+    let response = actual.impulse_response(1000).unwrap();
+    let disturbance = |k: usize| {
+        [1.0, 31.0, 60.0, 83.0]
+            .map(|j| (core::f64::consts::TAU * j * f64::from(u32::try_from(k).unwrap()) / 1000.0).sin())
+    };
+    let run = |target: &[f64]| -> Vec<f64> {
+        let output = |k: usize| (0..1000).map(|j| response[j] * target[(k + 1000 - j) % 1000]).sum::<f64>();
+        (0..1000).map(|k| 0.05 * disturbance(k).iter().sum::<f64>() - output(k)).collect()
+    };
+    let mut learning = IterativeLearning::new(&believed, &[0.0; 1000], &LearningOptions::default()).unwrap();
+    for _ in 0..10 {
+        let error = run(learning.target());
+        learning.update(&error).unwrap();
+    }
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[9] < 0.02 * rmse[0], "{rmse:?}");
+}
+
+/// From rest to rest on demand: what comes after the motion is no part of it.
+#[test]
+fn a_motion_on_demand_is_learned() {
+    let options = LearningOptions { on_demand: true, ..LearningOptions::default() };
+    let base: Vec<f64> = (0..400_i32).map(|k| if (60..250).contains(&k) { 1.0 } else { 0.0 }).collect();
+    let smooth: Vec<f64> =
+        (0..400).map(|k| base[k.max(20) - 20..(k + 20).min(400)].iter().sum::<f64>() / 40.0).collect();
+    let mut learning = IterativeLearning::new(&open(a1()), &smooth, &options).unwrap();
+    for _ in 0..8 {
+        let (mut plant, mut position) = (a1().block(DT).unwrap(), 0.0);
+        let mut error = Vec::new();
+        for (target, reference) in learning.target().iter().zip(&smooth) {
+            error.push(reference - position);
+            position = plant.advance(*target);
+        }
+        learning.update(&error).unwrap();
+    }
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[7] < 0.01 * rmse[0], "{rmse:?}");
+}
+
+/// Without a bandwidth it is as wide as every loop allows that the true one may be.
+#[test]
+fn repetitive_control_finds_its_bandwidth() {
+    let found = RepetitiveControl::new(&open(a1()), 500, &RepetitiveOptions::default()).unwrap();
+    assert!(found.bandwidth() > 150.0, "{}", found.bandwidth());
+    let filters = sections(&[Notch::new(800.0, 0.0, 2.2).unwrap().into()], DT).unwrap();
+    let light = FeedbackLoop { kp: 0.2, ki: 900.0, filters, ..open(SecondOrder::new(800.0, 0.02).unwrap()) };
+    let members = [(760.0, 0.01), (760.0, 0.04), (800.0, 0.01), (840.0, 0.04)].map(|(frequency, damping)| {
+        let dynamics = SecondOrder::new(frequency, damping).unwrap().into();
+        FeedbackLoop { dynamics, ..light.clone() }
+    });
+    let found = RepetitiveControl::new(&light, 1000, &RepetitiveOptions::default()).unwrap();
+    assert!(found.bandwidth() > 800.0, "behind its notch beyond the mode: {}", found.bandwidth());
+    assert!(members.iter().all(|member| found.convergence_rate(member).unwrap() < 1.0));
+    let wider = RepetitiveOptions::new(2.0 * found.bandwidth());
+    let wider = RepetitiveControl::new(&light, 1000, &wider).unwrap();
+    assert!(members.iter().any(|member| wider.convergence_rate(member).unwrap() > 1.0));
+}
