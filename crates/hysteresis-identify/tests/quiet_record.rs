@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{noise, run};
 use hysteresis_control::linear::{Block, Dynamics, FirstOrder, SecondOrder};
-use hysteresis_identify::{DynamicsModel, FindingCode, Identification, Options, Record, Thresholds};
+use hysteresis_identify::{FindingCode, Identification, Options, Record};
 
 /// Of the simulation.
 const STEP: f64 = 1e-4;
@@ -53,10 +53,10 @@ fn rows(drive: &[f64], steps: u32, seed: u64) -> Vec<f64> {
 }
 
 /// Loops up to 4 Hz and a sweep of 1 V.
-fn found(options: &Options) -> Identification {
-    let loops: Vec<f64> = (0..=3000_u32)
-        .map(|k| (f64::from(k) * f64::from(OF_LOOPS) * STEP, f64::from(k) / 3000.0))
-        .map(|(t, s)| 75.0 - 75.0 * (1.5 - 1.5 * s).min(1.0) * (TAU * (0.1 + 0.065 * t) * t).cos())
+fn found() -> Identification {
+    let loops: Vec<f64> = (0..=6000_u32)
+        .map(|k| (f64::from(k) * f64::from(OF_LOOPS) * STEP, f64::from(k) / 6000.0))
+        .map(|(t, s)| 75.0 - 75.0 * (1.5 - 1.5 * s).min(1.0) * (TAU * (0.1 + 0.0325 * t) * t).cos())
         .collect();
     let sweep: Vec<f64> = (0..4000_u32)
         .map(|k| f64::from(k) * f64::from(OF_SWEEP) * STEP)
@@ -67,14 +67,13 @@ fn found(options: &Options) -> Identification {
         Record::new(&loops, &from_loops, 0).unwrap().sampled_every(f64::from(OF_LOOPS) * STEP).unwrap(),
         Record::new(&sweep, &from_sweep, 0).unwrap().sampled_every(f64::from(OF_SWEEP) * STEP).unwrap(),
     ];
-    run(&records, options).unwrap()
+    run(&records, &Options::default()).unwrap()
 }
 
 /// Least squares of both records find a dead time of several milliseconds in place of the dynamics.
 #[test]
 fn a_quiet_record_tells_the_dynamics_that_loops_drown() {
-    let options = Options { thresholds: Thresholds::Uniform(8), ..Options::default() };
-    let found = found(&options);
+    let found = found();
     let Some(Dynamics::SecondOrder(mode)) = found.dynamics else { panic!("{:?}", found.dynamics) };
     let bandwidth = found.amplifier().map(|amplifier| amplifier.frequency());
     let case = format!("{mode:?} {bandwidth:?} {:?} {:?}", found.dead_time, found.fit);
@@ -85,7 +84,4 @@ fn a_quiet_record_tells_the_dynamics_that_loops_drown() {
     let doubts = [FindingCode::ResonanceNotExcited, FindingCode::DampingUndetermined];
     assert!(found.warnings.iter().all(|one| !doubts.contains(&one.code)), "{:?}", found.warnings);
     assert!(found.standard_errors.damping < 0.05 * mode.damping(), "{:?}", found.standard_errors);
-    // Without dynamics there are none to ask a record for.
-    let none = Options { dynamics: DynamicsModel::None, ..options };
-    assert!(self::found(&none).dynamics.is_none());
 }
