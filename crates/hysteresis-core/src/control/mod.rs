@@ -2,7 +2,9 @@
 //!
 //! Each file knows only those above it: `command`, `terms`, `options`; `limiter`, `loop_state`, `gate`; `law`, `preview`,
 //! `feedforward`, `state`; `controller`, and `changes`, which changes a running one.
+//! `axes` puts several controllers side by side.
 
+mod axes;
 mod changes;
 mod command;
 mod controller;
@@ -16,6 +18,7 @@ mod preview;
 mod state;
 mod terms;
 
+pub use axes::{AxesCommand, AxisMatrix, MultiAxisController, MultiAxisState};
 pub use command::{Command, Mode};
 pub use controller::HybridController;
 pub use feedforward::{FeedForward, FeedForwardState};
