@@ -13,7 +13,8 @@ const AXES: usize = 3;
 type Sample = [(Command, f64); AXES];
 
 fn sample() -> impl Strategy<Value = Sample> {
-    let wild = prop_oneof![8 => -4.0..4.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => Just(-1e300), 1 => -1e3..1e3];
+    let wild =
+        prop_oneof![8 => -4.0..4.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => Just(-1e300), 1 => -1e3..1e3];
     prop::array::uniform3((command(), wild))
 }
 

@@ -5,7 +5,8 @@ mod models;
 
 use hysteresis_core::{
     Biquad, Command, CompiledModel, ControllerOptions, CreepTerms, FeedForward, Forward, HybridController, Inverse,
-    LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections, StreamArray,
+    LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections,
+    StreamArray,
 };
 use models::{actuator, parametric_inverse};
 

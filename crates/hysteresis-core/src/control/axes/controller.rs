@@ -173,7 +173,8 @@ impl MultiAxisController {
     /// As there.
     pub fn peek(&self, command: AxesCommand<'_>, measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
         self.check(&command, measurements, drives)?;
-        for (i, ((controller, row), drive)) in self.controllers.iter().zip(self.decoupling.rows()).zip(drives).enumerate()
+        for (i, ((controller, row), drive)) in
+            self.controllers.iter().zip(self.decoupling.rows()).zip(drives).enumerate()
         {
             *drive = controller.peek(command.of(i, row), product(row, measurements));
         }
