@@ -5,6 +5,7 @@
 `invert_dynamics` lead the reference through the inverse of linear dynamics, online and offline;
 `precompensate` returns the drive of a whole trajectory. `IterativeLearning` and
 `RepetitiveControl` learn from repetition. `Observer` estimates the position from a noisy sensor.
+`MultiAxisController` decouples axes that move each other.
 """
 
 from mpi_hyst._core import (
@@ -16,6 +17,7 @@ from mpi_hyst._core import (
     Lead,
     LowPass,
     Margins,
+    MultiAxisController,
     Notch,
     Observer,
     Preview,
@@ -36,6 +38,7 @@ __all__ = [
     "Lead",
     "LowPass",
     "Margins",
+    "MultiAxisController",
     "Notch",
     "Observer",
     "Preview",
