@@ -168,6 +168,20 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
         ),
         lambda one, x: one.step(100.0 * x),
     ),
+    "MultiAxisPlant": (
+        lambda: mh.plant.MultiAxisPlant(
+            [mh.plant.Plant(MODEL, noise=0.01, limits=LIMITS, dt=DT, seed=k) for k in (1, 2)],
+            [[1.0, 0.1], [0.0, 1.0]],
+        ),
+        lambda one, x: one.step([100.0 * x, 50.0]).tolist(),
+    ),
+    "MultiAxisController": (
+        lambda: mh.control.MultiAxisController(
+            [controller(slew=s, preview=mh.control.Preview([0.5, 0.5], 1)) for s in (1e6, None)],
+            [[1.0, 0.1], [0.0, 1.0]],
+        ),
+        lambda one, x: one.step([x, 0.5], [0.5 * x, 0.2]).tolist(),
+    ),
     "Observer": (
         lambda: mh.control.Observer(MODEL, dynamics=RESONANCE, noise=0.016, drift=0.5, dt=DT),
         lambda one, x: one.step(100.0 * x, x),

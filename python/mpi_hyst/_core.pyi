@@ -58,6 +58,8 @@ __all__ = [
     "Metrics",
     "Modes",
     "ModifiedPrandtlIshlinskii",
+    "MultiAxisController",
+    "MultiAxisPlant",
     "NotInvertibleError",
     "Notch",
     "Observer",
@@ -4096,6 +4098,10 @@ class Plant:
     ) -> Plant: ...
     def step(self, drive: float) -> float:
         """Holds the drive for one sampling interval and returns the measurement at its end."""
+    def read(self) -> float:
+        """The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any object."""
+    def write(self, drive: float) -> None:
+        """Holds the drive for one sampling interval: `step` without the measurement, which `read` returns."""
     def run(self, drives: ArrayLike) -> tuple[_Vector, _Vector]:
         """Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
         is put out.
@@ -4149,7 +4155,8 @@ class Metrics:
     """The errors of a run, or of a part of it.
 
     The measured error is reference - measured, what the paper plots; the position error is reference - position, what
-    matters, and free of measurement noise.
+    matters, and free of measurement noise. Samples without a reading are left out of the measured errors, those whose
+    position is not known (NaN) out of the position errors. Where nothing is left, these errors are NaN.
     """
 
     @property
@@ -4172,7 +4179,7 @@ class Metrics:
         """Peak-to-peak of the reference, um: the base of `hysteresis_percent`."""
     @property
     def hysteresis_percent(self) -> float | None:
-        """Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
+        """Largest magnitude of the measured error in % of `range`, or None if the reference does not move or nothing was read. What the paper
         calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
         """
     @property
@@ -4184,6 +4191,9 @@ class Metrics:
     @property
     def saturated_count(self) -> int:
         """At how many samples the drive was at a limit of the plant."""
+    @property
+    def missing_count(self) -> int:
+        """At how many samples there was no reading."""
 
 @final
 class Run:
@@ -4232,10 +4242,10 @@ class Run:
         """Where the position should be, um."""
     @property
     def measured(self) -> _Vector:
-        """What the controller read, um."""
+        """What the controller read, um; NaN where there was no reading."""
     @property
     def position(self) -> _Vector:
-        """Where the position was, um."""
+        """Where the position was, um; NaN where it is not known."""
     @property
     def drive(self) -> _Vector:
         """What was put out, V: quantised, within the limits, held where the controller gave no number."""
@@ -4253,39 +4263,295 @@ class Run:
         """The errors after the first period, or None if no period was given."""
     def __len__(self) -> int: ...
 
+@final
+class MultiAxisPlant:
+    """Several plants that move the same axes: an XY stage with crosstalk, or a tip-tilt-piston mirror on three actuators.
+
+    y = K p, with p the positions of the single plants and y those of the axes. Sensor i shows measured_i = y_i + noise_i; noise_i is
+    what the sensor of plant i adds, its `measured` minus its `position`. Drive i goes to plant i. The rest is as for `Plant`, with arrays of N
+    numbers, one for each axis: `step(drives)` holds the drives for `dt` and returns the next measurements.
+
+    Parameters
+    ----------
+    plants : list of N Plants
+        With the same `dt`. Copies are taken, in the state in which they are. Plants of the same seed have the same noise.
+    coupling : array of shape (N, N)
+        K, in the unit of the axes over that of the plants: finite, with a condition number (of the largest column sum) of at most 1e10.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> x, y = (mh.paper.plant("A1", seed=seed) for seed in (1, 2))
+    >>> stage = mh.plant.MultiAxisPlant([x, y], [[1.0, 0.03], [-0.03, 1.0]])
+    >>> measured, position = stage.run(np.tile([300.0, 0.0], (200, 1)))
+    >>> position.shape, bool(np.isclose(position[-1, 1], -0.03 * position[-1, 0]))
+    ((200, 2), True)
+    >>> bool(np.allclose(stage.position, stage.coupling @ [plant.position for plant in stage.plants]))
+    True
+    """
+
+    def __new__(cls, plants: Iterable[Plant], coupling: ArrayLike) -> MultiAxisPlant: ...
+    def step(self, drives: ArrayLike) -> _Vector:
+        """Holds the drives for one sampling interval and returns the measurements at its end."""
+    def read(self) -> _Vector:
+        """The measurements of now, as an array that is yours."""
+    def write(self, drives: ArrayLike) -> None:
+        """Holds the drives for one sampling interval: `step` without the measurements, which `read` returns."""
+    def run(self, drives: ArrayLike) -> tuple[_Matrix, _Matrix]:
+        """Takes drives of shape (samples, N) and returns the rows of a record, (measured, position), both of that shape and at
+        the moment at which the drives are put out.
+        """
+    def reset(self) -> None:
+        """Back to the start, at rest: the same drives give the same measurements again, noise included."""
+    @property
+    def plants(self) -> tuple[Plant, ...]:
+        """The single plants, as copies in their present states."""
+    @property
+    def coupling(self) -> _Matrix:
+        """K, as an array of shape (N, N)."""
+    def copy(self) -> MultiAxisPlant:
+        """A plant in the same state that goes on by itself."""
+    @property
+    def measured(self) -> _Vector:
+        """The measurements of now."""
+    @property
+    def position(self) -> _Vector:
+        """The true positions of now."""
+    @property
+    def drive(self) -> _Vector:
+        """The drives that were put out last, V."""
+    @property
+    def limits(self) -> _Matrix:
+        """The limits of the drives, an array of shape (N, 2): infinite where a plant has none."""
+    @property
+    def dt(self) -> float:
+        """Sampling interval in seconds."""
+    @property
+    def state(self) -> dict[str, Any]:
+        """Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise included."""
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None: ...
+    def __len__(self) -> int: ...
+
+@final
+class MultiAxisController:
+    """Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a HybridController for each actuator, behind a static decoupling.
+
+    A plant with the coupling K moves its axes to y = K p when its actuators are at p. Actuator i gets the reference (D r)_i and the
+    measurement (D y)_i, with the decoupling D, usually the inverse of K: u_i = C_i((D r)_i, (D y)_i). So each
+    actuator has a loop of its own, with the model of its own hysteresis. Its limits, slew, filters and gates are those of its controller, in the
+    coordinates of the actuator.
+
+    Products are summed from the first axis on and leave out zero entries of D. So with the identity the drives are bit for bit
+    those of the single controllers. A measurement that is not finite (or beyond 1e100) is a missing one for all
+    actuators that depend on it, by an entry of D that is not zero; such a reference is a bad one for them. The other actuators go on.
+
+    Parameters
+    ----------
+    controllers : list of N HybridControllers
+        With the same `dt`, and previews of the same length that look equally far ahead, or none. Copies are taken, in the state in which they
+        are.
+    decoupling : array of shape (N, N), optional
+        D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those of the
+        actuators.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> coupling = np.array([[1.0, 0.03], [-0.03, 1.0]])
+    >>> stage = mh.plant.MultiAxisPlant([mh.paper.plant("A1", seed=seed) for seed in (1, 2)], coupling)
+    >>> kp, ki = mh.paper.gains("A1")
+    >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+    >>> single = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
+    >>> axes = mh.control.MultiAxisController([single, single], np.linalg.inv(coupling))
+    >>> axes.step([0.5, 0.0], stage.measured).shape
+    (2,)
+    >>> axes.reset()
+    >>> x = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+    >>> runs = mh.plant.simulate(axes, stage, np.column_stack([x, np.zeros(x.size)]), period=500)
+    >>> runs[1].settled.max_position_error < 0.06  # um: noise; without decoupling 0.1 of the crosstalk are left
+    True
+    """
+
+    def __new__(
+        cls, controllers: Iterable[HybridController], decoupling: ArrayLike | None = None
+    ) -> MultiAxisController: ...
+    def step(
+        self,
+        references: ArrayLike,
+        measurements: ArrayLike,
+        out: _Vector | None = None,
+        *,
+        targets: ArrayLike | None = None,
+        feedforward: ArrayLike | None = None,
+    ) -> _Vector:
+        """Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
+
+        `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
+        `targets` of the axes, if the feed-forward is to reach something else; `feedforward`: volts of the actuators that replace its output.
+        """
+    def peek(
+        self,
+        references: ArrayLike,
+        measurements: ArrayLike,
+        out: _Vector | None = None,
+        *,
+        targets: ArrayLike | None = None,
+        feedforward: ArrayLike | None = None,
+    ) -> _Vector:
+        """The drives that `step` would return, without taking the sample."""
+    def plan(
+        self,
+        references: ArrayLike,
+        measurements: ArrayLike,
+        out: _Vector | None = None,
+        *,
+        targets: ArrayLike | None = None,
+        feedforward: ArrayLike | None = None,
+    ) -> _Vector:
+        """The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
+        it.
+
+        A plan replaces the one before; any change of a controller drops it.
+        """
+    def commit(self) -> bool:
+        """Takes the sample that was planned, on all axes; False, and none moves on, if there is no plan."""
+    def run(
+        self, references: ArrayLike, measurements: ArrayLike, out: _Matrix | None = None
+    ) -> _Matrix:
+        """Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives, in `out`
+        or a new array of that shape.
+        """
+    @property
+    def controllers(self) -> tuple[HybridController, ...]:
+        """The single controllers, as copies in their present states."""
+    @property
+    def decoupling(self) -> _Matrix:
+        """D, as an array of shape (N, N)."""
+    @property
+    def drive(self) -> _Vector:
+        """The present drives in volts: what the amplifiers have."""
+    @property
+    def limits(self) -> _Matrix:
+        """The limits of the drives in volts, an array of shape (N, 2)."""
+    @property
+    def dt(self) -> float:
+        """The sampling interval in seconds."""
+    @property
+    def hold(self) -> bool:
+        """Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
+        stop.
+        """
+    @hold.setter
+    def hold(self, hold: bool) -> None: ...
+    def stop(self, rate: float, rest_drives: ArrayLike | None = None) -> None:
+        """Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that is slower, and
+        holds it there.
+
+        From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
+        from the drives that are reached then.
+        """
+    def reset(self) -> None:
+        """All axes back to the start, in mode "run", with all counters at zero. The drives stay."""
+    def start_at(self, drives: ArrayLike) -> None:
+        """Goes on from other drives that the amplifiers have, with everything that is remembered."""
+    @property
+    def state(self) -> dict[str, Any]:
+        """Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
+        be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
+        """
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None: ...
+    @property
+    def rejected_count(self) -> NDArray[np.uint64]:
+        """How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or missing."""
+    @property
+    def missing_count(self) -> NDArray[np.uint64]:
+        """How many measurements each actuator missed: one that it depends on was not finite, or beyond 1e100."""
+    @property
+    def implausible_count(self) -> NDArray[np.uint64]:
+        """How many measurements of each actuator were finite but out of their range, or too far from the last one."""
+    @property
+    def saturated_count(self) -> NDArray[np.uint64]:
+        """How many samples asked for a drive of each actuator beyond its limits."""
+    @property
+    def slewing_count(self) -> NDArray[np.uint64]:
+        """How many samples asked for a faster move of each actuator than its slew allows."""
+    def __len__(self) -> int: ...
+
 @type_check_only
 class _Controller(Protocol):
     def step(self, reference: float, measurement: float, /) -> SupportsFloat: ...
 
-def simulate(
-    controller: _Controller,
-    plant: Plant,
+@type_check_only
+class _Plant(Protocol):
+    def read(self) -> SupportsFloat: ...
+    def write(self, drive: float, /) -> object: ...
+
+@type_check_only
+class _AxesController(Protocol):
+    def step(self, references: _Vector, measurements: _Vector, /) -> _Vector | Sequence[float]: ...
+
+@type_check_only
+class _AxesPlant(Protocol):
+    def read(self) -> _Vector | Sequence[float]: ...
+    def write(self, drives: _Vector, /) -> object: ...
+
+@overload
+def simulate(  # type: ignore[overload-overlap]
+    controller: MultiAxisController,
+    plant: MultiAxisPlant | _AxesPlant,
     reference: ArrayLike,
     *,
     target: ArrayLike | None = None,
-    observer: Observer | None = None,
-    repetitive: RepetitiveControl | None = None,
-    identifier: RecursiveIdentifier | None = None,
-    model_update_interval: int = 1000,
     period: float | None = None,
     progress: Callable[[float], object] | None = None,
-) -> Run:
+) -> list[Run]:
     """Lets a plant follow a reference under a controller, from the state in which both are.
 
     At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
-    for one sampling interval. With a `HybridController` the loop runs in compiled code, and may have more around it. With
-    any other object its `step(reference, measurement)` is called. A reference that is not finite is refused before
-    anything moves. An exception ends the run and leaves controller and plant where they are. A controller in Python cannot
-    use the plant itself meanwhile.
+    for one sampling interval. With a `HybridController` and a `Plant` the loop runs in compiled code. With
+    any other controller its `step(reference, measurement)` is called. A reference that is not finite is refused before
+    anything moves. An exception ends the run and leaves controller and plant where they are. A controller or a plant in
+    Python cannot use the other one itself meanwhile.
+
+    A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own. At
+    every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
+    `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
+    what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
+    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
+    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
+    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    other samples.
+
+    Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
+    with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The reference is an
+    array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement and position of axis i, and drive and limits of
+    actuator i. Of the keywords `target` (an array as the reference), `period` and `progress` can be used.
 
     Parameters
     ----------
-    controller : HybridController or object
+    controller : HybridController, MultiAxisController or object
         With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
         stands at reference[0] for as many samples.
-    plant : Plant
-        What is driven.
-    reference : array of n floats
+    plant : Plant, MultiAxisPlant or object
+        What is driven: with read() -> measurement and write(drive).
+    reference : array of n floats, or of shape (n, N)
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
@@ -4305,12 +4571,12 @@ def simulate(
 
     Returns
     -------
-    Run
+    Run, or a list of N of them
 
     Raises
     ------
     ValueError, TypeError
-        That name the argument, what was expected and what came.
+        That name the argument, what was expected and what came; of a plant that is an object also the sample.
 
     Examples
     --------
@@ -4329,6 +4595,219 @@ def simulate(
     >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
     >>> run.settled.max_position_error < 0.01
     True
+    >>> class Bench:  # hardware, another process or, as here, a lag of 5 nm/V
+    ...     position = 0.0
+    ...     def read(self) -> float:
+    ...         return self.position
+    ...     def write(self, drive: float) -> None:
+    ...         self.position += 0.2 * (5e-3 * drive - self.position)
+    >>> gains = {"kp": 20.0, "ki": 2e4, "dt": 1e-4, "limits": (-500.0, 500.0)}
+    >>> feedback = mh.control.HybridController(None, **gains)
+    >>> run = mh.plant.simulate(feedback, Bench(), mh.signals.sine(1.0, 5.0, seconds=0.2))
+    >>> run.metrics.max_position_error < 0.4, run.metrics.missing_count
+    (True, 0)
+    """
+
+@overload
+def simulate(
+    controller: _AxesController,
+    plant: MultiAxisPlant | _AxesPlant,
+    reference: ArrayLike,
+    *,
+    target: ArrayLike | None = None,
+    period: float | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> list[Run]:
+    """Lets a plant follow a reference under a controller, from the state in which both are.
+
+    At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
+    for one sampling interval. With a `HybridController` and a `Plant` the loop runs in compiled code. With
+    any other controller its `step(reference, measurement)` is called. A reference that is not finite is refused before
+    anything moves. An exception ends the run and leaves controller and plant where they are. A controller or a plant in
+    Python cannot use the other one itself meanwhile.
+
+    A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own. At
+    every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
+    `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
+    what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
+    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
+    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
+    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    other samples.
+
+    Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
+    with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The reference is an
+    array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement and position of axis i, and drive and limits of
+    actuator i. Of the keywords `target` (an array as the reference), `period` and `progress` can be used.
+
+    Parameters
+    ----------
+    controller : HybridController, MultiAxisController or object
+        With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
+        stands at reference[0] for as many samples.
+    plant : Plant, MultiAxisPlant or object
+        What is driven: with read() -> measurement and write(drive).
+    reference : array of n floats, or of shape (n, N)
+        Where the position should be, um, at the plant's sampling interval.
+    target : array of n floats, optional
+        Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
+    observer : Observer, optional
+        The feedback sees its estimate instead of the measurement.
+    repetitive : RepetitiveControl, optional
+        Corrects the target in the loop. With a preview, give `target` too.
+    identifier : RecursiveIdentifier, optional
+        Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
+        For an exact inverse as feed-forward.
+    model_update_interval : int
+        Samples between two swaps.
+    period : float, optional
+        Of the reference, in samples: `settled` of the run leaves out the first.
+    progress : callable, optional
+        Called with the fraction done, now and then.
+
+    Returns
+    -------
+    Run, or a list of N of them
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came; of a plant that is an object also the sample.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> kp, ki = mh.paper.gains("A1")
+    >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+    >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+    >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
+    True
+    >>> controller = mh.control.HybridController(
+    ...     inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560),
+    ...     preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+    ... )
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error < 0.01
+    True
+    >>> class Bench:  # hardware, another process or, as here, a lag of 5 nm/V
+    ...     position = 0.0
+    ...     def read(self) -> float:
+    ...         return self.position
+    ...     def write(self, drive: float) -> None:
+    ...         self.position += 0.2 * (5e-3 * drive - self.position)
+    >>> gains = {"kp": 20.0, "ki": 2e4, "dt": 1e-4, "limits": (-500.0, 500.0)}
+    >>> feedback = mh.control.HybridController(None, **gains)
+    >>> run = mh.plant.simulate(feedback, Bench(), mh.signals.sine(1.0, 5.0, seconds=0.2))
+    >>> run.metrics.max_position_error < 0.4, run.metrics.missing_count
+    (True, 0)
+    """
+
+@overload
+def simulate(
+    controller: _Controller,
+    plant: _Plant,
+    reference: ArrayLike,
+    *,
+    target: ArrayLike | None = None,
+    observer: Observer | None = None,
+    repetitive: RepetitiveControl | None = None,
+    identifier: RecursiveIdentifier | None = None,
+    model_update_interval: int = 1000,
+    period: float | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Run:
+    """Lets a plant follow a reference under a controller, from the state in which both are.
+
+    At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
+    for one sampling interval. With a `HybridController` and a `Plant` the loop runs in compiled code. With
+    any other controller its `step(reference, measurement)` is called. A reference that is not finite is refused before
+    anything moves. An exception ends the run and leaves controller and plant where they are. A controller or a plant in
+    Python cannot use the other one itself meanwhile.
+
+    A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own. At
+    every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
+    `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
+    what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
+    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
+    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
+    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    other samples.
+
+    Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
+    with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The reference is an
+    array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement and position of axis i, and drive and limits of
+    actuator i. Of the keywords `target` (an array as the reference), `period` and `progress` can be used.
+
+    Parameters
+    ----------
+    controller : HybridController, MultiAxisController or object
+        With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
+        stands at reference[0] for as many samples.
+    plant : Plant, MultiAxisPlant or object
+        What is driven: with read() -> measurement and write(drive).
+    reference : array of n floats, or of shape (n, N)
+        Where the position should be, um, at the plant's sampling interval.
+    target : array of n floats, optional
+        Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
+    observer : Observer, optional
+        The feedback sees its estimate instead of the measurement.
+    repetitive : RepetitiveControl, optional
+        Corrects the target in the loop. With a preview, give `target` too.
+    identifier : RecursiveIdentifier, optional
+        Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
+        For an exact inverse as feed-forward.
+    model_update_interval : int
+        Samples between two swaps.
+    period : float, optional
+        Of the reference, in samples: `settled` of the run leaves out the first.
+    progress : callable, optional
+        Called with the fraction done, now and then.
+
+    Returns
+    -------
+    Run, or a list of N of them
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came; of a plant that is an object also the sample.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> kp, ki = mh.paper.gains("A1")
+    >>> reference = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+    >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+    >>> controller = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error > 0.2  # um: the dynamics lag
+    True
+    >>> controller = mh.control.HybridController(
+    ...     inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560),
+    ...     preview=mh.control.preview(mh.plant.SecondOrder(400.0, 0.95), 1e-4, ahead=4)
+    ... )
+    >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
+    >>> run.settled.max_position_error < 0.01
+    True
+    >>> class Bench:  # hardware, another process or, as here, a lag of 5 nm/V
+    ...     position = 0.0
+    ...     def read(self) -> float:
+    ...         return self.position
+    ...     def write(self, drive: float) -> None:
+    ...         self.position += 0.2 * (5e-3 * drive - self.position)
+    >>> gains = {"kp": 20.0, "ki": 2e4, "dt": 1e-4, "limits": (-500.0, 500.0)}
+    >>> feedback = mh.control.HybridController(None, **gains)
+    >>> run = mh.plant.simulate(feedback, Bench(), mh.signals.sine(1.0, 5.0, seconds=0.2))
+    >>> run.metrics.max_position_error < 0.4, run.metrics.missing_count
+    (True, 0)
     """
 
 def load(path: str | PathLike[str]) -> _Model | Stage:

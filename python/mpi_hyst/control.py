@@ -6,6 +6,7 @@
 reference through the inverse of linear dynamics, online and offline;
 `precompensate` returns the drive of a whole trajectory. `IterativeLearning` and
 `RepetitiveControl` learn from repetition. `Observer` estimates the position from a noisy sensor.
+`MultiAxisController` decouples axes that move each other.
 """
 
 from mpi_hyst._core import (
@@ -18,6 +19,7 @@ from mpi_hyst._core import (
     Lead,
     LowPass,
     Margins,
+    MultiAxisController,
     Notch,
     Observer,
     Preview,
@@ -39,6 +41,7 @@ __all__ = [
     "Lead",
     "LowPass",
     "Margins",
+    "MultiAxisController",
     "Notch",
     "Observer",
     "Preview",

@@ -3,7 +3,8 @@
 `SecondOrder`, `FirstOrder`, `Modes` and `StateSpace` describe the dynamics behind the hysteresis,
 `Creep` slow drift after a change of the drive, `LoopShift` the motion of the centre of a loop with
 its amplitude. `Plant` simulates a stage with converters, noise and limits, one drive at a time.
-`simulate` runs a controller on a plant and returns a `Run` with the errors.
+`MultiAxisPlant` couples several of them, as the axes of an XY stage. `simulate` runs a controller
+on a plant, ours or any object with `read` and `write`, and returns a `Run` with the errors.
 """
 
 from mpi_hyst._core import (
@@ -13,6 +14,7 @@ from mpi_hyst._core import (
     LoopShift,
     Metrics,
     Modes,
+    MultiAxisPlant,
     Plant,
     Run,
     SecondOrder,
@@ -27,6 +29,7 @@ __all__ = [
     "LoopShift",
     "Metrics",
     "Modes",
+    "MultiAxisPlant",
     "Plant",
     "Run",
     "SecondOrder",

@@ -3,8 +3,7 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController,
-    Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
+    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, MultiAxisController, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, Ratios, Sections, StreamArray,
 };
 use no_panic::no_panic;
@@ -97,6 +96,26 @@ fn controller_plan(controller: &mut HybridController, command: Command, measurem
 #[inline(never)]
 fn controller_commit(controller: &mut HybridController) -> bool {
     controller.commit()
+}
+
+#[no_panic]
+#[inline(never)]
+fn axes_step(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+    axes.peek(x.into(), y, drives)?;
+    axes.step(x.into(), y, drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn axes_plan(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<bool, Error> {
+    axes.plan(x.into(), y, drives)?;
+    Ok(axes.commit())
+}
+
+#[no_panic]
+#[inline(never)]
+fn axes_run(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+    axes.run(x, y, drives)
 }
 
 #[no_panic]
@@ -257,6 +276,13 @@ fn controllers(compiled: &CompiledModel, filters: &Sections) -> Result<(), Error
     ];
     for (source, preview, options) in black_box(cases) {
         let mut controller = HybridController::new(source, preview, &options)?;
+        let mut axes = MultiAxisController::new(vec![controller.clone(); 2], Some(&[1.0, 0.5, 0.0, 1.0]))?;
+        for x in black_box([[0.0, f64::NAN], [3.0, -1.0], [1e90, f64::INFINITY]]) {
+            let mut drives = [0.0; 2];
+            axes_step(&mut axes, &x, &[x[1], 0.5], &mut drives)?;
+            black_box(axes_plan(&mut axes, &x, &[0.5, x[0]], &mut drives)?);
+            axes_run(&mut axes, &x, &x, &mut drives)?;
+        }
         for x in black_box([0.0, f64::NAN, 3.0, -1.0, 1e90, f64::INFINITY, 2.0]) {
             for measurement in black_box([x, 0.0, f64::NAN, f64::NAN, f64::NAN]) {
                 let command = Command { target: Some(x), feedforward: Some(2.0), ..x.into() };

@@ -31,9 +31,10 @@ mod quasistatic;
 mod stream;
 
 pub use control::{
-    AntiWindup, ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop, Command,
-    ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward, FeedForwardState, HybridController, Law,
-    LoopState, Mode, Preview, PreviewState, StopRamp, Terms,
+    AntiWindup, ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop,
+    AxesCommand, AxisMatrix, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward,
+    FeedForwardState, HybridController, Law, LoopState, Mode, MultiAxisController, MultiAxisState, Preview,
+    PreviewState, StopRamp, Terms,
 };
 pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
 pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};

@@ -5,8 +5,8 @@ mod models;
 
 use hysteresis_core::{
     ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms,
-    FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, PiecewiseLinearMap, Preview, Process,
-    QuasiStatic, Sections, StreamArray,
+    FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap,
+    Preview, Process, QuasiStatic, Sections, StreamArray,
 };
 use models::{actuator, parametric_inverse};
 
@@ -165,4 +165,31 @@ fn a_controller_never_allocates_while_it_runs() {
         });
         assert_eq!(count, 0);
     }
+}
+
+#[test]
+fn several_axes_never_allocate_while_they_run() {
+    let compiled = CompiledModel::new(&actuator());
+    let limits = (-500.0, 500.0);
+    let options = ControllerOptions::new(5.0, 6e3, 1e-4, limits);
+    let source = || Inverse::new(&compiled, Some(limits)).unwrap().into();
+    let controllers = (0..2).map(|_| HybridController::new(source(), None, &options).unwrap()).collect();
+    let mut axes = MultiAxisController::new(controllers, Some(&[1.0, 0.25, -0.5, 1.0])).unwrap();
+    let signal = &signal()[..10_000];
+    let mut output = vec![0.0; signal.len()];
+    let count = allocations::count(|| {
+        let mut drives = [0.0; 2];
+        for (x, y) in signal.chunks_exact(2).zip(signal.chunks_exact(2).rev()) {
+            axes.peek(x.into(), y, &mut drives).unwrap();
+            axes.plan(x.into(), y, &mut drives).unwrap();
+            axes.commit();
+            axes.step(x.into(), y, &mut drives).unwrap();
+        }
+        axes.run(signal, signal, &mut output).unwrap();
+        axes.hold();
+        axes.release();
+        axes.stop(1e5, &drives).unwrap();
+        axes.reset();
+    });
+    assert_eq!(count, 0);
 }

@@ -51,6 +51,8 @@ mod _core {
     #[pymodule_export]
     use crate::control::linear::state_space::StateSpace;
     #[pymodule_export]
+    use crate::control::multi_axis::MultiAxisController;
+    #[pymodule_export]
     use crate::control::observer::Observer;
     #[pymodule_export]
     use crate::control::preview::Preview;
@@ -98,6 +100,8 @@ mod _core {
     use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]
     use crate::model::operators::{CoupledPlay, Play};
+    #[pymodule_export]
+    use crate::plant::multi_axis::MultiAxisPlant;
     #[pymodule_export]
     use crate::plant::paper::{gains, plant, table_1, table_1_recovered, table_2};
     #[pymodule_export]

@@ -4,6 +4,7 @@ use core::convert::Infallible;
 
 use hysteresis_core::Error;
 
+use crate::driven::Driven;
 use crate::metrics::{LoopRecord, Run, check_reference};
 use crate::plant::Plant;
 
@@ -73,15 +74,29 @@ impl<'a> TrackingTask<'a> {
         self.reference
     }
 
-    /// [`simulate`] for long runs and controllers that may fail: `watch(k)` is called before every 4096th sample, to
-    /// show progress or to stop.
+    /// [`simulate`] for long runs, other plants and controllers that may fail: `watch(k)` is called before every 4096th
+    /// sample, to show progress or to stop.
     ///
     /// # Errors
-    /// Those of the controller and of the watch, which end the run; the plant stays where it is then.
-    pub fn run<E>(
+    /// Those of the controller, of the plant and of the watch, which end the run; the plant stays where it is then.
+    pub fn run<E, P: Driven<E>>(
         &self,
-        plant: &mut Plant,
+        plant: &mut P,
         mut controller: impl FnMut(usize, f64) -> Result<f64, E>,
+        watch: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        let act = |plant: &mut P, k: usize, measured: f64| {
+            let drive = controller(k, measured)?;
+            plant.write(Some(k), drive)
+        };
+        self.run_with(plant, act, watch)
+    }
+
+    /// The loop: `act(plant, k, measured)` writes the drive of sample k and returns what is really put out.
+    pub(crate) fn run_with<E, P: Driven<E>>(
+        &self,
+        plant: &mut P,
+        mut act: impl FnMut(&mut P, usize, f64) -> Result<f64, E>,
         mut watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
         let samples = self.reference.len();
@@ -90,10 +105,10 @@ impl<'a> TrackingTask<'a> {
             if k % WATCH_INTERVAL == 0 {
                 watch(k)?;
             }
-            measured.push(plant.measured());
-            position.push(plant.position());
-            plant.step(controller(k, plant.measured())?);
-            drive.push(plant.drive());
+            let reading = plant.read(Some(k))?;
+            measured.push(reading.measured);
+            position.push(reading.position);
+            drive.push(act(plant, k, reading.measured)?);
         }
         let record = LoopRecord { reference: self.reference.to_vec(), measured, position, drive };
         Ok(Run::of_loop(record, plant.limits(), self.period))

@@ -4,8 +4,10 @@
 #![forbid(unsafe_code)]
 
 pub mod closed_loop;
+pub mod driven;
 pub mod excitation;
 pub mod metrics;
+pub mod multi_axis;
 pub mod paper;
 pub mod plant;
 pub mod signals;

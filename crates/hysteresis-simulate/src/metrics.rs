@@ -1,6 +1,6 @@
 //! How well a plant followed its reference.
 
-use hysteresis_core::{Bound, Error, check_all_finite};
+use hysteresis_core::{Bound, Error, check_all_finite, is_admissible};
 
 use crate::plant::check_range;
 
@@ -10,9 +10,9 @@ use crate::plant::check_range;
 pub struct LoopRecord {
     /// Where the position should be.
     pub reference: Vec<f64>,
-    /// What the controller read.
+    /// What the controller read; NaN where there was no reading.
     pub measured: Vec<f64>,
-    /// Where the position was.
+    /// Where the position was; NaN where it is not known.
     pub position: Vec<f64>,
     /// What was put out: quantised, within the limits, held where the controller gave no number.
     pub drive: Vec<f64>,
@@ -29,7 +29,8 @@ pub struct Run {
 /// The errors of a run, or of a part of it.
 ///
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
-/// matters, and free of measurement noise.
+/// matters, and free of measurement noise. Samples without a reading are left out of the measured errors, those whose
+/// position is not known out of the position errors. Where nothing is left, these errors are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
     /// How many samples they are of.
@@ -45,7 +46,7 @@ pub struct Metrics {
     /// Peak-to-peak of the reference: the base of `hysteresis_percent`.
     pub range: f64,
     /// Largest magnitude of the measured error in % of `range`: what the paper calls hysteresis in Fig. 12 and 13, but
-    /// for rounding (erratum 15). None if the reference does not move.
+    /// for rounding (erratum 15). None if the reference does not move, or nothing was read.
     pub hysteresis_percent: Option<f64>,
     /// Lowest drive.
     pub drive_low: f64,
@@ -53,6 +54,8 @@ pub struct Metrics {
     pub drive_high: f64,
     /// At how many samples the drive was at a limit of the plant.
     pub saturated_count: usize,
+    /// At how many samples there was no reading.
+    pub missing_count: usize,
 }
 
 impl Run {
@@ -78,6 +81,26 @@ impl Run {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn new(record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Result<Self, Error> {
+        let run = Self::with_missing(record, limits, period)?;
+        check_all_finite("measured", &run.record.measured)?;
+        check_all_finite("position", &run.record.position)?;
+        Ok(run)
+    }
+
+    /// As [`new`](Self::new), with NaN allowed where nothing was measured or the position is not known.
+    ///
+    /// # Errors
+    /// As there.
+    ///
+    /// ```
+    /// use hysteresis_simulate::metrics::{LoopRecord, Run};
+    /// let (reference, measured) = (vec![0.0, 2.0, 0.0], vec![0.5, f64::NAN, 0.25]);
+    /// let record = LoopRecord { reference, measured, position: vec![0.0, 1.75, 0.0], drive: vec![0.0; 3] };
+    /// let metrics = Run::with_missing(record, None, None)?.metrics();
+    /// assert_eq!((metrics.max_error, metrics.max_position_error, metrics.missing_count), (0.5, 0.25, 1));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn with_missing(record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Result<Self, Error> {
         check_reference(&record.reference, period)?;
         let expected = record.reference.len();
         for (parameter, samples) in
@@ -86,14 +109,21 @@ impl Run {
             if samples.len() != expected {
                 return Err(Error::Length { parameter, expected, got: samples.len() });
             }
-            check_all_finite(parameter, samples)?;
+            let is_missing = |x: &f64| x.is_nan() && parameter != "drive";
+            let known: Vec<f64> = samples.iter().map(|x| if is_missing(x) { 0.0 } else { *x }).collect();
+            check_all_finite(parameter, &known)?;
         }
         let limits = limits.map(|limits| check_range("limits", limits)).transpose()?;
         Ok(Self { record, limits, period })
     }
 
-    /// Of a loop that has checked its input: a plant gives admissible numbers only.
-    pub(crate) fn of_loop(record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Self {
+    /// Of a loop that has checked its input. A reading that is no admissible number is a missing one.
+    pub(crate) fn of_loop(mut record: LoopRecord, limits: Option<(f64, f64)>, period: Option<f64>) -> Self {
+        for reading in record.measured.iter_mut().chain(&mut record.position) {
+            if !is_admissible(*reading) {
+                *reading = f64::NAN;
+            }
+        }
         Self { record, limits, period }
     }
 
@@ -154,19 +184,24 @@ impl Run {
             max_position_error,
             position_rmse,
             range: high - low,
-            hysteresis_percent: (high > low).then(|| 100.0 * max_error / (high - low)),
+            hysteresis_percent: (high > low && !max_error.is_nan()).then(|| 100.0 * max_error / (high - low)),
             drive_low,
             drive_high,
             saturated_count: drive.iter().filter(at_limit).count(),
+            missing_count: measured[first..].iter().filter(|y| y.is_nan()).count(),
         }
     }
 }
 
-/// Largest magnitude and root mean square of what is missing.
+/// Largest magnitude and root mean square of what is missing, over the samples at which something was got.
 fn errors(reference: &[f64], got: &[f64]) -> (f64, f64) {
-    let missing = || reference.iter().zip(got).map(|(r, y)| r - y);
+    let missing = || reference.iter().zip(got).filter(|(_, y)| !y.is_nan()).map(|(r, y)| r - y);
+    let known = missing().count();
+    if known == 0 {
+        return (f64::NAN, f64::NAN);
+    }
     #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
-    let count = reference.len() as f64;
+    let count = known as f64;
     (missing().fold(0.0, |max, e| e.abs().max(max)), (missing().map(|e| e * e).sum::<f64>() / count).sqrt())
 }
 

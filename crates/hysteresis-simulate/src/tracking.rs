@@ -3,8 +3,8 @@
 use hysteresis_core::{Command, HybridController};
 
 use crate::closed_loop::TrackingTask;
+use crate::driven::Driven;
 use crate::metrics::Run;
-use crate::plant::Plant;
 use hysteresis_control::Observer;
 use hysteresis_control::learning::RepetitiveControl;
 
@@ -51,12 +51,15 @@ impl<'a> Tracking<'a> {
     /// the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or of the
     /// plant, whichever are tighter.
     ///
+    /// Where a write of the plant fails, the controller is as before that sample. Observer and repetitive control have taken
+    /// its measurement.
+    ///
     /// # Errors
-    /// Those of the watch, which end the run; controller and plant stay where they are then.
-    pub fn run<E>(
+    /// Those of the plant and the watch, which end the run; controller and plant stay where they are then.
+    pub fn run<E, P: Driven<E>>(
         self,
         task: &TrackingTask<'_>,
-        plant: &mut Plant,
+        plant: &mut P,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
         self.run_with(task, plant, |_, _, _| Ok(()), watch)
@@ -66,38 +69,37 @@ impl<'a> Tracking<'a> {
     /// before the run included, with a row of a record: the drive that is put out and the position read at that moment.
     ///
     /// # Errors
-    /// Those of `adapt` and the watch, which end the run; controller and plant stay where they are then.
-    pub fn run_with<E>(
+    /// Those of the plant, of `adapt` and of the watch, which end the run; controller and plant stay where they are then.
+    pub fn run_with<E, P: Driven<E>>(
         mut self,
         task: &TrackingTask<'_>,
-        plant: &mut Plant,
+        plant: &mut P,
         mut adapt: impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let (filling, ahead) = self.controller.preview().map_or((0, 0), |p| (p.coefficients().len() - 1, p.ahead()));
+        let (filling, ahead) = lead_in(self.controller);
         let own = self.controller.options().limits;
         let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
         for k in 0..filling + ahead {
-            let measured = plant.measured();
+            let measured = plant.read(None)?.measured;
             let seen = self.see(measured);
-            let drive = self.controller.step(coming(k.saturating_sub(filling)).into(), seen);
-            adapt(self.controller, drive, measured)?;
-            plant.step(drive);
+            act(self.controller, plant, None, (coming(k.saturating_sub(filling)).into(), seen))?;
+            adapt(self.controller, self.controller.drive(), measured)?;
         }
-        let step = |k: usize, measured: f64| {
+        let step = |plant: &mut P, k: usize, measured: f64| {
             let seen = self.see(measured);
             let correction = self.repetitive.as_mut().map(|repetitive| repetitive.step(reference[k] - measured));
             let given = self.targets.map(|targets| targets[k]);
             let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
             let command = Command { reference: coming(k + ahead), target, feedforward: None };
-            let drive = self.controller.step(command, seen);
-            adapt(self.controller, drive, measured)?;
-            Ok(drive)
+            let put_out = act(self.controller, plant, Some(k), (command, seen))?;
+            adapt(self.controller, self.controller.drive(), measured)?;
+            Ok(put_out)
         };
-        Ok(task.run(plant, step, watch)?.within(limits))
+        Ok(task.run_with(plant, step, watch)?.within(limits))
     }
 
     /// What the feedback sees of a measurement.
@@ -105,4 +107,24 @@ impl<'a> Tracking<'a> {
         let drive = self.controller.drive();
         self.observer.as_mut().map_or(measured, |observer| observer.step(drive, measured))
     }
+}
+
+/// How many samples the window of a preview takes to fill, and how far it looks ahead.
+pub(crate) fn lead_in(controller: &HybridController) -> (usize, usize) {
+    controller.preview().map_or((0, 0), |preview| (preview.coefficients().len() - 1, preview.ahead()))
+}
+
+/// Writes the drive for a sample, and returns what is really put out. A controller moves on only if the write succeeds.
+fn act<E, P: Driven<E>>(
+    controller: &mut HybridController,
+    plant: &mut P,
+    sample: Option<usize>,
+    (command, seen): (Command, f64),
+) -> Result<f64, E> {
+    if !P::WRITE_MAY_FAIL {
+        return plant.write(sample, controller.step(command, seen));
+    }
+    let put_out = plant.write(sample, controller.plan(command, seen))?;
+    controller.commit();
+    Ok(put_out)
 }

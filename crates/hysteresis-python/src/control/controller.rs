@@ -93,7 +93,7 @@ pub(crate) struct HybridController {
     pub(crate) controller: core::HybridController,
     /// What the feed-forward and the preview were made of.
     pub(super) source: Option<Py<PyAny>>,
-    preview: Option<Py<Preview>>,
+    pub(super) preview: Option<Py<Preview>>,
 }
 
 impl HybridController {

@@ -5,6 +5,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::{depythonize, pythonize};
+use serde::{Deserialize, Serialize};
 
 use super::controller::HybridController;
 use super::filters::sections;
@@ -14,6 +15,20 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::model::object::compiled_of;
+
+impl HybridController {
+    /// Another controller in the same state, made of a copy of what this one was made of.
+    pub(crate) fn duplicate(&self, py: Python<'_>) -> PyResult<Self> {
+        let copy = |source: &Py<PyAny>| {
+            Ok::<_, PyErr>(py.import(intern!(py, "copy"))?.call_method1(intern!(py, "copy"), (source,))?.unbind())
+        };
+        Ok(Self {
+            controller: self.controller.clone(),
+            source: self.source.as_ref().map(copy).transpose()?,
+            preview: self.preview.as_ref().map(|preview| preview.clone_ref(py)),
+        })
+    }
+}
 
 #[pymethods]
 impl HybridController {
@@ -101,13 +116,20 @@ impl HybridController {
 
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let wrong = |what: &str| errors::value("state", format_args!("expected what .state returned; {what}"));
-        let plain: core::ControllerState = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
-        // The conversion takes anything for a truth value.
-        if !is_same(&pythonize(state.py(), &plain)?, state)? {
-            return Err(wrong("a value has another type, or is NaN"));
-        }
+        let plain: core::ControllerState = plain_state(state)?;
         exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+    }
+}
+
+/// A state from a dictionary that says exactly that.
+pub(super) fn plain_state<T: Serialize + for<'de> Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
+    let wrong = |what: &str| errors::value("state", format_args!("expected what .state returned; {what}"));
+    let plain: T = depythonize(state).map_err(|error| wrong(&error.to_string()))?;
+    // The conversion takes anything for a truth value.
+    if is_same(&pythonize(state.py(), &plain)?, state)? {
+        Ok(plain)
+    } else {
+        Err(wrong("a value has another type, or is NaN"))
     }
 }
 

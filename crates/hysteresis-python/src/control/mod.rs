@@ -12,6 +12,7 @@ pub(crate) mod filters;
 pub(crate) mod invert_dynamics;
 pub(crate) mod iterative;
 pub(crate) mod linear;
+pub(crate) mod multi_axis;
 pub(crate) mod observer;
 pub(crate) mod preview;
 pub(crate) mod preview_window;

@@ -1,7 +1,10 @@
 //! Plants, closed loops and the paper's benchmark.
 
+mod foreign;
+pub(crate) mod multi_axis;
 pub(crate) mod paper;
 #[expect(clippy::module_inception, reason = "the class `Plant`")]
 pub(crate) mod plant;
 pub(crate) mod run;
 pub(crate) mod simulate;
+mod simulate_axes;

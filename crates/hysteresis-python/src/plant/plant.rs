@@ -61,7 +61,7 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 #[pyclass(module = "mpi_hyst.plant")]
 pub(crate) struct Plant {
     pub(crate) plant: plant::Plant,
-    options: PlantOptions,
+    pub(super) options: PlantOptions,
 }
 
 /// What a plant has besides its stage, as it came.
@@ -137,6 +137,17 @@ impl Plant {
         Ok(exclusive(slf)?.plant.step(drive))
     }
 
+    /// The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any object.
+    fn read(&self) -> f64 {
+        self.plant.measured()
+    }
+
+    /// Holds the drive for one sampling interval: `step` without the measurement, which `read` returns.
+    fn write(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
+        exclusive(slf)?.plant.step(drive);
+        Ok(())
+    }
+
     /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
     /// is put out.
     fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<(Vector<'py>, Vector<'py>)> {
@@ -174,7 +185,7 @@ impl Plant {
     }
 
     /// A plant in the same state that goes on by itself.
-    fn copy(&self) -> Self {
+    pub(super) fn copy(&self) -> Self {
         Self { plant: self.plant.clone(), options: self.options }
     }
 

@@ -2,7 +2,9 @@
 
 use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
+use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use serde::{Deserialize, Serialize};
 
 use crate::convert::arguments::{numbers, pair};
@@ -15,7 +17,8 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// The errors of a run, or of a part of it.
 ///
 /// The measured error is reference - measured, what the paper plots; the position error is reference - position, what
-/// matters, and free of measurement noise.
+/// matters, and free of measurement noise. Samples without a reading are left out of the measured errors, those whose
+/// position is not known (NaN) out of the position errors. Where nothing is left, these errors are NaN.
 #[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Metrics {
@@ -31,7 +34,7 @@ pub(crate) struct Metrics {
     position_rmse: f64,
     /// Peak-to-peak of the reference, um: the base of `hysteresis_percent`.
     range: f64,
-    /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move. What the paper
+    /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move or nothing was read. What the paper
     /// calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
     hysteresis_percent: Option<f64>,
     /// Lowest drive, V.
@@ -40,6 +43,9 @@ pub(crate) struct Metrics {
     drive_high: f64,
     /// At how many samples the drive was at a limit of the plant.
     saturated_count: usize,
+    /// At how many samples there was no reading.
+    #[serde(default)]
+    missing_count: usize,
 }
 
 impl From<metrics::Metrics> for Metrics {
@@ -55,6 +61,7 @@ impl From<metrics::Metrics> for Metrics {
             drive_low,
             drive_high,
             saturated_count,
+            missing_count,
         } = metrics;
         Self {
             samples,
@@ -67,6 +74,7 @@ impl From<metrics::Metrics> for Metrics {
             drive_low,
             drive_high,
             saturated_count,
+            missing_count,
         }
     }
 }
@@ -75,8 +83,14 @@ result_methods!(Metrics {
     fn __repr__(&self) -> String {
         format!(
             "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
-             saturated>",
-            self.max_error, self.rmse, self.max_position_error, self.position_rmse, self.samples, self.saturated_count
+             saturated{}>",
+            self.max_error,
+            self.rmse,
+            self.max_position_error,
+            self.position_rmse,
+            self.samples,
+            self.saturated_count,
+            if self.missing_count > 0 { format!(", {} without a reading", self.missing_count) } else { String::new() }
         )
     }
 });
@@ -141,13 +155,13 @@ impl Run {
         read_only(py, self.0.record().reference.iter().copied())
     }
 
-    /// What the controller read, um.
+    /// What the controller read, um; NaN where there was no reading.
     #[getter]
     fn measured<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.0.record().measured.iter().copied())
     }
 
-    /// Where the position was, um.
+    /// Where the position was, um; NaN where it is not known.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.0.record().position.iter().copied())
@@ -191,9 +205,22 @@ impl Run {
         format!("<Run: {}>", self.metrics().__repr__().trim_matches(['<', '>']))
     }
 
+    /// From what was kept, in which readings may be missing.
+    #[classmethod]
+    fn _restored(
+        _: &Bound<'_, PyType>,
+        arrays: [Vec<f64>; 4],
+        limits: Option<(f64, f64)>,
+        period: Option<f64>,
+    ) -> PyResult<Self> {
+        let [reference, measured, position, drive] = arrays;
+        let record = LoopRecord { reference, measured, position, drive };
+        metrics::Run::with_missing(record, limits, period).map(Self).map_err(raise)
+    }
+
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         let arrays = (self.reference(py)?, self.measured(py)?, self.position(py)?, self.drive(py)?);
-        let keywords = keywords!(py, limits = self.limits(), period = self.period());
-        reduce(py.get_type::<Self>().into_any(), arrays, keywords, None)
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (arrays, self.limits(), self.period()), keywords!(py), None)
     }
 }

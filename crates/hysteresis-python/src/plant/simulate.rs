@@ -4,12 +4,16 @@ use hysteresis_core::{
     CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
 };
 use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::driven::Driven;
+use hysteresis_simulate::metrics;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::intern;
 use pyo3::prelude::*;
 
+use super::foreign::ForeignPlant;
 use super::plant::Plant;
 use super::run::Run;
+use super::simulate_axes::{has_axes, simulate_axes};
 use crate::control::controller::HybridController;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
@@ -17,25 +21,42 @@ use crate::control::source::check_interval;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::exclusive;
 use crate::identify::recursive::RecursiveIdentifier;
 
 /// Lets a plant follow a reference under a controller, from the state in which both are.
 ///
 /// At sample k the controller sees reference[k] and the plant's measurement, and gives the drive, which the plant holds
-/// for one sampling interval. With a `HybridController` the loop runs in compiled code, and may have more around it. With
-/// any other object its `step(reference, measurement)` is called. A reference that is not finite is refused before
-/// anything moves. An exception ends the run and leaves controller and plant where they are. A controller in Python cannot
-/// use the plant itself meanwhile.
+/// for one sampling interval. With a `HybridController` and a `Plant` the loop runs in compiled code. With
+/// any other controller its `step(reference, measurement)` is called. A reference that is not finite is refused before
+/// anything moves. An exception ends the run and leaves controller and plant where they are. A controller or a plant in
+/// Python cannot use the other one itself meanwhile.
+///
+/// A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own. At
+/// every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
+/// `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
+/// what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
+/// seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
+/// `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
+/// taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+///
+/// A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
+/// its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+/// other samples.
+///
+/// Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
+/// with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The reference is an
+/// array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement and position of axis i, and drive and limits of
+/// actuator i. Of the keywords `target` (an array as the reference), `period` and `progress` can be used.
 ///
 /// Parameters
 /// ----------
-/// controller : HybridController or object
+/// controller : HybridController, MultiAxisController or object
 ///     With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
 ///     stands at reference[0] for as many samples.
-/// plant : Plant
-///     What is driven.
-/// reference : array of n floats
+/// plant : Plant, MultiAxisPlant or object
+///     What is driven: with read() -> measurement and write(drive).
+/// reference : array of n floats, or of shape (n, N)
 ///     Where the position should be, um, at the plant's sampling interval.
 /// target : array of n floats, optional
 ///     Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
@@ -55,12 +76,12 @@ use crate::identify::recursive::RecursiveIdentifier;
 ///
 /// Returns
 /// -------
-/// Run
+/// Run, or a list of N of them
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     That name the argument, what was expected and what came.
+///     That name the argument, what was expected and what came; of a plant that is an object also the sample.
 ///
 /// Examples
 /// --------
@@ -79,6 +100,17 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> run = mh.plant.simulate(controller, mh.paper.plant("A1"), reference, period=500)
 /// >>> run.settled.max_position_error < 0.01
 /// True
+/// >>> class Bench:  # hardware, another process or, as here, a lag of 5 nm/V
+/// ...     position = 0.0
+/// ...     def read(self) -> float:
+/// ...         return self.position
+/// ...     def write(self, drive: float) -> None:
+/// ...         self.position += 0.2 * (5e-3 * drive - self.position)
+/// >>> gains = {"kp": 20.0, "ki": 2e4, "dt": 1e-4, "limits": (-500.0, 500.0)}
+/// >>> feedback = mh.control.HybridController(None, **gains)
+/// >>> run = mh.plant.simulate(feedback, Bench(), mh.signals.sine(1.0, 5.0, seconds=0.2))
+/// >>> run.metrics.max_position_error < 0.4, run.metrics.missing_count
+/// (True, 0)
 #[pyfunction]
 #[pyo3(signature = (
     controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
@@ -86,35 +118,44 @@ use crate::identify::recursive::RecursiveIdentifier;
 ), text_signature = "(controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, \
     model_update_interval=1000, period=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-pub(crate) fn simulate(
-    controller: &Bound<'_, PyAny>,
-    plant: &Bound<'_, Plant>,
-    reference: &Bound<'_, PyAny>,
-    target: Option<&Bound<'_, PyAny>>,
-    observer: Option<PyRefMut<'_, Observer>>,
-    repetitive: Option<PyRefMut<'_, RepetitiveControl>>,
-    identifier: Option<PyRefMut<'_, RecursiveIdentifier>>,
-    model_update_interval: Option<&Bound<'_, PyAny>>,
-    period: Option<&Bound<'_, PyAny>>,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Run> {
+pub(crate) fn simulate<'py>(
+    controller: &Bound<'py, PyAny>,
+    plant: &Bound<'py, PyAny>,
+    reference: &Bound<'py, PyAny>,
+    target: Option<&Bound<'py, PyAny>>,
+    observer: Option<PyRefMut<'py, Observer>>,
+    repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
+    identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
+    model_update_interval: Option<&Bound<'py, PyAny>>,
+    period: Option<&Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
     numbers!(period);
     let model_update_interval =
         model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
+    if has_axes(controller, plant, reference) {
+        if observer.is_some() || repetitive.is_some() || identifier.is_some() {
+            let expected = "a HybridController of one axis beside observer, repetitive or identifier";
+            return Err(unexpected("controller", expected, controller));
+        }
+        return simulate_axes(controller, plant, (reference, target), period, progress);
+    }
     // Copies: a controller or a progress function may change the arrays.
     let reference = numbers("reference", reference)?;
     let task = TrackingTask::new(&reference, period).map_err(raise)?;
     let target = target.map(|target| checked_target(target, reference.len())).transpose()?;
     let watch = watch(plant.py(), reference.len(), progress);
     let around = Around { target, observer, repetitive, identifier, model_update_interval };
-    match controller.cast::<HybridController>() {
-        Ok(hybrid) => around.run(&mut exclusive(hybrid)?.controller, &task, plant, watch),
-        Err(_) if around.is_empty() => run_object(controller, &task, plant, watch),
-        Err(_) => {
-            let expected = "a HybridController beside target, observer, repetitive or identifier";
-            Err(unexpected("controller", expected, controller))
-        }
-    }
+    let run = if let Ok(plant) = plant.cast::<Plant>() {
+        let plant = &mut exclusive(plant)?.plant;
+        let dt = Some(plant.dt());
+        around.run_any(controller, &task, (plant, dt), watch)
+    } else {
+        let mut plant = ForeignPlant::new(plant)?.with_limits()?;
+        let dt = plant.dt()?;
+        around.run_any(controller, &task, (&mut plant, dt), watch)
+    };
+    Ok(Bound::new(plant.py(), Run(run?))?.into_any())
 }
 
 /// What may surround a hybrid controller.
@@ -131,18 +172,38 @@ impl Around<'_> {
         self.target.is_none() && self.observer.is_none() && self.repetitive.is_none() && self.identifier.is_none()
     }
 
-    fn run(
+    /// With a controller of any kind.
+    fn run_any<P: Driven<PyErr>>(
+        self,
+        controller: &Bound<'_, PyAny>,
+        task: &TrackingTask<'_>,
+        plant: (&mut P, Option<f64>),
+        watch: impl FnMut(usize) -> PyResult<()>,
+    ) -> PyResult<metrics::Run> {
+        match controller.cast::<HybridController>() {
+            Ok(hybrid) => self.run(&mut exclusive(hybrid)?.controller, task, plant, watch),
+            Err(_) if self.is_empty() => run_object(controller, task, plant.0, watch),
+            Err(_) => {
+                let expected = "a HybridController beside target, observer, repetitive or identifier";
+                Err(unexpected("controller", expected, controller))
+            }
+        }
+    }
+
+    /// With a hybrid controller, and a plant whose sampling interval may be known.
+    fn run<P: Driven<PyErr>>(
         mut self,
         controller: &mut Controller,
         task: &TrackingTask<'_>,
-        plant: &Bound<'_, Plant>,
+        (plant, dt): (&mut P, Option<f64>),
         watch: impl FnMut(usize) -> PyResult<()>,
-    ) -> PyResult<Run> {
-        let dt = shared(plant)?.plant.dt();
-        check_interval("controller", Some(controller.options().dt), dt)?;
+    ) -> PyResult<metrics::Run> {
+        let own = controller.options().dt;
+        check_interval("controller", Some(own), dt.unwrap_or(own))?;
+        let dt = dt.unwrap_or(own);
         check_interval("observer", self.observer.as_ref().map(|observer| observer.observer.dt()), dt)?;
         check_interval("repetitive", self.repetitive.as_ref().map(|repetitive| repetitive.control.dt()), dt)?;
-        check_limits(controller.options().limits, shared(plant)?.plant.limits())?;
+        check_limits(controller.options().limits, plant.limits())?;
         if self.repetitive.is_some() && self.target.is_none() && controller.preview().is_some() {
             return Err(errors::value("target", "expected one where repetitive corrects a preview, got None"));
         }
@@ -167,12 +228,12 @@ impl Around<'_> {
             }
             Ok(())
         };
-        tracking.run_with(task, &mut exclusive(plant)?.plant, adapt, watch).map(Run)
+        tracking.run_with(task, plant, adapt, watch)
     }
 }
 
 /// Limits of the controller beyond those of the plant would wind up what the plant never gets.
-fn check_limits(got: (f64, f64), plant: Option<(f64, f64)>) -> PyResult<()> {
+pub(super) fn check_limits(got: (f64, f64), plant: Option<(f64, f64)>) -> PyResult<()> {
     match plant {
         Some((low, high)) if got.0 < low || got.1 > high => {
             let expected = format!("limits within those of the plant, ({low:?}, {high:?})");
@@ -190,12 +251,12 @@ fn compiled(model: &Model) -> CompiledModel {
 }
 
 /// The loop with a controller of any kind.
-fn run_object(
+fn run_object<P: Driven<PyErr>>(
     controller: &Bound<'_, PyAny>,
     task: &TrackingTask<'_>,
-    plant: &Bound<'_, Plant>,
+    plant: &mut P,
     watch: impl FnMut(usize) -> PyResult<()>,
-) -> PyResult<Run> {
+) -> PyResult<metrics::Run> {
     let Ok(step) = controller.getattr(intern!(controller.py(), "step")) else {
         return Err(unexpected("controller", "an object with step(reference, measurement) -> drive", controller));
     };
@@ -204,7 +265,7 @@ fn run_object(
         let place = Place::part("controller", "controller.step");
         drive.extract::<f64>().map_err(|_| unexpected(place, format_args!("a number at sample {k}"), &drive))
     };
-    task.run(&mut exclusive(plant)?.plant, drive, watch).map(Run)
+    task.run(plant, drive, watch)
 }
 
 /// As many finite numbers as there are samples.

@@ -15,6 +15,7 @@
 //! [`Plant::step`] holds a drive for one interval and returns the next reading, taken just before the next drive.
 //! [`Plant::run`] writes rows of a record: y(k) is read as u(k) is put out.
 
+mod axes;
 mod error;
 mod noise;
 mod options;
@@ -22,6 +23,7 @@ mod quantiser;
 mod simulation;
 mod state;
 
+pub use axes::{MultiAxisPlant, MultiAxisPlantState};
 pub use error::Error;
 pub use options::PlantOptions;
 pub use quantiser::Quantiser;

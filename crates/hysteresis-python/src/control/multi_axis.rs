@@ -1,0 +1,386 @@
+//! A hybrid controller for each actuator of several axes, behind a static decoupling.
+
+use hysteresis_core::{self as core, AxesCommand};
+use numpy::ndarray::{Dimension, Ix1, Ix2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use pythonize::pythonize;
+
+use super::controller::HybridController;
+use super::controller_changes::plain_state;
+use crate::convert::arguments::numbers;
+use crate::convert::arrays::{array, vector};
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::plant::multi_axis::{as_matrix, list_of, square};
+use crate::stream::blocks::{Block, apply};
+
+/// Rows between two looks at pending signals (Ctrl-C).
+const ROWS: usize = 1 << 16;
+
+/// Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a HybridController for each actuator, behind a static decoupling.
+///
+/// A plant with the coupling K moves its axes to y = K p when its actuators are at p. Actuator i gets the reference (D r)_i and the
+/// measurement (D y)_i, with the decoupling D, usually the inverse of K: u_i = C_i((D r)_i, (D y)_i). So each
+/// actuator has a loop of its own, with the model of its own hysteresis. Its limits, slew, filters and gates are those of its controller, in the
+/// coordinates of the actuator.
+///
+/// Products are summed from the first axis on and leave out zero entries of D. So with the identity the drives are bit for bit
+/// those of the single controllers. A measurement that is not finite (or beyond 1e100) is a missing one for all
+/// actuators that depend on it, by an entry of D that is not zero; such a reference is a bad one for them. The other actuators go on.
+///
+/// Parameters
+/// ----------
+/// controllers : list of N HybridControllers
+///     With the same `dt`, and previews of the same length that look equally far ahead, or none. Copies are taken, in the state in which they
+///     are.
+/// decoupling : array of shape (N, N), optional
+///     D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those of the
+///     actuators.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> coupling = np.array([[1.0, 0.03], [-0.03, 1.0]])
+/// >>> stage = mh.plant.MultiAxisPlant([mh.paper.plant("A1", seed=seed) for seed in (1, 2)], coupling)
+/// >>> kp, ki = mh.paper.gains("A1")
+/// >>> inverse = mh.paper.table_1_recovered().inverse((-560, 560))
+/// >>> single = mh.control.HybridController(inverse, kp=kp, ki=ki, dt=1e-4, limits=(-560, 560))
+/// >>> axes = mh.control.MultiAxisController([single, single], np.linalg.inv(coupling))
+/// >>> axes.step([0.5, 0.0], stage.measured).shape
+/// (2,)
+/// >>> axes.reset()
+/// >>> x = mh.signals.sine(3.3, 20.0, seconds=0.2)  # um
+/// >>> runs = mh.plant.simulate(axes, stage, np.column_stack([x, np.zeros(x.size)]), period=500)
+/// >>> runs[1].settled.max_position_error < 0.06  # um: noise; without decoupling 0.1 of the crosstalk are left
+/// True
+#[pyclass(module = "mpi_hyst.control")]
+pub(crate) struct MultiAxisController {
+    pub(crate) controller: core::MultiAxisController,
+    /// The single controllers as they came, with what they were made of.
+    made_of: Vec<Py<HybridController>>,
+}
+
+/// One number for each axis.
+fn one_each<'py>(name: &str, value: &Bound<'py, PyAny>, axes: usize) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    columns::<Ix1>(name, value, axes, &format!("an array of shape ({axes},)"))
+}
+
+fn columns<'py, D: Dimension>(
+    name: &str,
+    value: &Bound<'py, PyAny>,
+    axes: usize,
+    expected: &str,
+) -> PyResult<PyReadonlyArray<'py, f64, D>> {
+    let found = array::<D>(name, value, format_args!("{expected}"))?;
+    if found.shape().last() == Some(&axes) {
+        return Ok(found);
+    }
+    let shape = found.getattr("shape")?;
+    Err(errors::value(name, format_args!("expected {expected}, got shape {shape}")))
+}
+
+/// What is asked of a sample, converted.
+struct Asked<'py> {
+    references: PyReadonlyArray1<'py, f64>,
+    measurements: PyReadonlyArray1<'py, f64>,
+    targets: Option<PyReadonlyArray1<'py, f64>>,
+    feedforward: Option<PyReadonlyArray1<'py, f64>>,
+}
+
+/// What acts on a sample and writes the drives.
+type Act<'a> = &'a mut dyn FnMut(AxesCommand<'_>, &[f64], &mut [f64]) -> Result<(), core::Error>;
+
+impl<'py> Asked<'py> {
+    /// The arguments references, measurements, targets and feedforward.
+    fn new(axes: usize, [r, y]: [&Bound<'py, PyAny>; 2], [t, f]: [Option<&Bound<'py, PyAny>>; 2]) -> PyResult<Self> {
+        Ok(Self {
+            references: one_each("references", r, axes)?,
+            measurements: one_each("measurements", y, axes)?,
+            targets: t.map(|targets| one_each("targets", targets, axes)).transpose()?,
+            feedforward: f.map(|volts| one_each("feedforward", volts, axes)).transpose()?,
+        })
+    }
+
+    /// The drives, in `out` or a new array. All is copied first, so `out` may be one of the arguments.
+    fn through(self, out: Option<&Bound<'py, PyAny>>, act: Act<'_>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let copy = |given: Option<PyReadonlyArray1<'py, f64>>| {
+            given.map(|given| given.as_slice().map(<[f64]>::to_vec)).transpose()
+        };
+        let measurements = self.measurements.as_slice()?.to_vec();
+        let (targets, feedforward) = (copy(self.targets)?, copy(self.feedforward)?);
+        drop(self.measurements);
+        let references = self.references.as_slice()?.to_vec();
+        let asked =
+            AxesCommand { references: &references, targets: targets.as_deref(), feedforward: feedforward.as_deref() };
+        apply(self.references, out, |block| {
+            let (Block::Apart(_, drives) | Block::InPlace(drives)) = block;
+            act(asked, &measurements, drives).map_err(raise)
+        })
+    }
+}
+
+impl MultiAxisController {
+    fn axes(&self) -> usize {
+        self.controller.controllers().len()
+    }
+
+    /// A count of every controller.
+    fn counted<'py>(&self, py: Python<'py>, count: impl Fn(core::Counters) -> u64) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_iter(py, self.controller.controllers().iter().map(|controller| count(controller.counters())))
+    }
+}
+
+#[pymethods]
+impl MultiAxisController {
+    #[new]
+    #[pyo3(signature = (controllers, decoupling=None))]
+    fn new(controllers: &Bound<'_, PyAny>, decoupling: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
+        let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
+        let copies = given.iter().map(|one| shared(one)?.duplicate(one.py())).collect::<PyResult<Vec<_>>>()?;
+        let single = copies.iter().map(|one| one.controller.clone()).collect();
+        let controller = core::MultiAxisController::new(single, decoupling.as_deref()).map_err(raise)?;
+        let made_of = copies.into_iter().map(|one| Py::new(controllers.py(), one)).collect::<PyResult<_>>()?;
+        Ok(Self { controller, made_of })
+    }
+
+    /// Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
+    ///
+    /// `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
+    /// `targets` of the axes, if the feed-forward is to reach something else; `feedforward`: volts of the actuators that replace its output.
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    fn step<'py>(
+        slf: &Bound<'py, Self>,
+        references: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        targets: Option<&Bound<'py, PyAny>>,
+        feedforward: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let mut this = exclusive(slf)?;
+        asked.through(out, &mut |command, y, drives| this.controller.step(command, y, drives))
+    }
+
+    /// The drives that `step` would return, without taking the sample.
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    fn peek<'py>(
+        slf: &Bound<'py, Self>,
+        references: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        targets: Option<&Bound<'py, PyAny>>,
+        feedforward: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let this = shared(slf)?;
+        asked.through(out, &mut |command, y, drives| this.controller.peek(command, y, drives))
+    }
+
+    /// The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
+    /// it.
+    ///
+    /// A plan replaces the one before; any change of a controller drops it.
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    fn plan<'py>(
+        slf: &Bound<'py, Self>,
+        references: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        targets: Option<&Bound<'py, PyAny>>,
+        feedforward: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let mut this = exclusive(slf)?;
+        asked.through(out, &mut |command, y, drives| this.controller.plan(command, y, drives))
+    }
+
+    /// Takes the sample that was planned, on all axes; False, and none moves on, if there is no plan.
+    fn commit(&mut self) -> bool {
+        self.controller.commit()
+    }
+
+    /// Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives, in `out`
+    /// or a new array of that shape.
+    #[pyo3(signature = (references, measurements, out=None))]
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        references: &Bound<'py, PyAny>,
+        measurements: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (py, axes) = (slf.py(), shared(slf)?.axes());
+        let expected = format!("an array of shape (samples, {axes})");
+        let samples = columns::<Ix2>("references", references, axes, &expected)?;
+        let beside = columns::<Ix2>("measurements", measurements, axes, &expected)?;
+        let (rows, got) = (samples.shape()[0], beside.shape()[0]);
+        if rows != got {
+            return Err(errors::value(
+                "measurements",
+                format_args!("expected {rows} rows, as in references, got {got}"),
+            ));
+        }
+        // A copy: what is written may overlap it.
+        let measured = beside.as_slice()?.to_vec();
+        drop(beside);
+        apply(samples, out, |block| {
+            let mut this = exclusive(slf)?;
+            let mut take = |x: &[f64], y: &[f64], drives: &mut [f64]| {
+                py.check_signals()?;
+                this.controller.run(x, y, drives).map_err(raise)
+            };
+            match block {
+                Block::Apart(x, drives) => {
+                    let inputs = x.chunks(ROWS * axes).zip(measured.chunks(ROWS * axes));
+                    inputs.zip(drives.chunks_mut(ROWS * axes)).try_for_each(|((x, y), drives)| take(x, y, drives))
+                }
+                Block::InPlace(samples) => take(&samples.to_vec(), &measured, samples),
+            }
+        })
+    }
+
+    /// The single controllers, as copies in their present states.
+    #[getter]
+    fn controllers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let copies = self.made_of.iter().zip(self.controller.controllers()).map(|(made, controller)| {
+            let copy = made.borrow(py).duplicate(py)?;
+            Bound::new(py, HybridController { controller: controller.clone(), ..copy })
+        });
+        PyTuple::new(py, copies.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// D, as an array of shape (N, N).
+    #[getter]
+    fn decoupling<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        as_matrix(py, self.controller.decoupling().entries(), self.axes())
+    }
+
+    /// The present drives in volts: what the amplifiers have.
+    #[getter]
+    fn drive<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, self.controller.controllers().iter().map(core::HybridController::drive))
+    }
+
+    /// The limits of the drives in volts, an array of shape (N, 2).
+    #[getter]
+    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let limits = self.controller.controllers().iter().map(|controller| controller.options().limits);
+        as_matrix(py, &limits.flat_map(<[f64; 2]>::from).collect::<Vec<_>>(), 2)
+    }
+
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.controller.controllers().first().map_or(0.0, |controller| controller.options().dt)
+    }
+
+    /// Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
+    /// stop.
+    #[getter]
+    fn hold(&self) -> bool {
+        self.controller.controllers().iter().all(|controller| controller.mode() == core::Mode::Hold)
+    }
+
+    #[setter]
+    fn set_hold(&mut self, hold: bool) {
+        if hold {
+            self.controller.hold();
+        } else {
+            self.controller.release();
+        }
+    }
+
+    /// Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that is slower, and
+    /// holds it there.
+    ///
+    /// From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
+    /// from the drives that are reached then.
+    #[pyo3(signature = (rate, rest_drives=None))]
+    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drives: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        numbers!(rate);
+        let axes = shared(slf)?.axes();
+        let rest_drives = match rest_drives {
+            Some(given) => one_each("rest_drives", given, axes)?.as_slice()?.to_vec(),
+            None => vec![0.0; axes],
+        };
+        exclusive(slf)?.controller.stop(rate, &rest_drives).map_err(raise)
+    }
+
+    /// All axes back to the start, in mode "run", with all counters at zero. The drives stay.
+    fn reset(&mut self) {
+        self.controller.reset();
+    }
+
+    /// Goes on from other drives that the amplifiers have, with everything that is remembered.
+    fn start_at(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.controller.start_at(drives.as_slice()?).map_err(raise)
+    }
+
+    /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
+    /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.controller.state())?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let plain: core::MultiAxisState = plain_state(state)?;
+        exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+    }
+
+    /// How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or missing.
+    #[getter]
+    fn rejected_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.counted(py, |counters| counters.rejected_count)
+    }
+
+    /// How many measurements each actuator missed: one that it depends on was not finite, or beyond 1e100.
+    #[getter]
+    fn missing_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.counted(py, |counters| counters.missing_count)
+    }
+
+    /// How many measurements of each actuator were finite but out of their range, or too far from the last one.
+    #[getter]
+    fn implausible_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.counted(py, |counters| counters.implausible_count)
+    }
+
+    /// How many samples asked for a drive of each actuator beyond its limits.
+    #[getter]
+    fn saturated_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.counted(py, |counters| counters.saturated_count)
+    }
+
+    /// How many samples asked for a faster move of each actuator than its slew allows.
+    #[getter]
+    fn slewing_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.counted(py, |counters| counters.slewing_count)
+    }
+
+    fn __len__(&self) -> usize {
+        self.axes()
+    }
+
+    fn __repr__(&self) -> String {
+        let drives: Vec<f64> = self.controller.controllers().iter().map(core::HybridController::drive).collect();
+        format!("<MultiAxisController of {} axes: dt {:?} s, drive {drives:?}>", self.axes(), self.dt())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let parts = (this.controllers(py)?, this.decoupling(py)?);
+        reduce(py.get_type::<Self>().into_any(), parts, keywords!(py), None)
+    }
+}
