@@ -1284,10 +1284,15 @@ class Identification:
 class IterativeLearning:
     """Iterative learning control of a periodic reference: after every period, a better target for the next one.
 
-    v <- Q (v + gamma L e), e = reference - measurement over a period, v the correction of the target of the feed-forward;
-    Q = 1 / (1 + (f / bandwidth)^4) has no phase; L = conj(M) / (|M|^2 + 0.05^2) inverts the response M of the feedback
-    loop to a correction, as far as it responds; gamma = 1 / j at the j-th period, at least `min_gain`. An error of twice
-    the best one is not learned from: the target goes back to the best.
+    A correction v of the target of the feed-forward leaves e = e0 - M v, e = reference - measurement over a period, M the response of
+    the feedback loop. At every harmonic a Gaussian tells what is believed of e0 and M; each period makes it narrower. The correction
+    moves towards the one with the least mean square of the error to be expected, with P the variance of M and C its covariance with e0:
+
+    v <- Q (v + (conj(M) (e0 - M v) + C - (P + 0.02^2) v) / (|M|^2 + P + 0.02^2 + 0.05^2))
+
+    So little is learned where the loop is not known, and nothing where no error shows above the noise. A loop that is another one than
+    was believed is learned with the errors. Learning stops by itself (`finished`). An error of twice the best one is not used: the
+    target goes back to the best.
 
     Parameters
     ----------
@@ -1299,16 +1304,24 @@ class IterativeLearning:
         Of the actuator where it works, um/V: between its w_0 and the sum of its weights.
     dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series
         The linear dynamics behind the hysteresis.
-    bandwidth : float
-        Up to which frequency to learn, in Hz; a third of that of the dynamics is a good start.
-    dead_time : float
-        What the sensor shows later than the dynamics explain, in seconds.
     dt : float
         Sampling interval in seconds.
+    bandwidth : float, optional
+        Q = 1 / (1 + (f / bandwidth)^4), in Hz, keeps corrections below it. Without one Q is 1.
+    dead_time : float
+        What the sensor shows later than the dynamics explain, in seconds.
     min_gain : float
-        gamma never falls below.
+        Old periods are forgotten so fast that the gain never falls below this. Less averages noise over more periods.
     target_limits : (float, float), optional
         The target never leaves (low, high).
+    filters : filter or sequence of filters
+        Of the feedback.
+    noise : float, optional
+        The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first period tells it.
+    frequency_uncertainty, damping_uncertainty, slope_uncertainty : float
+        How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of the slope.
+    on_demand : bool
+        The motion is repeated on demand, from rest to rest. If not, one period follows the other.
 
     Raises
     ------
@@ -1327,8 +1340,16 @@ class IterativeLearning:
     >>> for _ in range(4):
     ...     position = stage.response(np.tile(learning.target, 3), dt=1e-4)[200:300]
     ...     accepted = learning.update(reference - position)
-    >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.1
+    >>> bool(learning.rmse[0] > 0.2), bool(learning.rmse[-1] < 1e-3), learning.convergence_rate() < 0.7
     (True, True, True)
+    >>> import json
+    >>> kept = json.dumps(learning.state)  # for a file; another day
+    >>> again = mh.control.IterativeLearning(
+    ...     reference, kp=0.0, ki=0.0, slope=1.0, dynamics=stage, bandwidth=1000.0, dt=1e-4
+    ... )
+    >>> again.state = json.loads(kept)
+    >>> bool(np.all(again.target == learning.target))
+    True
     """
 
     def __new__(
@@ -1355,11 +1376,17 @@ class IterativeLearning:
     def target(self) -> _Vector:
         """One period of the target for the feed-forward, read-only."""
     @property
-    def correction(self) -> _Vector: ...
+    def correction(self) -> _Vector:
+        """What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
+        axis of a raster does, add it to that. Read-only.
+        """
     @property
-    def finished(self) -> bool: ...
+    def finished(self) -> bool:
+        """Whether learning has stopped by itself: five periods did not lower the error by a hundredth. The target is that of the best
+        period then. Learning goes on when the error grows by a quarter.
+        """
     def update(self, error: ArrayLike) -> bool:
-        """Learns from the measured error of a period that was run with the present target; whether it was learned from."""
+        """Learns from the measured error of a period that was run with the present target; whether it was used."""
     @property
     def max_error(self) -> _Vector:
         """The largest measured error of every period so far."""
@@ -1373,7 +1400,7 @@ class IterativeLearning:
         slope: float | None = None,
         dead_time: float | None = None,
     ) -> float:
-        """By how much the error of the slowest harmonic shrinks in a period at gain 1, the mean apart: max |Q (1 - L M')|.
+        """By how much the error of the slowest harmonic shrinks in the first period, the mean apart: max |Q (1 - L M')|.
 
         M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
         """
@@ -1387,16 +1414,19 @@ class IterativeLearning:
 class RepetitiveControl:
     """Repetitive control: the correction of the target, learned in the running loop, one period later.
 
-    v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: Q and L of `IterativeLearning` as
-    finite impulse responses around the present place of the last period of N samples. The static error is left to a
-    feedback that integrates.
+    v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: the filters Q = 1 / (1 + (f / bandwidth)^4)
+    and L = conj(M) / (|M|^2 + P + 0.05^2) as finite impulse responses around the present place of the last period of N samples. M is
+    the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
+    integrates.
 
     Parameters
     ----------
     period : int
         Samples in a period of the reference, 8 to 2^22.
-    kp, ki, slope, dynamics, bandwidth, dead_time, dt
+    kp, ki, slope, dynamics, dt, dead_time, filters, frequency_uncertainty, damping_uncertainty, slope_uncertainty
         As for `IterativeLearning`.
+    bandwidth : float, optional
+        Up to which frequency to learn, in Hz. Without one, as far as learning converges on every loop that the true one may be.
     gain : float
         gamma, above 0 and at most 1: less averages noise over more periods.
     settle : int
@@ -1452,7 +1482,8 @@ class RepetitiveControl:
     def period(self) -> int:
         """Samples in a period."""
     @property
-    def bandwidth(self) -> float: ...
+    def bandwidth(self) -> float:
+        """Up to which frequency it learns, in Hz."""
     @property
     def rejected(self) -> int:
         """How many errors were not finite: they teach nothing."""
@@ -1704,10 +1735,25 @@ class Preview:
     def ahead(self) -> int:
         """How many samples the references are early."""
     @property
-    def smoothing(self) -> float | None: ...
-    def smoothed(self, seconds: float) -> Preview: ...
+    def smoothing(self) -> float | None:
+        """Over how many seconds references are smoothed, or None."""
+    def smoothed(self, seconds: float) -> Preview:
+        """The same behind a smoothing of the references: three means of a third of `seconds`, one behind the other.
+
+        Target and reference of the feedback are then those of the smoothed references, which come half of `seconds` earlier. So
+        references may have steps and corners. Means over a period of a resonance leave it at rest: three periods of the slowest one
+        are a good choice.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> preview = mh.control.preview(mh.plant.SecondOrder(800.0, 0.02), 1e-4, ahead=4)
+        >>> smoothed = preview.smoothed(3.7e-3)
+        >>> preview.ahead, smoothed.ahead, smoothed.smoothing
+        (4, 21, 0.0037)
+        """
     def error(self, frequency: float) -> float:
-        """The error of the position for a sine of this frequency in Hz, relative to the sine.
+        """The error of the position for a sine of this frequency in Hz, relative to the sine, or to the smoothed one.
 
         Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
         """
@@ -3455,6 +3501,9 @@ class Stage:
         ahead : int, optional
             How many samples early references come, for "preview"; by default as many as
             the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
+        smoothing : float or "modes", optional
+            References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
+            earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
 
         Examples
         --------
@@ -3466,6 +3515,12 @@ class Stage:
         ...     _ = plant.step(drive)
         >>> abs(controller.terms.error) < 0.05
         True
+        >>> light = stage.replace(dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+        >>> controller = light.controller(1e-4, feedforward="preview", smoothing="modes")
+        >>> step = [0.0] * 100 + [1.0] * 100  # um
+        >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
+        >>> bool(max(run.position) < 1.005), bool(max(abs(run.position[130:] - 1.0)) < 1e-3)
+        (True, True)
         """
     def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
         """An observer of this stage: as `control.Observer`."""
@@ -3483,7 +3538,10 @@ class Stage:
         frequency_uncertainty: float = 0.05,
         damping_uncertainty: float = 2.0,
         on_demand: bool = False,
-    ) -> IterativeLearning: ...
+    ) -> IterativeLearning:
+        """Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
+        any of the hysteresis.
+        """
     def repetitive_control(
         self,
         period: int,
@@ -3497,7 +3555,10 @@ class Stage:
         limit: float | None = None,
         frequency_uncertainty: float = 0.05,
         damping_uncertainty: float = 2.0,
-    ) -> RepetitiveControl: ...
+    ) -> RepetitiveControl:
+        """Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
+        the hysteresis.
+        """
     def plant(
         self,
         dt: float,

@@ -163,7 +163,7 @@ fn learning_that_makes_it_worse_is_taken_back() {
     assert!(learning.trials().iter().any(|trial| !trial.accepted));
     // What was accepted is at most twice the best, and a step from there doubles the error once more and adds that of the first.
     let worst = learning.trials().iter().fold(0.0, |worst: f64, trial| worst.max(trial.rmse));
-    assert!(worst < 7.0 * first.rmse, "{:?}", learning.trials());
+    assert!(worst < 6.0 * first.rmse, "{:?}", learning.trials());
     assert!(learning.trials()[10].rmse < 0.02 * first.rmse, "{:?}", learning.trials());
 }
 
@@ -185,7 +185,6 @@ fn learning_stops_when_it_no_longer_helps_and_goes_on_when_something_changes() {
         !learning.is_finished()
     });
     assert!((6..30).contains(&periods.count()));
-    run(&mut learning, 0.0); // the way to the best target
     let best = learning.target().to_vec();
     run(&mut learning, 0.0);
     assert_eq!(learning.target(), best);

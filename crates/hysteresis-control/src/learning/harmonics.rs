@@ -52,29 +52,22 @@ impl Harmonics {
         self.priors.len()
     }
 
-    /// Learns from the measured error of a period in which this correction was applied, and returns the next one, a step from the
-    /// `last` one.
-    pub(super) fn learn(
-        &mut self,
-        error: &[f64],
-        applied: &[f64],
-        last: &[f64],
-        options: &LearningOptions,
-    ) -> Vec<f64> {
-        let (error, applied, last) = (self.spectrum(error), self.spectrum(applied), self.spectrum(last));
+    /// Learns from the measured error of a period with this correction, and returns the next correction.
+    pub(super) fn learn(&mut self, error: &[f64], correction: &[f64], options: &LearningOptions) -> Vec<f64> {
+        let (error, correction) = (self.spectrum(error), self.spectrum(correction));
         if self.beliefs.is_empty() {
             self.noise = options.noise.map_or_else(
                 || if self.samples < MIN_SAMPLES { 0.0 } else { upper_half(&error) },
                 |noise| noise * noise * as_f64(self.samples),
             );
-            self.beliefs = self.first_beliefs(&error, &applied);
+            self.beliefs = self.first_beliefs(&error, &correction);
         }
         let wander = self.noise * wander(options.min_gain);
         let mut next = vec![Complex64::ZERO; error.len()];
         // The mean is left to a feedback that integrates.
         for j in 1..error.len() {
-            self.beliefs[j].take(error[j], applied[j], self.noise, wander);
-            next[j] = self.beliefs[j].next_correction(last[j]) * self.low_pass[j];
+            self.beliefs[j].take(error[j], correction[j], self.noise, wander);
+            next[j] = self.beliefs[j].next_correction(correction[j]) * self.low_pass[j];
         }
         let mut samples = self.spectra.samples(next);
         samples.truncate(self.samples);

@@ -51,10 +51,7 @@ const GROWN: f64 = 1.25;
 pub struct IterativeLearning {
     harmonics: Harmonics,
     base: Vec<f64>,
-    /// The target of the next period. It begins where the last one ended.
     target: Vec<f64>,
-    /// The target without that beginning.
-    goal: Vec<f64>,
     best: Vec<f64>,
     best_rmse: f64,
     trust: f64,
@@ -84,7 +81,6 @@ impl IterativeLearning {
             harmonics: Harmonics::new(feedback, target.len(), options)?,
             base: target.to_vec(),
             target: target.to_vec(),
-            goal: target.to_vec(),
             best: target.to_vec(),
             best_rmse: f64::INFINITY,
             trust: 1.0,
@@ -95,8 +91,7 @@ impl IterativeLearning {
             finished: false,
         };
         learning.keep_within_limits();
-        learning.target.clone_from(&learning.goal);
-        learning.best.clone_from(&learning.goal);
+        learning.best.clone_from(&learning.target);
         Ok(learning)
     }
 
@@ -150,38 +145,22 @@ impl IterativeLearning {
         let trial = Trial { max_error, rmse, accepted };
         self.trials.push(trial);
         if self.finished {
-            self.target.clone_from(&self.goal);
             return Ok(trial);
         }
         if rmse < self.best_rmse {
             self.best_rmse = rmse;
-            self.best.clone_from(&self.goal);
+            self.best.clone_from(&self.target);
         }
-        let last = self.goal.clone();
         if !accepted {
             self.trust *= 0.5;
-            self.goal.clone_from(&self.best);
+            self.target.clone_from(&self.best);
         } else if self.no_longer_helps() {
             self.finished = true;
-            self.goal.clone_from(&self.best);
+            self.target.clone_from(&self.best);
         } else {
             self.learn(error);
         }
-        self.begin_at(&last);
         Ok(trial)
-    }
-
-    /// The target goes over from the last one to the next within a tenth of a period: a jump would ring for longer than that.
-    fn begin_at(&mut self, last: &[f64]) {
-        self.target.clone_from(&self.goal);
-        if self.options.on_demand {
-            return;
-        }
-        let fade = self.target.len() / 10;
-        for (k, (target, last)) in self.target.iter_mut().zip(last).take(fade).enumerate() {
-            let share = 0.5 * (1.0 + (core::f64::consts::PI * as_f64(k + 1) / as_f64(fade + 1)).cos());
-            *target += share * (last - *target);
-        }
     }
 
     /// Whether the periods of late are no better than those before.
@@ -207,7 +186,6 @@ impl IterativeLearning {
             dt: self.dt,
             options: self.options,
             target: self.target.clone(),
-            goal: self.goal.clone(),
             best: self.best.clone(),
             best_rmse: self.best_rmse.is_finite().then_some(self.best_rmse),
             beliefs: self.harmonics.beliefs.clone(),
@@ -226,7 +204,6 @@ impl IterativeLearning {
     pub fn set_state(&mut self, state: &IterativeState) -> Result<(), Error> {
         self.check_options(state)?;
         check_numbers("state.target", self.base.len(), &state.target)?;
-        check_numbers("state.goal", self.base.len(), &state.goal)?;
         check_numbers("state.best", self.base.len(), &state.best)?;
         check_model(self.fingerprint(), state.model)?;
         if let Some(got) = state.best_rmse.filter(|rmse| !(is_admissible(*rmse) && *rmse >= 0.0)) {
@@ -243,7 +220,6 @@ impl IterativeLearning {
         }
         check_beliefs(&state.beliefs, self.harmonics.len())?;
         self.target.clone_from(&state.target);
-        self.goal.clone_from(&state.goal);
         self.best.clone_from(&state.best);
         self.best_rmse = state.best_rmse.unwrap_or(f64::INFINITY);
         self.harmonics.beliefs.clone_from(&state.beliefs);
@@ -275,20 +251,19 @@ impl IterativeLearning {
         fingerprint.finish()
     }
 
-    /// The goal moves towards the target that promises the least error, by the share that is trusted.
+    /// The target moves towards the one that promises the least error, by the share that is trusted.
     fn learn(&mut self, error: &[f64]) {
-        let above_base = |target: &[f64]| -> Vec<f64> { target.iter().zip(&self.base).map(|(t, b)| t - b).collect() };
-        let (applied, old) = (above_base(&self.target), above_base(&self.goal));
-        let next = self.harmonics.learn(error, &applied, &old, &self.options);
-        for ((goal, base), (old, new)) in self.goal.iter_mut().zip(&self.base).zip(old.iter().zip(next)) {
-            *goal = base + old + self.trust * (new - old);
+        let correction: Vec<f64> = self.correction().collect();
+        let next = self.harmonics.learn(error, &correction, &self.options);
+        for ((target, base), (old, new)) in self.target.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
+            *target = base + old + self.trust * (new - old);
         }
         self.keep_within_limits();
     }
 
     fn keep_within_limits(&mut self) {
         if let Some((low, high)) = self.options.target_limits {
-            self.goal.iter_mut().for_each(|y| *y = y.clamp(low, high));
+            self.target.iter_mut().for_each(|y| *y = y.clamp(low, high));
         }
     }
 

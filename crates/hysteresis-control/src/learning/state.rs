@@ -18,10 +18,8 @@ pub struct IterativeState {
     pub dt: f64,
     /// How it learns.
     pub options: LearningOptions,
-    /// The target of the next period, which begins where the last one ended.
+    /// The present target.
     pub target: Vec<f64>,
-    /// The target without that beginning.
-    pub goal: Vec<f64>,
     /// The target of the period with the least error, and the root mean square of that error.
     pub best: Vec<f64>,
     /// The root mean square of the least error; none before the first period.
