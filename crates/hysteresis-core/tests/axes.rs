@@ -104,7 +104,9 @@ proptest! {
     #[test]
     fn restored_axes_go_on_bit_for_bit(setups in setups(), d in decoupling(), before in vec(sample(), 0..20), after in vec(sample(), 1..20)) {
         let mut axes = made(&setups, Some(&d));
-        before.iter().for_each(|sample| _ = step(&mut axes, sample));
+        for sample in &before {
+            step(&mut axes, sample);
+        }
         let saved = axes.state();
         let first: Vec<_> = after.iter().map(|sample| step(&mut axes, sample)).collect();
         let end = shown(&axes);
@@ -153,7 +155,7 @@ proptest! {
     }
 
     #[test]
-    fn a_missing_measurement_is_missing_where_the_decoupling_needs_it(setups in setups(), d in decoupling(), bad in 0..AXES, y in prop_oneof![Just(f64::NAN), Just(1e150), Just(f64::NEG_INFINITY)]) {
+    fn a_missing_measurement_is_missing_where_the_decoupling_needs_it(setups in setups(), d in decoupling(), bad in 0..AXES, y in prop_oneof![Just(f64::NAN), Just(2e100), Just(f64::NEG_INFINITY)]) {
         let mut axes = made(&setups, Some(&d));
         let mut measurements = [0.5; AXES];
         measurements[bad] = y;

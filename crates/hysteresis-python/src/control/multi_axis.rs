@@ -243,7 +243,10 @@ impl MultiAxisController {
                     let inputs = x.chunks(ROWS * axes).zip(measured.chunks(ROWS * axes));
                     inputs.zip(drives.chunks_mut(ROWS * axes)).try_for_each(|((x, y), drives)| take(x, y, drives))
                 }
-                Block::InPlace(samples) => take(&samples.to_vec(), &measured, samples),
+                Block::InPlace(samples) => {
+                    let copy = samples.to_vec();
+                    take(&copy, &measured, samples)
+                }
             }
         })
     }

@@ -68,7 +68,7 @@ impl<'a, 'py> ForeignPlant<'a, 'py> {
     /// Looks at what the object has, without reading or writing.
     pub(crate) fn new(object: &'a Bound<'py, PyAny>) -> PyResult<Self> {
         let py = object.py();
-        let method = |name| object.getattr_opt(name).map(|found| found.filter(|method| method.is_callable()));
+        let method = |name| object.getattr_opt(name).map(|found| found.filter(PyAnyMethods::is_callable));
         let (Some(read), Some(write)) = (method(intern!(py, "read"))?, method(intern!(py, "write"))?) else {
             return Err(unexpected("plant", "a Plant, or an object with read() and write(drive)", object));
         };
@@ -139,7 +139,7 @@ impl<'a, 'py> ForeignAxes<'a, 'py> {
             let expected = format!("an array of shape ({axes}, 2) or None");
             let rows = array::<Ix2>(part("plant.limits"), &limits, format_args!("{expected}"))?;
             let rows = rows.as_array();
-            if rows.dim() != (axes, 2) || rows.rows().into_iter().any(|row| !(row[0] < row[1])) {
+            if rows.dim() != (axes, 2) || !rows.rows().into_iter().all(|row| row[0] < row[1]) {
                 return Err(unexpected(part("plant.limits"), format_args!("{expected}, low below high"), &limits));
             }
             plant.limits = rows.rows().into_iter().map(|row| (row[0], row[1])).collect();
