@@ -1320,6 +1320,9 @@ class IterativeLearning:
         The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first period tells it.
     frequency_uncertainty, damping_uncertainty, slope_uncertainty : float
         How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of the slope.
+    settle : int
+        Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
+        loop. Call `update` for them too.
     on_demand : bool
         The motion is repeated on demand, from rest to rest. If not, one period follows the other.
 
@@ -1370,6 +1373,7 @@ class IterativeLearning:
         frequency_uncertainty: float = 0.05,
         damping_uncertainty: float = 2.0,
         slope_uncertainty: float = 1.0,
+        settle: int = 0,
         on_demand: bool = False,
     ) -> IterativeLearning: ...
     @property
@@ -1386,7 +1390,9 @@ class IterativeLearning:
         period then. Learning goes on when the error grows by a quarter.
         """
     def update(self, error: ArrayLike) -> bool:
-        """Learns from the measured error of a period that was run with the present target; whether it was used."""
+        """Learns from the measured error of a period that was run with the present target; whether it was used, which it is not while the
+        loop settles.
+        """
     @property
     def max_error(self) -> _Vector:
         """The largest measured error of every period so far."""
@@ -3537,6 +3543,7 @@ class Stage:
         noise: float | None = None,
         frequency_uncertainty: float = 0.05,
         damping_uncertainty: float = 2.0,
+        settle: int | None = None,
         on_demand: bool = False,
     ) -> IterativeLearning:
         """Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be

@@ -51,10 +51,15 @@ const GROWN: f64 = 1.25;
 pub struct IterativeLearning {
     harmonics: Harmonics,
     base: Vec<f64>,
+    /// The target of the next period. It may begin where the last one ended.
     target: Vec<f64>,
+    /// The target without that beginning.
+    goal: Vec<f64>,
     best: Vec<f64>,
     best_rmse: f64,
     trust: f64,
+    /// So many periods pass before the next one that is learned from.
+    settling: u32,
     dt: f64,
     options: LearningOptions,
     trials: Vec<Trial>,
@@ -81,9 +86,11 @@ impl IterativeLearning {
             harmonics: Harmonics::new(feedback, target.len(), options)?,
             base: target.to_vec(),
             target: target.to_vec(),
+            goal: target.to_vec(),
             best: target.to_vec(),
             best_rmse: f64::INFINITY,
             trust: 1.0,
+            settling: options.settle,
             dt: feedback.dt,
             options: *options,
             trials: Vec::new(),
@@ -91,7 +98,8 @@ impl IterativeLearning {
             finished: false,
         };
         learning.keep_within_limits();
-        learning.best.clone_from(&learning.target);
+        learning.target.clone_from(&learning.goal);
+        learning.best.clone_from(&learning.goal);
         Ok(learning)
     }
 
@@ -120,7 +128,8 @@ impl IterativeLearning {
         &self.trials
     }
 
-    /// Learns from the measured error, reference minus measurement, of a period that was run with the present target.
+    /// Learns from the measured error, reference minus measurement, of a period that was run with the present target. A period in which
+    /// the loop settles is only noted.
     ///
     /// # Errors
     /// [`CoreError::Length`] unless it has as many samples as the target, [`CoreError::Domain`] for one that is not
@@ -138,29 +147,49 @@ impl IterativeLearning {
             });
         }
         let (max_error, rmse) = magnitude(error);
-        if self.finished && rmse > GROWN * self.best_rmse {
+        if self.finished && self.settling == 0 && rmse > GROWN * self.best_rmse {
             self.begin_again();
         }
-        let accepted = rmse <= DIVERGED * self.best_rmse;
+        let settled = self.settling == 0;
+        let accepted = settled && rmse <= DIVERGED * self.best_rmse;
         let trial = Trial { max_error, rmse, accepted };
         self.trials.push(trial);
-        if self.finished {
+        if self.finished || !settled {
+            self.settling = self.settling.saturating_sub(1);
+            self.target.clone_from(&self.goal);
             return Ok(trial);
         }
         if rmse < self.best_rmse {
             self.best_rmse = rmse;
-            self.best.clone_from(&self.target);
+            self.best.clone_from(&self.goal);
         }
+        let last = self.goal.clone();
         if !accepted {
             self.trust *= 0.5;
-            self.target.clone_from(&self.best);
+            self.goal.clone_from(&self.best);
         } else if self.no_longer_helps() {
             self.finished = true;
-            self.target.clone_from(&self.best);
+            self.goal.clone_from(&self.best);
         } else {
             self.learn(error);
         }
+        self.go_over_from(&last);
         Ok(trial)
+    }
+
+    /// Where there are periods to settle, the target goes over from the last one to the next within a tenth of the first of them: a jump
+    /// would ring for longer than that.
+    fn go_over_from(&mut self, last: &[f64]) {
+        self.settling = self.options.settle;
+        self.target.clone_from(&self.goal);
+        if self.settling == 0 || self.options.on_demand {
+            return;
+        }
+        let fade = self.target.len() / 10;
+        for (k, (target, last)) in self.target.iter_mut().zip(last).take(fade).enumerate() {
+            let share = 0.5 * (1.0 + (core::f64::consts::PI * as_f64(k + 1) / as_f64(fade + 1)).cos());
+            *target += share * (last - *target);
+        }
     }
 
     /// Whether the periods of late are no better than those before.
@@ -186,6 +215,8 @@ impl IterativeLearning {
             dt: self.dt,
             options: self.options,
             target: self.target.clone(),
+            goal: self.goal.clone(),
+            settling: self.settling,
             best: self.best.clone(),
             best_rmse: self.best_rmse.is_finite().then_some(self.best_rmse),
             beliefs: self.harmonics.beliefs.clone(),
@@ -204,6 +235,7 @@ impl IterativeLearning {
     pub fn set_state(&mut self, state: &IterativeState) -> Result<(), Error> {
         self.check_options(state)?;
         check_numbers("state.target", self.base.len(), &state.target)?;
+        check_numbers("state.goal", self.base.len(), &state.goal)?;
         check_numbers("state.best", self.base.len(), &state.best)?;
         check_model(self.fingerprint(), state.model)?;
         if let Some(got) = state.best_rmse.filter(|rmse| !(is_admissible(*rmse) && *rmse >= 0.0)) {
@@ -220,6 +252,8 @@ impl IterativeLearning {
         }
         check_beliefs(&state.beliefs, self.harmonics.len())?;
         self.target.clone_from(&state.target);
+        self.goal.clone_from(&state.goal);
+        self.settling = state.settling;
         self.best.clone_from(&state.best);
         self.best_rmse = state.best_rmse.unwrap_or(f64::INFINITY);
         self.harmonics.beliefs.clone_from(&state.beliefs);
@@ -239,6 +273,7 @@ impl IterativeLearning {
         let limits = |options: &LearningOptions| options.target_limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         check_same("state.target_limits", limits(own).0, limits(saved).0)?;
         check_same("state.target_limits", limits(own).1, limits(saved).1)?;
+        check_same("state.settle", own.settle.into(), saved.settle.into())?;
         check_same("state.on_demand", own.on_demand.into(), saved.on_demand.into())
     }
 
@@ -251,19 +286,19 @@ impl IterativeLearning {
         fingerprint.finish()
     }
 
-    /// The target moves towards the one that promises the least error, by the share that is trusted.
+    /// The goal moves towards the target that promises the least error, by the share that is trusted.
     fn learn(&mut self, error: &[f64]) {
-        let correction: Vec<f64> = self.correction().collect();
+        let correction: Vec<f64> = self.goal.iter().zip(&self.base).map(|(goal, base)| goal - base).collect();
         let next = self.harmonics.learn(error, &correction, &self.options);
-        for ((target, base), (old, new)) in self.target.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
-            *target = base + old + self.trust * (new - old);
+        for ((goal, base), (old, new)) in self.goal.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
+            *goal = base + old + self.trust * (new - old);
         }
         self.keep_within_limits();
     }
 
     fn keep_within_limits(&mut self) {
         if let Some((low, high)) = self.options.target_limits {
-            self.target.iter_mut().for_each(|y| *y = y.clamp(low, high));
+            self.goal.iter_mut().for_each(|y| *y = y.clamp(low, high));
         }
     }
 

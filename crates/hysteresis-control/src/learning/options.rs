@@ -28,6 +28,9 @@ pub struct LearningOptions {
     pub noise: Option<f64>,
     /// How far the true loop may be from the believed one.
     pub uncertainty: LoopUncertainty,
+    /// So many periods pass before the first one that is learned from, and after each change of the target. A lightly damped loop needs
+    /// one: what rings after a change belongs to no period.
+    pub settle: u32,
     /// Whether the motion is repeated on demand, from rest to rest. If not, one period follows the other.
     pub on_demand: bool,
 }
@@ -59,11 +62,19 @@ impl LearningOptions {
 }
 
 impl Default for LearningOptions {
-    /// No bandwidth, a gain of at least 0.15, no limits, noise as the first period tells it, the usual uncertainty, periods that follow
-    /// each other.
+    /// No bandwidth, a gain of at least 0.15, no limits, noise as the first period tells it, the usual uncertainty, no
+    /// period to settle, periods that follow each other.
     fn default() -> Self {
         let uncertainty = LoopUncertainty::default();
-        Self { bandwidth: None, min_gain: 0.15, target_limits: None, noise: None, uncertainty, on_demand: false }
+        Self {
+            bandwidth: None,
+            min_gain: 0.15,
+            target_limits: None,
+            noise: None,
+            uncertainty,
+            settle: 0,
+            on_demand: false,
+        }
     }
 }
 
@@ -75,8 +86,8 @@ pub struct Trial {
     pub max_error: f64,
     /// The root mean square of the measured error.
     pub rmse: f64,
-    /// Whether it was used. If not, the error had grown to twice the best: the target went back to the best one, and the steps were
-    /// halved.
+    /// Whether it was used. If not, the loop was settling, or the error had grown to twice the best: the target went back to the best
+    /// one then, and the steps were halved.
     pub accepted: bool,
 }
 

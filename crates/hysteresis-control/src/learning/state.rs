@@ -18,8 +18,12 @@ pub struct IterativeState {
     pub dt: f64,
     /// How it learns.
     pub options: LearningOptions,
-    /// The present target.
+    /// The target of the next period, which may begin where the last one ended.
     pub target: Vec<f64>,
+    /// The target without that beginning.
+    pub goal: Vec<f64>,
+    /// So many periods pass before the next one that is learned from.
+    pub settling: u32,
     /// The target of the period with the least error, and the root mean square of that error.
     pub best: Vec<f64>,
     /// The root mean square of the least error; none before the first period.

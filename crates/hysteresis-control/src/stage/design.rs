@@ -138,6 +138,12 @@ impl Stage {
         Ok(FeedbackLoop { kp, ki, filters, slope, dynamics: self.linear_part()?, dt })
     }
 
+    /// How many periods learning should let pass after each change: one where a mode is lightly damped, else none.
+    #[must_use]
+    pub fn periods_to_settle(&self) -> u32 {
+        u32::from(!light_modes(&self.parts().dynamics).is_empty())
+    }
+
     /// By which factor the slope of the hysteresis may be from that of [`feedback_loop`](Self::feedback_loop).
     #[must_use]
     pub fn slope_uncertainty(&self) -> f64 {

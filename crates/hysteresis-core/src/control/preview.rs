@@ -121,7 +121,7 @@ impl Preview {
         if !self.smooth.is_empty() {
             return Err(Error::State { expected: "a preview that is not smoothed yet" });
         }
-        if kernel.len() % 2 == 0 {
+        if kernel.len().is_multiple_of(2) {
             return error(Bound::Words("an odd number of weights"), count_as_f64(kernel.len()));
         }
         for (i, weight) in kernel.iter().enumerate() {

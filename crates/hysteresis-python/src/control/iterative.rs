@@ -8,7 +8,7 @@ use pythonize::pythonize;
 
 use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncertainty_keywords};
 use super::filters::sections;
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::{numbers, pair, whole};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
@@ -54,6 +54,9 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first period tells it.
 /// frequency_uncertainty, damping_uncertainty, slope_uncertainty : float
 ///     How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of the slope.
+/// settle : int
+///     Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
+///     loop. Call `update` for them too.
 /// on_demand : bool
 ///     The motion is repeated on demand, from rest to rest. If not, one period follows the other.
 ///
@@ -107,10 +110,10 @@ impl IterativeLearning {
     #[new]
     #[pyo3(signature = (target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, min_gain=None,
         target_limits=None, filters=None, noise=None, frequency_uncertainty=None, damping_uncertainty=None,
-        slope_uncertainty=None, on_demand=false),
+        slope_uncertainty=None, settle=None, on_demand=false),
         text_signature = "(target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, min_gain=0.15, \
         target_limits=None, filters=(), noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
-        slope_uncertainty=1.0, on_demand=False)")]
+        slope_uncertainty=1.0, settle=0, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         target: &Bound<'_, PyAny>,
@@ -128,6 +131,7 @@ impl IterativeLearning {
         frequency_uncertainty: Option<&Bound<'_, PyAny>>,
         damping_uncertainty: Option<&Bound<'_, PyAny>>,
         slope_uncertainty: Option<&Bound<'_, PyAny>>,
+        settle: Option<&Bound<'_, PyAny>>,
         on_demand: bool,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain, noise);
@@ -140,6 +144,7 @@ impl IterativeLearning {
             target_limits: target_limits.map(|target_limits| pair("target_limits", target_limits)).transpose()?,
             noise,
             uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty),
+            settle: settle.map_or(Ok(0), |settle| whole("settle", settle))?,
             on_demand,
         };
         Self::of(feedback, target, options)
@@ -165,7 +170,8 @@ impl IterativeLearning {
         self.learning.is_finished()
     }
 
-    /// Learns from the measured error of a period that was run with the present target; whether it was used.
+    /// Learns from the measured error of a period that was run with the present target; whether it was used, which it is not while the
+    /// loop settles.
     fn update(slf: &Bound<'_, Self>, error: &Bound<'_, PyAny>) -> PyResult<bool> {
         let error = vector("error", error)?;
         Ok(exclusive(slf)?.learning.update(error.as_slice()?).map_err(raise)?.accepted)
@@ -216,13 +222,14 @@ impl IterativeLearning {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, on_demand } = this.options;
+        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, settle, on_demand } = this.options;
         let options = keywords!(
             py,
             bandwidth = bandwidth,
             min_gain = min_gain,
             target_limits = target_limits,
             noise = noise,
+            settle = settle,
             on_demand = on_demand
         );
         keywords.update(options.as_mapping())?;

@@ -241,9 +241,9 @@ impl Stage {
     /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
     /// any of the hysteresis.
     #[pyo3(signature = (target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=None, target_limits=None, noise=None,
-        frequency_uncertainty=None, damping_uncertainty=None, on_demand=false),
+        frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=false),
         text_signature = "($self, target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=0.15, target_limits=None, \
-        noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, on_demand=False)")]
+        noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, settle=None, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn iterative_learning(
         &self,
@@ -257,6 +257,7 @@ impl Stage {
         noise: Option<&Bound<'_, PyAny>>,
         frequency_uncertainty: Option<&Bound<'_, PyAny>>,
         damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        settle: Option<&Bound<'_, PyAny>>,
         on_demand: bool,
     ) -> PyResult<IterativeLearning> {
         numbers!(dt, bandwidth, kp, ki, min_gain, noise, frequency_uncertainty, damping_uncertainty);
@@ -266,6 +267,7 @@ impl Stage {
             target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
             noise,
             uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
+            settle: settle.map_or_else(|| Ok(self.0.periods_to_settle()), |settle| whole("settle", settle))?,
             on_demand,
         };
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
