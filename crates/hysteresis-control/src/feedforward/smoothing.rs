@@ -47,6 +47,8 @@ fn mean(kernel: &[f64], samples: usize) -> Vec<f64> {
         }
     }
     let all: f64 = next.iter().sum();
-    next.iter_mut().for_each(|weight| *weight /= all);
+    for weight in &mut next {
+        *weight /= all;
+    }
     next
 }

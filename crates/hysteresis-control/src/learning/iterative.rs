@@ -111,6 +111,7 @@ impl IterativeLearning {
 
     /// What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
     /// axis of a raster does, add it to that.
+    #[must_use]
     pub fn correction(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.target.iter().zip(&self.base).map(|(target, base)| target - base)
     }

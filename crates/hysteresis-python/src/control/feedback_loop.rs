@@ -40,7 +40,7 @@ pub(crate) fn uncertainty(frequency: Option<f64>, damping: Option<f64>, slope: O
 }
 
 /// The keywords that make this uncertainty.
-pub(super) fn uncertainty_keywords<'py>(py: Python<'py>, of: LoopUncertainty) -> PyResult<Bound<'py, PyDict>> {
+pub(super) fn uncertainty_keywords(py: Python<'_>, of: LoopUncertainty) -> PyResult<Bound<'_, PyDict>> {
     Ok(keywords!(
         py,
         frequency_uncertainty = of.modes.frequency,

@@ -222,7 +222,8 @@ impl IterativeLearning {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, settle, on_demand } = this.options;
+        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, settle, on_demand } =
+            this.options;
         let options = keywords!(
             py,
             bandwidth = bandwidth,
