@@ -58,7 +58,7 @@ impl Stage {
     /// Filters and gains of the feedback for these options.
     ///
     /// # Errors
-    /// As for [`tune`](crate::tuning::tune), and [`Error::NegativeDeadTime`].
+    /// As for [`tune`], and [`Error::NegativeDeadTime`].
     pub fn tune_with(&self, options: &TuningOptions) -> Result<Tuning, Error> {
         Ok(tune(&self.linear_part()?, options)?)
     }
