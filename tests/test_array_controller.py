@@ -124,6 +124,14 @@ def test_hold_stop_and_changes() -> None:
     assert repr(controller) == expected
 
 
+def test_a_state_belongs_to_its_set_up() -> None:
+    saved = make(**SOME).state
+    make(**SOME).state = saved
+    for other in ({"reconstruction": -MATRIX}, {"slew": 3e4}, {"max_difference": 5.0}):
+        with pytest.raises(ValueError, match="same reconstruction, pairs, slew and bumpless time"):
+            make(**{**SOME, **other}).state = saved
+
+
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"dt": 0.0}, "dt: expected a finite number > 0, got 0.0"),
     ({"dt": "1"}, "dt: expected a number"),
@@ -140,6 +148,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"neighbours": [(0, 1, 2)], "max_difference": 1.0}, "neighbours: expected an array of shape"),
     ({"neighbours": [(0, 1)]}, "max_difference: expected 1 elements, got 0"),
     ({"neighbours": [(0, 1)], "max_difference": -1.0}, "max_difference: expected a finite"),
+    ({"max_difference": 1.0}, "max_difference: expected none without neighbours, got 1.0"),
     ({"bumpless_time": -1.0}, "bumpless_time: expected a finite number >= 0"),
     ({"start_drive": 61.0}, "start_drive[0]: expected a number from -60.0 to 60.0, got 61.0"),
     ({"start_drive": [1.0]*2}, "start_drive: expected a number or an array of shape (5,)"),

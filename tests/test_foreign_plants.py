@@ -350,6 +350,40 @@ def test_only_finite_drives_are_written_to_objects() -> None:
     assert written == []
 
 
+def test_no_drive_beyond_stated_limits_is_written() -> None:
+    class Wild:
+        def step(self, reference: float, measurement: float) -> float:
+            return 900.0 + 0.0 * (reference + measurement)
+
+    bench = Bench(quantised(), "limits")
+    with pytest.raises(ValueError, match=r"controller.step: expected a drive from -560.0 to 560.0"):
+        mh.plant.simulate(Wild(), bench, REFERENCE)
+    assert bench.plant.drive == 0.0
+
+
+def test_a_controller_has_taken_what_was_written_where_the_drive_cannot_be_read_back() -> None:
+    class Deaf(Bench):
+        @property
+        def drive(self) -> float:
+            return math.nan
+
+    bench, hybrid = Deaf(quantised()), controller()
+    with pytest.raises(ValueError, match=r"plant.drive: expected a finite number at sample 0"):
+        mh.plant.simulate(hybrid, bench, 1.0 + REFERENCE)
+    twin = controller()
+    twin.step(1.0 + REFERENCE[0], quantised().measured)
+    assert hybrid.drive == twin.drive
+
+
+def test_methods_named_as_attributes_are_no_attributes() -> None:
+    class Stage(Bench):
+        def position(self) -> float:
+            raise AssertionError
+
+    run = mh.plant.simulate(controller(), Stage(quantised()), REFERENCE)
+    assert np.array_equal(run.position, run.measured)
+
+
 def test_a_plant_cannot_use_its_controller_meanwhile() -> None:
     hybrid = controller()
     with pytest.raises(RuntimeError, match="in use by a call"):

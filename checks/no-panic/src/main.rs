@@ -3,7 +3,9 @@
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, MultiAxisController, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
+    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions,
+    CreepTerms, Error, FeedForward, Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode,
+    ModifiedPrandtlIshlinskii, MultiAxisController, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, Ratios, Sections, StreamArray,
 };
 use no_panic::no_panic;

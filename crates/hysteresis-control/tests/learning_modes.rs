@@ -45,6 +45,28 @@ fn a_lightly_damped_mode_that_is_elsewhere_is_learned() {
     assert!(rmse[9] < 0.02 * rmse[0], "{rmse:?}");
 }
 
+/// A disturbance that comes while learning is under way: what was best is no longer, so learning begins again from there.
+#[test]
+fn learning_goes_on_when_something_changes_before_it_has_finished() {
+    let response = open(a1()).impulse_response(400).unwrap();
+    let wave = |j: u32| {
+        move |k: usize| {
+            0.1 * (core::f64::consts::TAU * f64::from(j) * f64::from(u32::try_from(k).unwrap()) / 400.0).sin()
+        }
+    };
+    let run = |target: &[f64], changed: bool| -> Vec<f64> {
+        let output = |k: usize| (0..400).map(|j| response[j] * target[(k + 400 - j) % 400]).sum::<f64>();
+        (0..400).map(|k| wave(2)(k) + if changed { 3.0 * wave(5)(k) } else { 0.0 } - output(k)).collect()
+    };
+    let mut learning = IterativeLearning::new(&open(a1()), &[0.0; 400], &LearningOptions::default()).unwrap();
+    for period in 0..20 {
+        let error = run(learning.target(), period >= 4);
+        learning.update(&error).unwrap();
+    }
+    let rmse: Vec<f64> = learning.trials().iter().map(|trial| trial.rmse).collect();
+    assert!(rmse[4] > 100.0 * rmse[3] && rmse[19] < 0.01 * rmse[4], "{rmse:?}");
+}
+
 /// From rest to rest on demand: what comes after the motion is no part of it.
 #[test]
 fn a_motion_on_demand_is_learned() {

@@ -87,7 +87,8 @@ impl<'a> TrackingTask<'a> {
     ) -> Result<Run, E> {
         let act = |plant: &mut P, k: usize, measured: f64| {
             let drive = controller(k, measured)?;
-            plant.write(Some(k), drive)
+            plant.write(Some(k), drive)?;
+            plant.put_out(Some(k), drive)
         };
         self.run_with(plant, act, watch)
     }

@@ -25,8 +25,11 @@ pub struct Reading {
 ///     fn read(&mut self, _: Option<usize>) -> Result<Reading, &'static str> {
 ///         Ok(Reading { measured: self.0, position: self.0 })
 ///     }
-///     fn write(&mut self, _: Option<usize>, drive: f64) -> Result<f64, &'static str> {
+///     fn write(&mut self, _: Option<usize>, drive: f64) -> Result<(), &'static str> {
 ///         self.0 += 0.5 * (0.01 * drive - self.0);
+///         Ok(())
+///     }
+///     fn put_out(&mut self, _: Option<usize>, drive: f64) -> Result<f64, &'static str> {
 ///         Ok(drive)
 ///     }
 ///     fn limits(&self) -> Option<(f64, f64)> {
@@ -48,11 +51,17 @@ pub trait Driven<E> {
     /// Whatever ends the run.
     fn read(&mut self, sample: Option<usize>) -> Result<Reading, E>;
 
-    /// Holds a drive for one sampling interval, and returns the drive that is really put out.
+    /// Holds a drive for one sampling interval.
     ///
     /// # Errors
     /// Whatever ends the run. The drive of the sample before is taken for the present one then.
-    fn write(&mut self, sample: Option<usize>, drive: f64) -> Result<f64, E>;
+    fn write(&mut self, sample: Option<usize>, drive: f64) -> Result<(), E>;
+
+    /// The drive that is really put out, after this one was written.
+    ///
+    /// # Errors
+    /// Whatever ends the run. The controller has taken the sample by then.
+    fn put_out(&mut self, sample: Option<usize>, drive: f64) -> Result<f64, E>;
 
     /// The limits of the drive (low, high), as far as known.
     fn limits(&self) -> Option<(f64, f64)>;
@@ -67,8 +76,13 @@ impl<E> Driven<E> for Plant {
     }
 
     #[inline]
-    fn write(&mut self, _: Option<usize>, drive: f64) -> Result<f64, E> {
+    fn write(&mut self, _: Option<usize>, drive: f64) -> Result<(), E> {
         self.step(drive);
+        Ok(())
+    }
+
+    #[inline]
+    fn put_out(&mut self, _: Option<usize>, _: f64) -> Result<f64, E> {
         Ok(self.drive())
     }
 
@@ -88,11 +102,17 @@ pub trait DrivenAxes<E> {
     /// Whatever ends the run.
     fn read(&mut self, sample: Option<usize>, measured: &mut [f64], position: &mut [f64]) -> Result<(), E>;
 
-    /// Holds the drives for one sampling interval, and writes those that are really put out.
+    /// Holds the drives for one sampling interval.
     ///
     /// # Errors
     /// Whatever ends the run.
-    fn write(&mut self, sample: Option<usize>, drives: &[f64], put_out: &mut [f64]) -> Result<(), E>;
+    fn write(&mut self, sample: Option<usize>, drives: &[f64]) -> Result<(), E>;
+
+    /// Writes the drives that are really put out, after these were written.
+    ///
+    /// # Errors
+    /// Whatever ends the run. The controllers have taken the sample by then.
+    fn put_out(&mut self, sample: Option<usize>, drives: &[f64], put_out: &mut [f64]) -> Result<(), E>;
 
     /// The limits of the drive of an actuator (low, high), as far as known.
     fn limits(&self, actuator: usize) -> Option<(f64, f64)>;
@@ -108,8 +128,12 @@ impl<E> DrivenAxes<E> for MultiAxisPlant {
         Ok(())
     }
 
-    fn write(&mut self, _: Option<usize>, drives: &[f64], put_out: &mut [f64]) -> Result<(), E> {
+    fn write(&mut self, _: Option<usize>, drives: &[f64]) -> Result<(), E> {
         self.step(drives).expect("a drive for each axis");
+        Ok(())
+    }
+
+    fn put_out(&mut self, _: Option<usize>, _: &[f64], put_out: &mut [f64]) -> Result<(), E> {
         put_out.iter_mut().zip(self.plants()).for_each(|(put_out, plant)| *put_out = plant.drive());
         Ok(())
     }

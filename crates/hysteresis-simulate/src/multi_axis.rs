@@ -71,7 +71,8 @@ impl<'a> MultiAxisTask<'a> {
         let mut drives = vec![0.0; self.axes];
         let act = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
             controller(k, measured, &mut drives)?;
-            plant.write(Some(k), &drives, put_out)
+            plant.write(Some(k), &drives)?;
+            plant.put_out(Some(k), &drives, put_out)
         };
         self.run_with(plant, act, watch)
     }
@@ -156,10 +157,11 @@ fn act<E, P: DrivenAxes<E>>(
     let expected = "as many of everything as there are axes";
     if !P::WRITE_MAY_FAIL {
         axes.step(command, measured, &mut drives).expect(expected);
-        return plant.write(sample, &drives, put_out);
+        plant.write(sample, &drives)?;
+        return plant.put_out(sample, &drives, put_out);
     }
     axes.plan(command, measured, &mut drives).expect(expected);
-    plant.write(sample, &drives, put_out)?;
+    plant.write(sample, &drives)?;
     axes.commit();
-    Ok(())
+    plant.put_out(sample, &drives, put_out)
 }

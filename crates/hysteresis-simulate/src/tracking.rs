@@ -122,9 +122,12 @@ fn act<E, P: Driven<E>>(
     (command, seen): (Command, f64),
 ) -> Result<f64, E> {
     if !P::WRITE_MAY_FAIL {
-        return plant.write(sample, controller.step(command, seen));
+        let drive = controller.step(command, seen);
+        plant.write(sample, drive)?;
+        return plant.put_out(sample, drive);
     }
-    let put_out = plant.write(sample, controller.plan(command, seen))?;
+    let drive = controller.plan(command, seen);
+    plant.write(sample, drive)?;
     controller.commit();
-    Ok(put_out)
+    plant.put_out(sample, drive)
 }

@@ -33,11 +33,15 @@ impl Driven<usize> for Bench {
         Ok(Reading { measured, position: self.plant.position() })
     }
 
-    fn write(&mut self, sample: Option<usize>, drive: f64) -> Result<f64, usize> {
+    fn write(&mut self, sample: Option<usize>, drive: f64) -> Result<(), usize> {
         if sample.is_some() && sample == self.fails_at {
             return Err(sample.unwrap_or_default());
         }
         self.plant.step(drive);
+        Ok(())
+    }
+
+    fn put_out(&mut self, _: Option<usize>, _: f64) -> Result<f64, usize> {
         Ok(self.plant.drive())
     }
 

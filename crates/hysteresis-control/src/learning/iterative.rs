@@ -15,6 +15,9 @@ use crate::saved::{check_model, check_numbers, check_same};
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
 
+/// An error below this share of the best one so far shows that steps may be larger again.
+const TRUSTED: f64 = 0.9;
+
 /// So many periods that do not lower the error to this share of the best one before end the learning.
 const PATIENCE: usize = 5;
 const HELPS: f64 = 0.99;
@@ -148,10 +151,12 @@ impl IterativeLearning {
             });
         }
         let (max_error, rmse) = magnitude(error);
-        if self.finished && self.settling == 0 && rmse > GROWN * self.best_rmse {
+        let settled = self.settling == 0;
+        // The best target itself no longer does what it did: it is not learning that made it worse.
+        let changed = self.goal == self.best && rmse > DIVERGED * self.best_rmse;
+        if settled && (changed || (self.finished && rmse > GROWN * self.best_rmse)) {
             self.begin_again();
         }
-        let settled = self.settling == 0;
         let accepted = settled && rmse <= DIVERGED * self.best_rmse;
         let trial = Trial { max_error, rmse, accepted };
         self.trials.push(trial);
@@ -159,6 +164,9 @@ impl IterativeLearning {
             self.settling = self.settling.saturating_sub(1);
             self.target.clone_from(&self.goal);
             return Ok(trial);
+        }
+        if rmse < TRUSTED * self.best_rmse {
+            self.trust = (2.0 * self.trust).min(1.0);
         }
         if rmse < self.best_rmse {
             self.best_rmse = rmse;

@@ -32,7 +32,8 @@ pub struct IterativeState {
     pub beliefs: Vec<Belief>,
     /// The variance of the noise in a harmonic.
     pub noise: f64,
-    /// The share of a step that is taken: halved with every period that was not accepted.
+    /// The share of a step that is taken: halved with every period that was not accepted, doubled where the error comes
+    /// down.
     pub trust: f64,
     /// The first period that counts: those before are forgotten.
     pub since: usize,

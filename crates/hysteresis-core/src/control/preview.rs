@@ -114,8 +114,8 @@ impl Preview {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Domain`] for a preview that is smoothed already, a number of weights that is not odd, weights that are not finite, or
-    /// that do not sum to 1 within 1e-9.
+    /// [`Error::State`] for a preview that is smoothed already; [`Error::Domain`] for a number of weights that is not odd, weights that
+    /// are not finite, or that do not sum to 1 within 1e-9.
     pub fn smoothed(self, kernel: &[f64]) -> Result<Self, Error> {
         let error = |expected, got| Err(Error::Domain { parameter: "kernel", index: None, expected, got });
         if !self.smooth.is_empty() {

@@ -69,6 +69,10 @@ impl Preview {
         let Some(dt) = self.dt else {
             return Err(errors::value("dt", "expected the sampling interval of the preview, got None"));
         };
+        if let Some((_, seconds)) = self.plain {
+            let expected = "expected a preview that is not smoothed yet, got one that is over";
+            return Err(errors::value("seconds", format_args!("{expected} {seconds:?} s")));
+        }
         let plain = self.preview.clone();
         let preview = plain.clone().smoothed(&smoothing_kernel(seconds, dt).map_err(raise)?).map_err(raise)?;
         Ok(Self { preview, plain: Some((plain, seconds)), made: self.made.clone(), dt: self.dt })

@@ -55,13 +55,27 @@ fn number(value: &Bound<'_, PyAny>, shown: &str, at: &At) -> PyResult<f64> {
     })
 }
 
-/// Refuses a drive that is not finite: nobody knows what the object would do with it.
-fn check_drive(drive: f64, at: &At) -> PyResult<()> {
-    if is_admissible(drive) {
-        return Ok(());
+/// Refuses a drive that is not finite, or outside the limits that the object states: nobody knows what it would do with it.
+fn check_drive(drive: f64, limits: Option<(f64, f64)>, at: &At) -> PyResult<()> {
+    let place = || Place::part("controller", "controller.step");
+    match limits {
+        _ if !is_admissible(drive) => {
+            Err(errors::value(place(), format_args!("expected a finite number {at}, got {drive:?}")))
+        }
+        Some((low, high)) if drive < low || drive > high => {
+            let expected = format_args!("expected a drive from {low:?} to {high:?} {at}, got {drive:?}");
+            Err(errors::value(place(), expected))
+        }
+        _ => Ok(()),
     }
-    let place = Place::part("controller", "controller.step");
-    Err(errors::value(place, format_args!("expected a finite number {at}, got {drive:?}")))
+}
+
+/// Refuses a drive that the object shows and that cannot be.
+fn check_put_out(drive: f64, at: &At) -> PyResult<f64> {
+    if is_admissible(drive) {
+        return Ok(drive);
+    }
+    Err(errors::value(part("plant.drive"), format_args!("expected a finite number {at}, got {drive:?}")))
 }
 
 impl<'a, 'py> ForeignPlant<'a, 'py> {
@@ -72,7 +86,12 @@ impl<'a, 'py> ForeignPlant<'a, 'py> {
         let (Some(read), Some(write)) = (method(intern!(py, "read"))?, method(intern!(py, "write"))?) else {
             return Err(unexpected("plant", "a Plant, or an object with read() and write(drive)", object));
         };
-        let shows = [object.hasattr(intern!(py, "position"))?, object.hasattr(intern!(py, "drive"))?];
+        // Many drivers of hardware have methods of these names.
+        let shown = |name| {
+            let found = object.getattr_opt(name)?;
+            Ok::<_, PyErr>(found.is_some_and(|value| !value.is_none() && !value.is_callable()))
+        };
+        let shows = [shown(intern!(py, "position"))?, shown(intern!(py, "drive"))?];
         Ok(Self { object, read, write, shows, limits: Vec::new() })
     }
 
@@ -116,12 +135,18 @@ impl Driven<PyErr> for ForeignPlant<'_, '_> {
         Ok(Reading { measured, position })
     }
 
-    fn write(&mut self, sample: Option<usize>, drive: f64) -> PyResult<f64> {
+    fn write(&mut self, sample: Option<usize>, drive: f64) -> PyResult<()> {
+        check_drive(drive, self.limits(), &At(sample))?;
+        self.write.call1((drive,)).map(drop)
+    }
+
+    fn put_out(&mut self, sample: Option<usize>, drive: f64) -> PyResult<f64> {
         let (py, at) = (self.object.py(), At(sample));
-        check_drive(drive, &at)?;
-        self.write.call1((drive,))?;
         match self.shows {
-            [_, true] => number(&self.object.getattr(intern!(py, "drive"))?, "plant.drive", &at),
+            [_, true] => {
+                let put_out = number(&self.object.getattr(intern!(py, "drive"))?, "plant.drive", &at)?;
+                check_put_out(put_out, &at)
+            }
             _ => Ok(drive),
         }
     }
@@ -178,13 +203,19 @@ impl DrivenAxes<PyErr> for ForeignAxes<'_, '_> {
         }
     }
 
-    fn write(&mut self, sample: Option<usize>, drives: &[f64], put_out: &mut [f64]) -> PyResult<()> {
+    fn write(&mut self, sample: Option<usize>, drives: &[f64]) -> PyResult<()> {
         let (py, at) = (self.plant.object.py(), At(sample));
-        drives.iter().try_for_each(|drive| check_drive(*drive, &at))?;
-        self.plant.write.call1((PyArray1::from_slice(py, drives),))?;
+        let actuators = drives.iter().enumerate();
+        actuators.into_iter().try_for_each(|(i, drive)| check_drive(*drive, self.limits(i), &at))?;
+        self.plant.write.call1((PyArray1::from_slice(py, drives),)).map(drop)
+    }
+
+    fn put_out(&mut self, sample: Option<usize>, drives: &[f64], put_out: &mut [f64]) -> PyResult<()> {
+        let (py, at) = (self.plant.object.py(), At(sample));
         if self.plant.shows[1] {
             let shown = self.plant.object.getattr(intern!(py, "drive"))?;
-            self.fill(put_out, &shown, "plant.drive", &at)
+            self.fill(put_out, &shown, "plant.drive", &at)?;
+            put_out.iter().try_for_each(|drive| check_put_out(*drive, &at).map(drop))
         } else {
             put_out.copy_from_slice(drives);
             Ok(())

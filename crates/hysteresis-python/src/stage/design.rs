@@ -267,7 +267,11 @@ impl Stage {
             target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
             noise,
             uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
-            settle: settle.map_or_else(|| Ok(self.0.periods_to_settle()), |settle| whole("settle", settle))?,
+            settle: settle.map_or_else(
+                // From rest to rest nothing rings on.
+                || Ok(if on_demand { 0 } else { self.0.periods_to_settle() }),
+                |settle| whole("settle", settle),
+            )?,
             on_demand,
         };
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)

@@ -125,6 +125,7 @@ impl ArrayController {
     pub fn state(&self) -> ArrayControllerState {
         let now = &self.now;
         ArrayControllerState {
+            setup: self.options.fingerprint(),
             dt: self.options.dt,
             ki: self.options.ki,
             leak: self.options.leak,
@@ -156,6 +157,10 @@ impl ArrayController {
                 let expected = Bound::EqualTo { value, what: "as in this controller" };
                 return Err(Error::Domain { parameter, index: None, expected, got });
             }
+        }
+        if state.setup != own.fingerprint() {
+            let expected = "the state of a controller with the same reconstruction, pairs, slew and bumpless time";
+            return Err(Error::State { expected });
         }
         state.check(&self.limits)?;
         let mut restored = self.inverse.clone();

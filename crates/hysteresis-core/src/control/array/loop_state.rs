@@ -47,6 +47,8 @@ pub struct ArrayStop {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct ArrayControllerState {
+    /// The fingerprint of reconstruction, pairs, slew and bumpless time.
+    pub setup: u64,
     /// The sampling interval in seconds.
     pub dt: f64,
     /// The integral gain per second.

@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, check_non_negative, check_positive};
+use crate::fingerprint::Fingerprint;
 
 /// How an [`ArrayController`](super::ArrayController) is set up. The limits of the drives are those of the inverses that it is
 /// given.
@@ -57,6 +58,21 @@ impl ArrayOptions {
             bumpless_time: 5e-3,
             start_drive: None,
         }
+    }
+
+    /// Of what the state of a controller belongs to besides gains, limits and models.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let mut fingerprint = Fingerprint::new();
+        fingerprint.numbers(self.reconstruction.as_deref().unwrap_or_default());
+        fingerprint.numbers(&self.slew);
+        fingerprint.count(self.neighbours.len());
+        for (one, other) in &self.neighbours {
+            fingerprint.count(*one);
+            fingerprint.count(*other);
+        }
+        fingerprint.numbers(&self.max_difference);
+        fingerprint.numbers(&[self.bumpless_time]);
+        fingerprint.finish()
     }
 
     /// The slew of every actuator, if there is one.

@@ -44,6 +44,9 @@ pub(super) struct Pairs {
 impl Pairs {
     pub(super) fn new(options: &ArrayOptions, actuators: usize) -> Result<Self, Error> {
         let ArrayOptions { neighbours, max_difference, .. } = options;
+        if let ([], [first, ..]) = (&neighbours[..], &max_difference[..]) {
+            return Err(Error::domain("max_difference", None, "none without neighbours", *first));
+        }
         check_one_or_each("max_difference", max_difference, neighbours.len(), neighbours.is_empty())?;
         let (mut pairs, mut links) = (Vec::new(), vec![Vec::new(); actuators]);
         for (pair, (first, second)) in neighbours.iter().copied().enumerate() {
