@@ -1,9 +1,12 @@
 //! Dynamics come back from a stage whose hysteresis is not of the model's kind.
 
+#[path = "common/bouc_wen.rs"]
+mod bouc_wen;
 mod common;
 
 use std::f64::consts::TAU;
 
+use bouc_wen::BoucWen;
 use common::{noise, run};
 use hysteresis_control::linear::{Block, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_identify::{Options, Record, Thresholds};
@@ -18,26 +21,11 @@ const DEVIATION: f64 = 0.02;
 const OF_LOOPS: u32 = 200;
 const OF_SWEEP: u32 = 20;
 
-/// Bouc-Wen hysteresis of about 100 um for 150 V: x = u - 0.8 z, dz = (0.35 - (0.008 + 0.022 sign(z du)) |z|) du.
-struct BoucWen {
-    u: f64,
-    z: f64,
-}
-
-impl BoucWen {
-    fn step(&mut self, u: f64) -> f64 {
-        let du = u - self.u;
-        self.z += 0.35 * du - 0.022 * du.abs() * self.z - 0.008 * du * self.z.abs();
-        self.u = u;
-        0.75 * (u - 0.8 * self.z)
-    }
-}
-
 /// The rows of a stage with an amplifier of 40 Hz and a mode of 60 Hz, damping 0.02, everything in small steps.
 fn rows(drive: &[f64], steps: u32, seed: u64) -> Vec<f64> {
     let mut amplifier = FirstOrder::new(40.0).unwrap().block(STEP).unwrap();
     let mut mode = SecondOrder::new(60.0, 0.02).unwrap().block(STEP).unwrap();
-    let mut hysteresis = BoucWen { u: 0.0, z: 0.0 };
+    let mut hysteresis = BoucWen::default();
     amplifier.settle(0.0);
     let mut position = mode.settle(0.0);
     let noise = noise(drive.len(), DEVIATION, seed);

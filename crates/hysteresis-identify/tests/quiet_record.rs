@@ -1,9 +1,12 @@
 //! Dynamics that a small fast record tells, where a hysteresis that is not of the model's kind leaves much more of the loops.
 
+#[path = "common/bouc_wen.rs"]
+mod bouc_wen;
 mod common;
 
 use std::f64::consts::TAU;
 
+use bouc_wen::BoucWen;
 use common::{noise, run};
 use hysteresis_control::linear::{Block, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_identify::{FindingCode, Identification, Options, Record};
@@ -21,26 +24,11 @@ const DEVIATION: f64 = 0.02;
 /// The dead time, in steps.
 const LATE: usize = 10;
 
-/// Bouc-Wen hysteresis of about 100 um for 150 V: x = u - 0.8 z, dz = (0.35 - (0.008 + 0.022 sign(z du)) |z|) du.
-struct BoucWen {
-    u: f64,
-    z: f64,
-}
-
-impl BoucWen {
-    fn step(&mut self, u: f64) -> f64 {
-        let du = u - self.u;
-        self.z += 0.35 * du - 0.022 * du.abs() * self.z - 0.008 * du * self.z.abs();
-        self.u = u;
-        0.75 * (u - 0.8 * self.z)
-    }
-}
-
 /// The rows of a stage with an amplifier of 40 Hz, a mode of 90 Hz, damping 0.05, and a dead time of 1 ms, everything in small steps.
 fn rows(drive: &[f64], steps: u32, seed: u64) -> Vec<f64> {
     let mut amplifier = FirstOrder::new(40.0).unwrap().block(STEP).unwrap();
     let mut mode = SecondOrder::new(90.0, 0.05).unwrap().block(STEP).unwrap();
-    let mut hysteresis = BoucWen { u: 0.0, z: 0.0 };
+    let mut hysteresis = BoucWen::default();
     amplifier.settle(0.0);
     let mut fine = vec![mode.settle(0.0); LATE + 1];
     for u in drive {

@@ -1,6 +1,6 @@
 //! Controllers and plants of several axes, and a reference for each.
 
-use hysteresis_core::{AxesCommand, Error, MultiAxisController, check_length};
+use hysteresis_core::{AxesCommand, Error, HybridController, MultiAxisController, check_length};
 
 use crate::closed_loop::WATCH_INTERVAL;
 use crate::driven::DrivenAxes;
@@ -97,23 +97,24 @@ impl<'a> MultiAxisTask<'a> {
         check_length("targets", self.reference.len(), targets.map_or(self.reference.len(), <[f64]>::len))
             .expect("a target for each reference");
         let (filling, ahead) = axes.controllers().first().map_or((0, 0), lead_in);
-        let [mut measured, mut position, mut put_out] = [0; 3].map(|_| vec![0.0; self.axes]);
+        let [mut measured, mut position, mut put_out, mut drives] = [0; 4].map(|_| vec![0.0; self.axes]);
         for k in 0..filling + ahead {
             plant.read(None, &mut measured, &mut position)?;
-            act(axes, plant, None, (self.row(k.saturating_sub(filling)).into(), &measured), &mut put_out)?;
+            let sample = (self.row(k.saturating_sub(filling)).into(), &measured[..]);
+            act(axes, plant, None, sample, (&mut drives, &mut put_out))?;
         }
         let step = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
             let targets = targets.map(|targets| &targets[k * self.axes..][..self.axes]);
             let command = AxesCommand { references: self.row(k + ahead), targets, feedforward: None };
-            act(axes, plant, Some(k), (command, measured), put_out)
+            act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
-        let mut runs = self.run_with(plant, step, watch)?;
-        for (run, controller) in runs.iter_mut().zip(axes.controllers()) {
+        let runs = self.run_with(plant, step, watch)?;
+        let within = |(run, controller): (Run, &HybridController)| {
             let own = controller.options().limits;
             let limits = run.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
-            *run = run.clone().within(limits);
-        }
-        Ok(runs)
+            run.within(limits)
+        };
+        Ok(runs.into_iter().zip(axes.controllers()).map(within).collect())
     }
 
     fn run_with<E, P: DrivenAxes<E>>(
@@ -151,17 +152,14 @@ fn act<E, P: DrivenAxes<E>>(
     plant: &mut P,
     sample: Option<usize>,
     (command, measured): (AxesCommand<'_>, &[f64]),
-    put_out: &mut [f64],
+    (drives, put_out): (&mut [f64], &mut [f64]),
 ) -> Result<(), E> {
-    let mut drives = vec![0.0; measured.len()];
-    let expected = "as many of everything as there are axes";
-    if !P::WRITE_MAY_FAIL {
-        axes.step(command, measured, &mut drives).expect(expected);
-        plant.write(sample, &drives)?;
-        return plant.put_out(sample, &drives, put_out);
+    let decided =
+        if P::WRITE_MAY_FAIL { axes.plan(command, measured, drives) } else { axes.step(command, measured, drives) };
+    decided.expect("as many of everything as there are axes");
+    plant.write(sample, drives)?;
+    if P::WRITE_MAY_FAIL {
+        axes.commit();
     }
-    axes.plan(command, measured, &mut drives).expect(expected);
-    plant.write(sample, &drives)?;
-    axes.commit();
-    plant.put_out(sample, &drives, put_out)
+    plant.put_out(sample, drives, put_out)
 }

@@ -121,13 +121,10 @@ fn act<E, P: Driven<E>>(
     sample: Option<usize>,
     (command, seen): (Command, f64),
 ) -> Result<f64, E> {
-    if !P::WRITE_MAY_FAIL {
-        let drive = controller.step(command, seen);
-        plant.write(sample, drive)?;
-        return plant.put_out(sample, drive);
-    }
-    let drive = controller.plan(command, seen);
+    let drive = if P::WRITE_MAY_FAIL { controller.plan(command, seen) } else { controller.step(command, seen) };
     plant.write(sample, drive)?;
-    controller.commit();
+    if P::WRITE_MAY_FAIL {
+        controller.commit();
+    }
     plant.put_out(sample, drive)
 }

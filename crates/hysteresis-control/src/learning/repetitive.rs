@@ -42,8 +42,7 @@ const MAX_PERIOD: usize = 1 << 22;
 /// ```
 #[derive(Clone, Debug)]
 pub struct RepetitiveControl {
-    low_pass: Box<[f64]>,
-    learning: Box<[f64]>,
+    filters: Filters,
     bandwidth: f64,
     corrections: Past,
     errors: Past,
@@ -79,8 +78,7 @@ impl RepetitiveControl {
         };
         let samples = period + filters.low_pass.len() / 2;
         Ok(Self {
-            low_pass: filters.low_pass,
-            learning: filters.learning,
+            filters,
             bandwidth,
             corrections: Past::new(samples),
             errors: Past::new(samples),
@@ -109,11 +107,12 @@ impl RepetitiveControl {
     }
 
     fn correction(&self) -> f64 {
-        let half_width = self.low_pass.len() / 2;
+        let Filters { low_pass, learning } = &self.filters;
+        let half_width = low_pass.len() / 2;
         // The window around the sample one period before the one to come.
-        let (first, count) = (self.period + half_width, self.low_pass.len());
-        let kept = dot(&self.low_pass, self.corrections.window(first, count));
-        let learned = dot(&self.learning, self.errors.window(first, count));
+        let (first, count) = (self.period + half_width, low_pass.len());
+        let kept = dot(low_pass, self.corrections.window(first, count));
+        let learned = dot(learning, self.errors.window(first, count));
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
@@ -181,8 +180,8 @@ impl RepetitiveControl {
     /// Of the filters, and so of the loop.
     fn fingerprint(&self) -> u64 {
         let mut fingerprint = Fingerprint::new();
-        fingerprint.numbers(&self.low_pass);
-        fingerprint.numbers(&self.learning);
+        fingerprint.numbers(&self.filters.low_pass);
+        fingerprint.numbers(&self.filters.learning);
         fingerprint.finish()
     }
 
@@ -201,7 +200,6 @@ impl RepetitiveControl {
     pub fn convergence_rate(&self, truth: &FeedbackLoop) -> Result<f64, Error> {
         check_same("dt", self.dt, truth.dt)?;
         let response = response(truth, FREQUENCIES_PER_HARMONIC * self.period)?;
-        let filters = Filters { low_pass: self.low_pass.clone(), learning: self.learning.clone() };
-        Ok(filters.rate(self.options.gain, &[response]))
+        Ok(self.filters.rate(self.options.gain, &[response]))
     }
 }

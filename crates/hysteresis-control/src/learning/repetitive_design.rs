@@ -24,6 +24,7 @@ const REACHES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 const CONVERGES: f64 = 0.98;
 
 /// Q and gamma-free Q L of the module as finite impulse responses.
+#[derive(Clone, Debug)]
 pub(super) struct Filters {
     pub(super) low_pass: Box<[f64]>,
     pub(super) learning: Box<[f64]>,
