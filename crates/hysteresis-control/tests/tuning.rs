@@ -1,6 +1,7 @@
 //! What the gains of the feedback keep.
 
-use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, SecondOrder, StateSpace};
+use hysteresis_control::filters::FeedbackFilter;
+use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::tuning::{LoopFamily, ModeUncertainty, Structure, TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
@@ -157,6 +158,27 @@ fn a_lightly_damped_mode_gets_filters() {
     let refused = |frequency, damping| tune(&stage(800.0, 0.02), &unknown(frequency, damping)).unwrap_err().to_string();
     assert_eq!(refused(0.6, 2.0), "frequency_uncertainty: expected a share from 0 to 0.5, got 0.6");
     assert_eq!(refused(0.05, 0.5), "damping_uncertainty: expected a factor from 1 to 100, got 0.5");
+}
+
+/// A notch costs phase: a mode whose resonance stays below the loop has none.
+#[test]
+fn modes_that_need_a_notch_get_one() {
+    let modes = [SecondOrder::new(600.0, 0.02).unwrap(), SecondOrder::new(1100.0, 0.03).unwrap()];
+    let stage = |share: f64| {
+        let modes = Modes::new(&[1.0 - share, share], &modes).unwrap();
+        LinearDynamics::from(modes).then(Delay::new(1e-4).unwrap())
+    };
+    let options = TuningOptions::new((0.7, 1.0), 1e-4, 1.7);
+    let notched = |share| -> Vec<f64> {
+        let filters = tune(&stage(share), &options).unwrap().filters;
+        filters
+            .iter()
+            .map(|filter| if let FeedbackFilter::Notch(notch) = filter { notch.frequency() } else { 0.0 })
+            .collect()
+    };
+    assert_eq!(notched(0.01), [600.0]);
+    assert_eq!(notched(0.5), [600.0, 1100.0]);
+    assert_eq!(notched(0.99), [1100.0]);
 }
 
 #[test]

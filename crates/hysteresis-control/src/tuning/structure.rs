@@ -18,6 +18,9 @@ const LOW_PASS_DAMPING: f64 = 1.0;
 /// A notch above this share of the sampling rate would be squeezed against half of it.
 const HIGHEST: f64 = 0.45;
 
+/// Up to how many modes every choice of notches is tried.
+const MOST_CHOSEN: usize = 3;
+
 /// What shapes the error of a feedback.
 ///
 /// ```
@@ -34,7 +37,7 @@ pub enum Structure {
     /// A low-pass behind which a negative proportional gain damps a resonance: integral resonant control, or positive position
     /// feedback.
     ActiveDamping,
-    /// A notch for every lightly damped mode.
+    /// Notches for those lightly damped modes that need one.
     Notch,
 }
 
@@ -70,12 +73,25 @@ pub(super) fn candidates(modes: &[SecondOrder], dt: f64) -> Result<Vec<(Structur
         candidates.push((Structure::LowPass, vec![LowPass::new(share * lowest, damping)?.into()]));
     }
     let seen: Vec<_> = modes.iter().filter(|mode| is_seen(mode.frequency())).collect();
-    for width in WIDTHS {
-        let notch = |mode: &&SecondOrder| Notch::new(mode.frequency(), mode.damping(), width).map(FeedbackFilter::from);
-        let notches = seen.iter().map(notch).collect::<Result<Vec<_>, _>>()?;
-        if !notches.is_empty() {
-            candidates.push((Structure::Notch, notches));
+    for notched in choices(&seen) {
+        for width in WIDTHS {
+            let notch =
+                |mode: &&SecondOrder| Notch::new(mode.frequency(), mode.damping(), width).map(FeedbackFilter::from);
+            candidates.push((Structure::Notch, notched.iter().map(notch).collect::<Result<Vec<_>, _>>()?));
         }
     }
     Ok(candidates)
+}
+
+/// Which modes may have a notch: a weak one may need none, and each notch costs phase. The fewest first; of more than
+/// [`MOST_CHOSEN`] modes all have one.
+fn choices<'a>(modes: &[&'a SecondOrder]) -> Vec<Vec<&'a SecondOrder>> {
+    if modes.len() > MOST_CHOSEN {
+        return vec![modes.to_vec()];
+    }
+    let chosen =
+        |mask: u32| (modes.iter().enumerate()).filter(move |(place, _)| mask >> place & 1 == 1).map(|(_, mode)| *mode);
+    let mut choices: Vec<Vec<_>> = (1..1_u32 << modes.len()).map(|mask| chosen(mask).collect()).collect();
+    choices.sort_by_key(Vec::len);
+    choices
 }
