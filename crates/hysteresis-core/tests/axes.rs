@@ -65,10 +65,12 @@ proptest! {
         for sample in samples {
             let (references, measurements) = split(&sample);
             let targets = sample.map(|(command, _)| command.target.unwrap_or(1.0));
+            let corrections = sample.map(|(command, _)| command.correction);
             let volts = sample.map(|(command, _)| command.feedforward.unwrap_or(-1.0));
             let asked = AxesCommand {
                 references: &references,
                 targets: all.then_some(&targets),
+                corrections: all.then_some(&corrections),
                 feedforward: all.then_some(&volts),
             };
             let mut drives = [0.0; AXES];
@@ -77,6 +79,7 @@ proptest! {
                 let command = Command {
                     reference: references[i],
                     target: all.then_some(targets[i]),
+                    correction: if all { corrections[i] } else { 0.0 },
                     feedforward: all.then_some(volts[i]),
                 };
                 let drive = controller.step(command, measurements[i]);

@@ -252,6 +252,32 @@ fn a_preview_leads_the_target_and_delays_the_reference() {
     }
 }
 
+/// What learning adds moves the target, of the window or of its own, and nothing else.
+#[test]
+fn a_correction_is_added_to_the_target_alone() {
+    let options = ControllerOptions::new(2.0, 30.0, DT, LIMITS);
+    let preview = || Preview::new(&[0.5, -0.25, 2.0], 1).unwrap();
+    let terms = |command: Command| {
+        let mut controller = HybridController::new(exact(), Some(preview()), &options).unwrap();
+        for _ in 0..3 {
+            controller.step(0.5.into(), 0.25);
+        }
+        controller.step(command, 0.25);
+        controller.terms()
+    };
+    let corrected = |command: Command| Command { correction: 0.125, ..command };
+    for command in [0.5.into(), Command { target: Some(0.75), ..0.5.into() }] {
+        let (plain, with) = (terms(command), terms(corrected(command)));
+        assert_eq!(with.target, plain.target + 0.125);
+        assert_eq!((with.reference, with.error, with.integral), (plain.reference, plain.error, plain.integral));
+        assert!(with.feedforward > plain.feedforward + 5.0);
+    }
+    let mut controller = HybridController::new(exact(), None, &options).unwrap();
+    let drive = controller.step(0.5.into(), 0.25);
+    assert_eq!(controller.step(Command { correction: f64::NAN, ..0.6.into() }, 0.25), drive);
+    assert_eq!(controller.counters().rejected_count, 1);
+}
+
 /// Behind a smoothing the controller does what it would do with the smoothed reference, which it knows as early.
 #[test]
 fn a_smoothed_preview_is_that_of_a_smoothed_reference() {

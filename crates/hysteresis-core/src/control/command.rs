@@ -32,7 +32,7 @@ pub enum Mode {
 ///
 /// ```
 /// use hysteresis_core::Command;
-/// assert_eq!(Command::from(1.5), Command { reference: 1.5, target: None, feedforward: None });
+/// assert_eq!(Command::from(1.5), Command { reference: 1.5, target: None, correction: 0.0, feedforward: None });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
@@ -41,6 +41,8 @@ pub struct Command {
     pub reference: f64,
     /// The target of the feed-forward, if it is not the reference (or what the preview makes of it).
     pub target: Option<f64>,
+    /// What learning adds to the target of the feed-forward; the feedback goes on with the reference.
+    pub correction: f64,
     /// Volts that replace the output of the feed-forward for this sample. Its source follows the target all the same.
     pub feedforward: Option<f64>,
 }
@@ -48,6 +50,6 @@ pub struct Command {
 impl From<f64> for Command {
     #[inline]
     fn from(reference: f64) -> Self {
-        Self { reference, target: None, feedforward: None }
+        Self { reference, target: None, correction: 0.0, feedforward: None }
     }
 }

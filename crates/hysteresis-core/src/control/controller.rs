@@ -39,7 +39,7 @@ use crate::error::{Error, check_length, is_admissible};
 /// **Memory.** The feed-forward remembers the drives that it asked for, not what the feedback adds. A stop, and
 /// [`follow`](Self::follow), give it the drives that really go out. While the drive is held, its creep goes on.
 ///
-/// **Bad samples.** A reference, target or given feed-forward that is not finite (or beyond 1e100) leaves the drive as it
+/// **Bad samples.** A reference, target, correction or given feed-forward that is not finite (or beyond 1e100) leaves the drive as it
 /// is and is counted. So does a measurement that is not finite, out of
 /// [`measurement_range`](ControllerOptions::measurement_range) or farther than
 /// [`max_measurement_step`](ControllerOptions::max_measurement_step) from the last one, up to
@@ -174,7 +174,7 @@ impl HybridController {
 
     #[inline]
     fn sample_status(&self, command: Command, measurement: f64) -> SampleStatus {
-        let Command { reference: newest, target, feedforward: given } = command;
+        let Command { reference: newest, target, correction, feedforward: given } = command;
         if let Some(ramp) = self.now.stop {
             return SampleStatus::Stopping(ramp);
         }
@@ -189,7 +189,7 @@ impl HybridController {
             None => View { reference: newest, target: newest, filled: false },
         };
         let window_filled = view.filled && target.is_none();
-        let (reference, target) = (view.reference, target.unwrap_or(view.target));
+        let (reference, target) = (view.reference, target.unwrap_or(view.target) + correction);
         if !is_admissible(target) {
             return SampleStatus::Rejected;
         }

@@ -63,7 +63,8 @@ pub struct MultiAxisController {
 /// ```
 /// use hysteresis_core::AxesCommand;
 /// let references = [1.5, 0.0];
-/// assert_eq!(AxesCommand::from(&references), AxesCommand { references: &[1.5, 0.0], targets: None, feedforward: None });
+/// let plain = AxesCommand { references: &[1.5, 0.0], targets: None, corrections: None, feedforward: None };
+/// assert_eq!(AxesCommand::from(&references), plain);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxesCommand<'a> {
@@ -71,6 +72,8 @@ pub struct AxesCommand<'a> {
     pub references: &'a [f64],
     /// Where the feed-forward is to bring the axes, if not to the references (or what previews make of them).
     pub targets: Option<&'a [f64]>,
+    /// What learning adds to the targets of the axes.
+    pub corrections: Option<&'a [f64]>,
     /// Volts of each actuator that replace the output of its feed-forward.
     pub feedforward: Option<&'a [f64]>,
 }
@@ -78,7 +81,7 @@ pub struct AxesCommand<'a> {
 impl<'a> From<&'a [f64]> for AxesCommand<'a> {
     #[inline]
     fn from(references: &'a [f64]) -> Self {
-        Self { references, targets: None, feedforward: None }
+        Self { references, targets: None, corrections: None, feedforward: None }
     }
 }
 
@@ -96,6 +99,7 @@ impl AxesCommand<'_> {
         Command {
             reference: product(row, self.references),
             target: self.targets.map(|targets| product(row, targets)),
+            correction: self.corrections.map_or(0.0, |corrections| product(row, corrections)),
             feedforward: self.feedforward.and_then(|volts| volts.get(i)).copied(),
         }
     }
@@ -221,6 +225,7 @@ impl MultiAxisController {
         check_length("references", axes, command.references.len())?;
         check_length("measurements", axes, measurements.len())?;
         check_length("targets", axes, command.targets.map_or(axes, <[f64]>::len))?;
+        check_length("corrections", axes, command.corrections.map_or(axes, <[f64]>::len))?;
         check_length("feedforward", axes, command.feedforward.map_or(axes, <[f64]>::len))?;
         check_length("drives", axes, drives.len())
     }
