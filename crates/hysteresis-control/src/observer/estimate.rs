@@ -36,6 +36,8 @@ pub struct Observer {
     filter: Filter,
     rest_drive: f64,
     options: ObserverOptions,
+    /// Whether the model has been moved on to the measurement that comes next.
+    predicted: bool,
     rejected: u64,
 }
 
@@ -47,22 +49,59 @@ impl Observer {
     /// not settle.
     pub fn new(stage: &Stage, dt: f64, options: &ObserverOptions) -> Result<Self, Error> {
         let filter = Filter::new(&stage.parts().dynamics, dt, options)?;
-        Ok(Self { model: stage.forward(dt)?, filter, rest_drive: stage.rest_drive(), options: *options, rejected: 0 })
+        let (model, rest_drive) = (stage.forward(dt)?, stage.rest_drive());
+        Ok(Self { model, filter, rest_drive, options: *options, predicted: false, rejected: 0 })
     }
 
     /// Takes the drive that was put out at the last sample and held until now, and the measurement of now, read just before
-    /// the next drive is put out; returns the position of now.
+    /// the next drive is put out; returns the position of now: bit for bit [`predict`](Self::predict) and
+    /// [`correct`](Self::correct).
     ///
     /// Without a finite measurement the model goes on alone, without a finite drive it stays at the last one; either is
     /// counted.
+    #[inline]
     pub fn step(&mut self, drive: f64, measurement: f64) -> f64 {
-        if !is_admissible(drive) || !is_admissible(measurement) {
+        self.predict(drive);
+        self.correct(measurement)
+    }
+
+    /// Takes the drive that is held until the next measurement, as soon as it is put out. Once for each measurement: what comes
+    /// again changes nothing.
+    #[inline]
+    pub fn predict(&mut self, drive: f64) {
+        if self.predicted {
+            return;
+        }
+        if !is_admissible(drive) {
             self.rejected = self.rejected.saturating_add(1);
         }
-        let known = self.model.advance(if is_admissible(drive) { drive } else { self.model.drive() });
+        self.model.advance(if is_admissible(drive) { drive } else { self.model.drive() });
         self.filter.advance();
-        self.filter.correct(is_admissible(measurement).then_some(measurement - known));
-        known + self.filter.output()
+        self.predicted = true;
+    }
+
+    /// Takes the measurement of now and returns the position of now, after [`predict`](Self::predict).
+    #[inline]
+    pub fn correct(&mut self, measurement: f64) -> f64 {
+        if !is_admissible(measurement) {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.filter.correct(self.difference(measurement));
+        self.predicted = false;
+        self.model.output() + self.filter.output()
+    }
+
+    /// What [`correct`](Self::correct) would return.
+    #[must_use]
+    #[inline]
+    pub fn peek(&self, measurement: f64) -> f64 {
+        self.model.output() + self.filter.peek(self.difference(measurement))
+    }
+
+    /// Between a measurement and what the model knows of the position.
+    #[inline]
+    fn difference(&self, measurement: f64) -> Option<f64> {
+        is_admissible(measurement).then(|| measurement - self.model.output())
     }
 
     /// Takes a block of samples: bit for bit the positions of repeated [`step`](Self::step).
@@ -113,7 +152,7 @@ impl Observer {
     pub fn reset(&mut self) {
         self.model.settle(self.rest_drive);
         self.filter.reset();
-        self.rejected = 0;
+        (self.predicted, self.rejected) = (false, 0);
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval, without measurements.
@@ -121,7 +160,9 @@ impl Observer {
     /// # Errors
     /// [`CoreError::Domain`] for a drive that is not finite; nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), CoreError> {
-        self.model.follow(drives)
+        self.model.follow(drives)?;
+        self.predicted = false;
+        Ok(())
     }
 
     /// Everything that it remembers and what it belongs to. Allocates.
@@ -132,6 +173,7 @@ impl Observer {
             stage: self.model.state(),
             unknown: self.filter.state().to_vec(),
             covariance: self.filter.covariance().map(<[f64]>::to_vec),
+            predicted: self.predicted,
             rejected: self.rejected,
         }
     }
@@ -152,7 +194,7 @@ impl Observer {
         }
         self.model = model;
         self.filter.restore(&state.unknown, state.covariance.as_deref());
-        self.rejected = state.rejected;
+        (self.predicted, self.rejected) = (state.predicted, state.rejected);
         Ok(())
     }
 }

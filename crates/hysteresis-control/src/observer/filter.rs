@@ -112,6 +112,15 @@ impl Filter {
         core::mem::swap(&mut self.state, &mut self.next);
     }
 
+    /// What [`output`](Self::output) would be after [`correct`](Self::correct).
+    #[inline]
+    pub(super) fn peek(&self, difference: Option<f64>) -> f64 {
+        let Some(difference) = difference else { return self.output() };
+        let error = difference - self.output();
+        let corrected = self.state.iter().zip(&self.gain).map(|(x, gain)| x + gain * error);
+        self.output.iter().zip(corrected).map(|(c, x)| c * x).sum()
+    }
+
     /// Takes the difference between a measurement and the known part of the position, if there is one.
     #[inline]
     pub(super) fn correct(&mut self, difference: Option<f64>) {

@@ -15,6 +15,9 @@ pub struct ObserverState {
     pub unknown: Vec<f64>,
     /// The covariance of the unknown, row by row, in units of the variance of the noise; none where it has settled.
     pub covariance: Option<Vec<f64>>,
+    /// Whether the drive that is held until the next measurement has been taken.
+    #[serde(default)]
+    pub predicted: bool,
     /// How many drives or measurements were not finite.
     pub rejected: u64,
 }
