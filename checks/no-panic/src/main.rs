@@ -1,5 +1,7 @@
 //! Links only if the hot path cannot panic: see Cargo.toml. Run, it takes every path once.
 
+mod control;
+
 use std::hint::black_box;
 
 use hysteresis_core::{
@@ -347,5 +349,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     array_peek(&array, &samples[..3], &mut output[..3])?;
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;
-    Ok(())
+    control::run(&model)
 }

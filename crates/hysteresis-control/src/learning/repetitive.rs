@@ -116,7 +116,7 @@ impl RepetitiveControl {
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
-        if correction.is_finite() { correction.clamp(-limit, limit) } else { 0.0 }
+        if correction.is_finite() { correction.max(-limit).min(limit) } else { 0.0 }
     }
 
     /// Up to which frequency it learns, in Hz.

@@ -46,15 +46,18 @@ impl History {
     /// u(k - n) and u(k - n - 1), with `input` as u(k).
     #[inline]
     pub(crate) fn pair(&self, input: f64) -> (f64, f64) {
+        let older = self.past.get(self.oldest).copied().unwrap_or(input);
         // With one place in the ring, the input itself is the younger neighbour.
-        let younger = if self.past.len() == 1 { input } else { self.past[self.after_oldest()] };
-        (younger, self.past[self.oldest])
+        let after = self.past.get(self.after_oldest()).filter(|_| self.past.len() > 1);
+        (after.copied().unwrap_or(input), older)
     }
 
     /// Takes u(k).
     #[inline]
     pub(crate) fn push(&mut self, input: f64) {
-        self.past[self.oldest] = input;
+        if let Some(oldest) = self.past.get_mut(self.oldest) {
+            *oldest = input;
+        }
         self.oldest = self.after_oldest();
     }
 

@@ -1,5 +1,7 @@
 //! A Kalman filter for a random walk at the input of linear dynamics.
 
+use core::slice::{ChunksExact, ChunksExactMut};
+
 use hysteresis_core::is_admissible;
 use nalgebra::{DMatrix, DVector};
 
@@ -63,11 +65,11 @@ impl Filter {
             return Err(Error::domain("drift", None, expected, drift));
         };
         // nalgebra stores columns: the transpose, read column by column, is the matrix row by row.
-        let rows = |matrix: DMatrix<f64>| -> Box<[f64]> { matrix.transpose().as_slice().into() };
-        let stationary = rows(covariance);
+        let by_rows = |matrix: DMatrix<f64>| -> Box<[f64]> { matrix.transpose().as_slice().into() };
+        let stationary = by_rows(covariance);
         let zeros = || vec![0.0; order + 1].into();
         let mut filter = Self {
-            transition: rows(transition),
+            transition: by_rows(transition),
             output: output.as_slice().into(),
             input: input.as_slice().into(),
             growth,
@@ -106,7 +108,8 @@ impl Filter {
     /// One sampling interval on.
     #[inline]
     pub(super) fn advance(&mut self) {
-        for (next, row) in self.next.iter_mut().zip(self.transition.chunks_exact(self.output.len())) {
+        let n = self.order();
+        for (next, row) in self.next.iter_mut().zip(rows(&self.transition, n)) {
             *next = dot(row, &self.state);
         }
         core::mem::swap(&mut self.state, &mut self.next);
@@ -141,40 +144,52 @@ impl Filter {
     fn advance_covariance(&mut self, measured: bool) {
         let n = self.order();
         if measured {
-            for j in 0..n {
-                self.next[j] = (0..n).map(|i| self.output[i] * self.present[i * n + j]).sum();
+            self.next.fill(0.0);
+            for (h, row) in self.output.iter().zip(rows(&self.present, n)) {
+                add_multiple(&mut self.next, *h, row);
             }
-            for i in 0..n {
-                for j in 0..n {
-                    self.present[i * n + j] -= self.gain[i] * self.next[j];
-                }
-            }
-        }
-        for i in 0..n {
-            for j in 0..n {
-                self.work[i * n + j] = (0..n).map(|k| self.transition[i * n + k] * self.present[k * n + j]).sum();
+            for (gain, row) in self.gain.iter().zip(rows_mut(&mut self.present, n)) {
+                add_multiple(row, -gain, &self.next);
             }
         }
-        for i in 0..n {
-            for j in 0..=i {
-                let product: f64 = (0..n).map(|k| self.work[i * n + k] * self.transition[j * n + k]).sum();
-                let entry = product + self.growth * self.input[i] * self.input[j];
-                (self.present[i * n + j], self.present[j * n + i]) = (entry, entry);
+        for (product, row) in rows_mut(&mut self.work, n).zip(rows(&self.transition, n)) {
+            product.fill(0.0);
+            for (entry, row) in row.iter().zip(rows(&self.present, n)) {
+                add_multiple(product, *entry, row);
             }
         }
+        self.close_product();
         let largest = self.stationary.iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
         let differs = |(a, b): (&f64, &f64)| (a - b).abs() > SETTLED * largest;
         self.settled = !self.present.iter().zip(&self.stationary).any(differs);
         if self.settled {
-            self.present.copy_from_slice(&self.stationary);
+            copy(&mut self.present, &self.stationary);
         }
         self.renew_gain();
+    }
+
+    /// P = W F' + q v v' from W = F P: one half, and the other is its mirror image.
+    fn close_product(&mut self) {
+        let n = self.order();
+        for (i, (product, input)) in rows(&self.work, n).zip(&self.input).enumerate() {
+            let (above, from_here) = self.present.split_at_mut_checked(i * n).unwrap_or_default();
+            for (entry, (row, other)) in
+                from_here.iter_mut().zip(rows(&self.transition, n).zip(&self.input)).take(i + 1)
+            {
+                *entry = dot(product, row) + self.growth * input * other;
+            }
+            for (row, entry) in rows_mut(above, n).zip(from_here) {
+                if let Some(mirrored) = row.get_mut(i) {
+                    *mirrored = *entry;
+                }
+            }
+        }
     }
 
     /// g = P h / (1 + h'P h).
     fn renew_gain(&mut self) {
         let n = self.order();
-        for (gain, row) in self.gain.iter_mut().zip(self.present.chunks_exact(n)) {
+        for (gain, row) in self.gain.iter_mut().zip(rows(&self.present, n)) {
             *gain = dot(row, &self.output);
         }
         let scale = 1.0 + dot(&self.output, &self.gain);
@@ -184,7 +199,7 @@ impl Filter {
     /// Back to where nothing is unknown.
     pub(super) fn reset(&mut self) {
         self.state.fill(0.0);
-        self.present.copy_from_slice(&self.stationary);
+        copy(&mut self.present, &self.stationary);
         self.settled = true;
         self.renew_gain();
     }
@@ -214,4 +229,31 @@ impl Filter {
 #[inline]
 fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(x, y)| x * y).sum()
+}
+
+/// The rows of a matrix.
+#[inline]
+fn rows(matrix: &[f64], width: usize) -> ChunksExact<'_, f64> {
+    matrix.chunks_exact(width.max(1))
+}
+
+#[inline]
+fn rows_mut(matrix: &mut [f64], width: usize) -> ChunksExactMut<'_, f64> {
+    matrix.chunks_exact_mut(width.max(1))
+}
+
+/// sum += factor row.
+#[inline]
+fn add_multiple(sum: &mut [f64], factor: f64, row: &[f64]) {
+    for (sum, entry) in sum.iter_mut().zip(row) {
+        *sum += factor * entry;
+    }
+}
+
+/// Without a check of lengths, which could panic.
+#[inline]
+fn copy(to: &mut [f64], from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
 }
