@@ -1,14 +1,15 @@
 //! Links only if the hot path cannot panic: see Cargo.toml. Run, it takes every path once.
 
 mod control;
+mod several;
 
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, ArrayController, ArrayOptions, ArraySample, Biquad, Bracket, Command, CompiledModel, ControllerOptions,
-    CreepTerms, Error, FeedForward, Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode,
-    ModifiedPrandtlIshlinskii, MultiAxisController, Offsets, PiecewiseLinearMap, Preview, Process, QuasiStatic,
-    QuasiStaticForward, QuasiStaticInverse, Ratios, Sections, StreamArray,
+    AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter,
+    Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, Sections,
+    StreamArray,
 };
 use no_panic::no_panic;
 
@@ -22,6 +23,12 @@ fn forward_step(stream: &mut Forward, sample: f64) -> f64 {
 #[inline(never)]
 fn forward_peek(stream: &Forward, sample: f64) -> f64 {
     stream.peek(sample)
+}
+
+#[no_panic]
+#[inline(never)]
+fn reset(stream: &mut impl Process) {
+    stream.reset();
 }
 
 #[no_panic]
@@ -104,32 +111,26 @@ fn controller_commit(controller: &mut HybridController) -> bool {
 
 #[no_panic]
 #[inline(never)]
-fn axes_step(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
-    axes.peek(x.into(), y, drives)?;
-    axes.step(x.into(), y, drives)
-}
-
-#[no_panic]
-#[inline(never)]
-fn axes_plan(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<bool, Error> {
-    axes.plan(x.into(), y, drives)?;
-    Ok(axes.commit())
-}
-
-#[no_panic]
-#[inline(never)]
-fn axes_run(axes: &mut MultiAxisController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
-    axes.run(x, y, drives)
-}
-
-#[no_panic]
-#[inline(never)]
 fn controller_changes(controller: &mut HybridController, mode: Mode, kp: f64, filters: &Sections) -> Result<(), Error> {
     controller.hold();
     controller.set_mode(mode)?;
     controller.release();
     controller.set_filters(filters)?;
     controller.set_gains(kp, 0.1)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_restarts(controller: &mut HybridController, drive: f64) -> Result<(), Error> {
+    controller.start_at(drive)?;
+    controller.reset();
+    controller.reset_at(drive)
+}
+
+#[no_panic]
+#[inline(never)]
+fn controller_run(controller: &mut HybridController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+    controller.run(x, y, drives)
 }
 
 #[no_panic]
@@ -180,71 +181,6 @@ fn bracket_step(bracket: &mut Bracket, sample: f64) -> (f64, f64) {
     bracket.step(sample)
 }
 
-#[no_panic]
-#[inline(never)]
-fn array_controller_step(
-    controller: &mut ArrayController,
-    sample: &ArraySample<'_>,
-    drives: &mut [f64],
-) -> Result<(), Error> {
-    controller.step(sample, drives)
-}
-
-#[no_panic]
-#[inline(never)]
-fn array_controller_peek(
-    controller: &mut ArrayController,
-    sample: &ArraySample<'_>,
-    drives: &mut [f64],
-) -> Result<(), Error> {
-    controller.peek(sample, drives)
-}
-
-#[no_panic]
-#[inline(never)]
-fn array_controller_run(
-    controller: &mut ArrayController,
-    block: &ArraySample<'_>,
-    drives: &mut [f64],
-) -> Result<(), Error> {
-    controller.run(block, drives)
-}
-
-#[no_panic]
-#[inline(never)]
-fn array_controller_changes(controller: &mut ArrayController, rest: &[f64]) -> Result<(), Error> {
-    controller.hold();
-    controller.release();
-    controller.set_gains(50.0, 1.0)?;
-    controller.follow(rest)?;
-    controller.stop(1e4, rest)
-}
-
-fn array_controllers(compiled: &CompiledModel) -> Result<(), Error> {
-    let models = [compiled.clone(), compiled.clone(), compiled.clone()];
-    let set = ArrayOptions { ki: 100.0, leak: 1.0, slew: vec![1e5], ..ArrayOptions::new(1e-3) };
-    let paired = ArrayOptions { neighbours: vec![(0, 1), (1, 2)], max_difference: vec![0.5], ..set.clone() };
-    for options in black_box([set, ArrayOptions { reconstruction: Some(vec![0.1; 9]), ..paired }]) {
-        let inverse = StreamArray::inverse(&models, Some((-500.0, 500.0))).map_err(|wrong| wrong.error)?;
-        let mut controller = ArrayController::new(inverse, &options)?;
-        let mut drives = [0.0; 9];
-        for x in black_box([0.0, 0.0, 3.0, -1.0, f64::NAN, 1e90, 2.0, -2.0]) {
-            let reference = [x, -x, 0.5 * x];
-            let block = [0.1, 0.2, 0.3, x, -x, 0.5 * x, -3.0, 3.0, -3.0];
-            let sample = ArraySample { measurement: Some(&reference), ..ArraySample::of(&reference) };
-            let whole = ArraySample { measurement: Some(&block), ..ArraySample::of(&block) };
-            array_controller_peek(&mut controller, &sample, &mut drives[..3])?;
-            array_controller_step(&mut controller, &sample, &mut drives[..3])?;
-            array_controller_run(&mut controller, &whole, &mut drives)?;
-            array_controller_changes(&mut controller, &[10.0, -20.0, 0.0])?;
-            array_controller_run(&mut controller, &ArraySample::of(&block), &mut drives)?;
-            controller.release();
-        }
-        black_box(drives);
-    }
-    Ok(())
-}
-
 fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]);
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
@@ -259,6 +195,8 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
         black_box(quasi_static_inverse(&mut inverse, *sample));
         black_box(bracket_step(&mut bracket, *sample));
     }
+    reset(&mut forward);
+    reset(&mut inverse);
     Ok(())
 }
 
@@ -270,7 +208,7 @@ fn controllers(compiled: &CompiledModel, filters: &Sections) -> Result<(), Error
     let tracking = AntiWindup::BackCalculation { tracking_time: None };
     let back_calculation = ControllerOptions { anti_windup: tracking, max_missing: 1, ..conditional };
     let creep = CreepTerms::new(&[0.1], &[0.9])?;
-    let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?;
+    let preview = Preview::new(&[-1.0, 2.0, 0.5], 1)?.smoothed(&[0.25, 0.5, 0.25])?;
     let cases = [
         (FeedForward::from(Inverse::new(compiled, Some(limits))?), Some(preview), conditional),
         (Forward::new(compiled).into(), None, back_calculation),
@@ -280,13 +218,7 @@ fn controllers(compiled: &CompiledModel, filters: &Sections) -> Result<(), Error
     ];
     for (source, preview, options) in black_box(cases) {
         let mut controller = HybridController::new(source, preview, &options)?;
-        let mut axes = MultiAxisController::new(vec![controller.clone(); 2], Some(&[1.0, 0.5, 0.0, 1.0]))?;
-        for x in black_box([[0.0, f64::NAN], [3.0, -1.0], [1e90, f64::INFINITY]]) {
-            let mut drives = [0.0; 2];
-            axes_step(&mut axes, &x, &[x[1], 0.5], &mut drives)?;
-            black_box(axes_plan(&mut axes, &x, &[0.5, x[0]], &mut drives)?);
-            axes_run(&mut axes, &x, &x, &mut drives)?;
-        }
+        several::axes(&controller)?;
         for x in black_box([0.0, f64::NAN, 3.0, -1.0, 1e90, f64::INFINITY, 2.0]) {
             for measurement in black_box([x, 0.0, f64::NAN, f64::NAN, f64::NAN]) {
                 let command = Command { target: Some(x), feedforward: Some(2.0), ..x.into() };
@@ -306,6 +238,8 @@ fn controllers(compiled: &CompiledModel, filters: &Sections) -> Result<(), Error
             }
             _ = black_box(controller_follow(&mut controller, &[x, 1.0]));
             controller_changes(&mut controller, Mode::Run, 2.0, filters)?;
+            controller_run(&mut controller, &[x, 1.0], &[0.5, x], &mut [0.0; 2])?;
+            controller_restarts(&mut controller, 10.0)?;
         }
     }
     Ok(())
@@ -324,6 +258,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             black_box((forward_peek(&stream, sample), forward_step(&mut stream, sample)));
         }
         forward_run(&mut stream, &samples, &mut output)?;
+        reset(&mut stream);
     }
     for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?]
     {
@@ -332,6 +267,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         inverse_run(&mut stream, &samples, &mut output)?;
         inverse_follow(&mut stream, &samples[..4])?;
+        reset(&mut stream);
     }
     quasi_static(&compiled, &samples)?;
     let sections = [Biquad::new([0.98, -1.7, 0.95], [-1.7, 0.93])?, Biquad::new([0.1, 0.0, 0.0], [-0.9, 0.0])?];
@@ -339,8 +275,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for sample in samples {
         black_box(filter(&mut filtered, sample));
     }
+    reset(&mut filtered);
     controllers(&compiled, &Sections::new(&sections)?)?;
-    array_controllers(&compiled)?;
+    several::actuators(&compiled)?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;
