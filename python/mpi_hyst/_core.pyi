@@ -4515,8 +4515,28 @@ class MultiAxisController:
     def limits(self) -> _Matrix:
         """The limits of the drives in volts, an array of shape (N, 2)."""
     @property
+    def terms(self) -> tuple[ControllerTerms, ...]: ...
+    @property
+    def lead_in(self) -> float: ...
+    @property
+    def kp(self) -> _Vector: ...
+    @property
+    def ki(self) -> _Vector: ...
+    @property
     def dt(self) -> float:
         """The sampling interval in seconds."""
+    def set_gains(self, axis: int, kp: float, ki: float) -> None: ...
+    def set_filters(self, axis: int, filters: _Filter | Sequence[_Filter]) -> None: ...
+    def set_model(self, axis: int, model: _Model) -> None: ...
+    def set_feedforward(self, axis: int, feedforward: _FeedForward) -> None: ...
+    @property
+    def mode(self) -> tuple[Literal["run", "feedforward", "hold", "stop"], ...]: ...
+    @mode.setter
+    def mode(
+        self,
+        mode: Literal["run", "feedforward", "hold"]
+        | Sequence[Literal["run", "feedforward", "hold"]],
+    ) -> None: ...
     @property
     def hold(self) -> bool:
         """Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
@@ -4531,8 +4551,9 @@ class MultiAxisController:
         From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
         from the drives that are reached then.
         """
-    def reset(self) -> None:
+    def reset(self, drives: ArrayLike | None = None) -> None:
         """All axes back to the start, in mode "run", with all counters at zero. The drives stay."""
+    def follow(self, drives: ArrayLike) -> None: ...
     def start_at(self, drives: ArrayLike) -> None:
         """Goes on from other drives that the amplifiers have, with everything that is remembered."""
     @property

@@ -231,3 +231,51 @@ fn a_stop_brings_every_axis_to_its_rest_drive() {
     axes.step((&[1.0; 2]).into(), &[0.0; 2], &mut drives).unwrap();
     assert_eq!(drives, [2.0, 0.0]);
 }
+
+#[test]
+fn a_drive_that_is_refused_is_named_with_its_actuator() {
+    let mut axes = MultiAxisController::new(vec![feedback(1e-3); 2], None).unwrap();
+    axes.start_at(&[1.0, -1.0]).unwrap();
+    let before = shown(&axes);
+    let refused = [
+        (axes.stop(100.0, &[0.0, 11.0]), "rest_drives[1]: expected a number from -10.0 to 10.0, got 11.0"),
+        (axes.stop(100.0, &[f64::NAN, 0.0]), "rest_drives[0]: expected a number from -10.0 to 10.0, got NaN"),
+        (axes.stop(100.0, &[0.0]), "rest_drives: expected 2 elements, got 1"),
+        (axes.start_at(&[0.0, -11.0]), "drives[1]: expected a number from -10.0 to 10.0, got -11.0"),
+        (axes.reset_at(&[0.0, -11.0]), "drives[1]: expected a number from -10.0 to 10.0, got -11.0"),
+        (axes.follow(&[0.0, 1.0, 0.0, 12.0]), "drives[1]: expected a number from -10.0 to 10.0, got 12.0"),
+        (axes.follow(&[0.0; 3]), "drives: expected whole rows of 2 elements, got 3 elements"),
+    ];
+    for (result, message) in refused {
+        assert_eq!(result.unwrap_err().to_string(), message);
+    }
+    assert_eq!(shown(&axes), before);
+}
+
+#[test]
+fn what_was_driven_before_is_taken_over_by_all_axes_or_by_none() {
+    let limits = (-10.0, 10.0);
+    let model = hysteresis_core::PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], hysteresis_core::Offsets::default());
+    let single = |source| HybridController::new(source, None, &ControllerOptions::new(2.0, 500.0, DT, limits)).unwrap();
+    let inverse = single(model.as_ref().unwrap().inverse(Some(limits)).unwrap().into());
+    let mut singles = [inverse.clone(), inverse.clone()];
+    let mut axes = MultiAxisController::new(singles.to_vec(), None).unwrap();
+    axes.follow(&[8.0, -3.0, 4.0, 2.0]).unwrap();
+    singles[0].follow(&[8.0, 4.0]).unwrap();
+    singles[1].follow(&[-3.0, 2.0]).unwrap();
+    assert_eq!(axes.state().controllers, singles.map(|one| one.state()));
+    axes.reset_at(&[5.0, 6.0]).unwrap();
+    assert_eq!(
+        axes.state().controllers,
+        [5.0, 6.0].map(|drive| {
+            let mut one = inverse.clone();
+            one.reset_at(drive).unwrap();
+            one.state()
+        })
+    );
+    let targets_alone = single(model.unwrap().forward().into());
+    let mut axes = MultiAxisController::new(vec![inverse, targets_alone], None).unwrap();
+    let before = shown(&axes);
+    assert_eq!(axes.follow(&[8.0, 1.0]), Err(Error::CannotFollow));
+    assert_eq!(shown(&axes), before);
+}

@@ -168,7 +168,7 @@ impl HybridController {
     /// # Errors
     /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
     pub fn reset_at(&mut self, drive: f64) -> Result<(), Error> {
-        check_drive("drive", drive, self.options.limits)?;
+        check_drive("drive", None, drive, self.options.limits)?;
         self.restart(drive);
         Ok(())
     }
@@ -194,7 +194,7 @@ impl HybridController {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn start_at(&mut self, drive: f64) -> Result<(), Error> {
-        check_drive("drive", drive, self.options.limits)?;
+        check_drive("drive", None, drive, self.options.limits)?;
         self.end_motion();
         self.now.terms.drive = drive;
         Ok(())

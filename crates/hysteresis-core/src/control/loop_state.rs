@@ -32,7 +32,7 @@ pub struct StopRamp {
 impl StopRamp {
     pub(super) fn check(&self, names: [&'static str; 2], limits: (f64, f64)) -> Result<(), Error> {
         check_positive(names[0], self.rate)?;
-        check_drive(names[1], self.rest_drive, limits)?;
+        check_drive(names[1], None, self.rest_drive, limits)?;
         Ok(())
     }
 }
@@ -130,7 +130,7 @@ impl LoopState {
         let Terms { reference, target, error, filtered_error, feedforward, .. } = self.terms;
         let Terms { proportional, integral, bumpless, unlimited_drive, .. } = self.terms;
         filters.check(&self.filter)?;
-        check_drive("state.feedback_loop.terms.drive", self.terms.drive, limits)?;
+        check_drive("state.feedback_loop.terms.drive", None, self.terms.drive, limits)?;
         check_finite("state.feedback_loop.terms.reference", None, reference)?;
         check_finite("state.feedback_loop.terms.target", None, target)?;
         check_finite("state.feedback_loop.last_measurement", None, self.last_measurement.unwrap_or(0.0))?;

@@ -1,6 +1,6 @@
 //! How a controller is set up.
 
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_non_negative, check_positive};
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_length, check_non_negative, check_positive};
 use crate::filter::Sections;
 
 /// The form of the law that is evaluated.
@@ -120,7 +120,7 @@ impl ControllerOptions {
     pub(super) fn checked_start_drive(&self) -> Result<f64, Error> {
         let (low, high) = self.limits;
         let Some(drive) = self.start_drive else { return Ok(0.0_f64.max(low).min(high)) };
-        check_drive("start_drive", drive, self.limits)
+        check_drive("start_drive", None, drive, self.limits)
     }
 }
 
@@ -166,10 +166,26 @@ pub(super) fn check_range(parameter: &'static str, range: (f64, f64), low_name: 
 }
 
 /// Checks a drive against the limits, or names it.
-pub(super) fn check_drive(parameter: &'static str, got: f64, (low, high): (f64, f64)) -> Result<f64, Error> {
+pub(super) fn check_drive(
+    parameter: &'static str,
+    index: Option<usize>,
+    got: f64,
+    (low, high): (f64, f64),
+) -> Result<f64, Error> {
     if low <= got && got <= high {
         Ok(got)
     } else {
-        Err(Error::Domain { parameter, index: None, expected: Bound::Between { low, high }, got })
+        Err(Error::Domain { parameter, index, expected: Bound::Between { low, high }, got })
     }
+}
+
+/// Checks one drive for each actuator, whose limits these are, or names it.
+pub(super) fn check_drives(
+    parameter: &'static str,
+    drives: &[f64],
+    limits: impl ExactSizeIterator<Item = (f64, f64)>,
+) -> Result<(), Error> {
+    check_length(parameter, limits.len(), drives.len())?;
+    let each = drives.iter().zip(limits).enumerate();
+    each.into_iter().try_for_each(|(i, (drive, limits))| check_drive(parameter, Some(i), *drive, limits).map(drop))
 }

@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::controller_options::{Given, as_keywords, mode_name, unknown};
+use super::controller_options::{Given, as_keywords, mode_name, mode_of};
 use super::filters::as_tuple;
 use super::preview::Preview;
 use super::source::{check_interval, source};
@@ -263,11 +263,7 @@ impl HybridController {
 
     #[setter]
     fn set_mode(&mut self, mode: &str) -> PyResult<()> {
-        let modes = [Mode::Run, Mode::Feedforward, Mode::Hold];
-        match modes.into_iter().find(|known| mode_name(*known) == mode) {
-            Some(mode) => self.controller.set_mode(mode).map_err(raise),
-            None => unknown("mode", "\"run\", \"feedforward\" or \"hold\"", mode),
-        }
+        self.controller.set_mode(mode_of("mode", mode)?).map_err(raise)
     }
 
     /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a

@@ -28,6 +28,12 @@ impl HybridController {
             preview: self.preview.as_ref().map(|preview| preview.clone_ref(py)),
         })
     }
+
+    /// A controller that is made again begins with the model that this one goes on with.
+    pub(super) fn remember_model(&self, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let source = self.source.as_ref().map(|source| source.bind(model.py()));
+        source.map_or(Ok(()), |source| source.call_method1(intern!(model.py(), "set_model"), (model,)).map(drop))
+    }
 }
 
 #[pymethods]
@@ -54,9 +60,7 @@ impl HybridController {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
         this.controller.set_model(&compiled).map_err(raise)?;
-        // A controller that is made again begins with the same model.
-        let source = this.source.as_ref().map(|source| source.bind(slf.py()).clone());
-        source.map_or(Ok(()), |source| source.call_method1(intern!(slf.py(), "set_model"), (model,)).map(drop))
+        this.remember_model(model)
     }
 
     /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream

@@ -6,11 +6,11 @@ use pyo3::types::PyDict;
 
 use super::filters::{as_tuple, sections};
 use crate::convert::arguments::{numbers, pair, whole};
-use crate::convert::errors;
+use crate::convert::errors::{self, Place};
 use crate::convert::pickling::keywords;
 
 /// A word that is none of those expected.
-pub(super) fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
+fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
     Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
 }
 
@@ -49,6 +49,18 @@ pub(super) fn mode_name(mode: Mode) -> &'static str {
         Mode::Stop => "stop",
     }
 }
+
+/// A mode that can be set: a stop has a method of its own.
+pub(super) fn mode_of(place: &str, name: &str) -> PyResult<Mode> {
+    let modes = [Mode::Run, Mode::Feedforward, Mode::Hold];
+    match modes.into_iter().find(|known| mode_name(*known) == name) {
+        Some(mode) => Ok(mode),
+        None => Err(errors::value(Place::part("mode", place), format_args!("expected {MODES}, got \"{name}\""))),
+    }
+}
+
+/// The words that [`mode_of`] takes.
+pub(super) const MODES: &str = "\"run\", \"feedforward\" or \"hold\"";
 
 /// The keywords of a controller that have defaults, as they came.
 #[derive(FromPyObject)]

@@ -13,6 +13,7 @@ pub(crate) mod invert_dynamics;
 pub(crate) mod iterative;
 pub(crate) mod linear;
 pub(crate) mod multi_axis;
+mod multi_axis_changes;
 pub(crate) mod observer;
 pub(crate) mod preview;
 pub(crate) mod preview_window;

@@ -1,21 +1,19 @@
 //! A hybrid controller for each actuator of several axes, behind a static decoupling.
 
 use hysteresis_core::{self as core, AxesCommand};
-use numpy::ndarray::{Dimension, Ix1, Ix2};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::ndarray::Ix2;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use pythonize::pythonize;
 
 use super::controller::HybridController;
-use super::controller_changes::plain_state;
-use crate::convert::arguments::numbers;
-use crate::convert::arrays::{array, vector};
+use super::terms::ControllerTerms;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::plant::multi_axis::{as_matrix, list_of, square};
 use crate::stream::blocks::{Block, apply};
+use crate::stream::stream_arrays::columns;
 
 /// Rows between two looks at pending signals (Ctrl-C).
 const ROWS: usize = 1 << 16;
@@ -66,26 +64,16 @@ const ROWS: usize = 1 << 16;
 pub(crate) struct MultiAxisController {
     pub(crate) controller: core::MultiAxisController,
     /// The single controllers as they came, with what they were made of.
-    made_of: Vec<Py<HybridController>>,
+    pub(super) made_of: Vec<Py<HybridController>>,
 }
 
 /// One number for each axis.
-fn one_each<'py>(name: &str, value: &Bound<'py, PyAny>, axes: usize) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    columns::<Ix1>(name, value, axes, &format!("an array of shape ({axes},)"))
-}
-
-fn columns<'py, D: Dimension>(
+pub(super) fn one_each<'py>(
     name: &str,
     value: &Bound<'py, PyAny>,
     axes: usize,
-    expected: &str,
-) -> PyResult<PyReadonlyArray<'py, f64, D>> {
-    let found = array::<D>(name, value, format_args!("{expected}"))?;
-    if found.shape().last() == Some(&axes) {
-        return Ok(found);
-    }
-    let shape = found.getattr("shape")?;
-    Err(errors::value(name, format_args!("expected {expected}, got shape {shape}")))
+) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    columns(name, value, axes, format_args!("an array of shape ({axes},)"))
 }
 
 /// What is asked of a sample, converted.
@@ -129,7 +117,7 @@ impl<'py> Asked<'py> {
 }
 
 impl MultiAxisController {
-    fn axes(&self) -> usize {
+    pub(super) fn axes(&self) -> usize {
         self.controller.controllers().len()
     }
 
@@ -220,8 +208,8 @@ impl MultiAxisController {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (py, axes) = (slf.py(), shared(slf)?.axes());
         let expected = format!("an array of shape (samples, {axes})");
-        let samples = columns::<Ix2>("references", references, axes, &expected)?;
-        let beside = columns::<Ix2>("measurements", measurements, axes, &expected)?;
+        let samples = columns::<Ix2>("references", references, axes, format_args!("{expected}"))?;
+        let beside = columns::<Ix2>("measurements", measurements, axes, format_args!("{expected}"))?;
         let (rows, got) = (samples.shape()[0], beside.shape()[0]);
         if rows != got {
             return Err(errors::value(
@@ -282,64 +270,34 @@ impl MultiAxisController {
 
     /// The sampling interval in seconds.
     #[getter]
-    fn dt(&self) -> f64 {
+    pub(super) fn dt(&self) -> f64 {
         self.controller.controllers().first().map_or(0.0, |controller| controller.options().dt)
     }
 
-    /// Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
-    /// stop.
+    /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms.
     #[getter]
-    fn hold(&self) -> bool {
-        self.controller.controllers().iter().all(|controller| controller.mode() == core::Mode::Hold)
+    fn terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let terms = self.controller.controllers().iter().map(|one| Bound::new(py, ControllerTerms::from(one.terms())));
+        PyTuple::new(py, terms.collect::<PyResult<Vec<_>>>()?)
     }
 
-    #[setter]
-    fn set_hold(&mut self, hold: bool) {
-        if hold {
-            self.controller.hold();
-        } else {
-            self.controller.release();
-        }
-    }
-
-    /// Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that is slower, and
-    /// holds it there.
-    ///
-    /// From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
-    /// from the drives that are reached then.
-    #[pyo3(signature = (rate, rest_drives=None))]
-    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drives: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(rate);
-        let axes = shared(slf)?.axes();
-        let rest_drives = match rest_drives {
-            Some(given) => one_each("rest_drives", given, axes)?.as_slice()?.to_vec(),
-            None => vec![0.0; axes],
-        };
-        exclusive(slf)?.controller.stop(rate, &rest_drives).map_err(raise)
-    }
-
-    /// All axes back to the start, in mode "run", with all counters at zero. The drives stay.
-    fn reset(&mut self) {
-        self.controller.reset();
-    }
-
-    /// Goes on from other drives that the amplifiers have, with everything that is remembered.
-    fn start_at(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
-        exclusive(slf)?.controller.start_at(drives.as_slice()?).map_err(raise)
-    }
-
-    /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
-    /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
+    /// For how many seconds at most the drives are not yet those of the law, from the next sample on: until the windows of the
+    /// previews are full and the bumpless terms are gone.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.controller.state())?)
+    fn lead_in(&self) -> f64 {
+        self.controller.controllers().iter().map(core::HybridController::lead_in).fold(0.0, f64::max)
     }
 
-    #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let plain: core::MultiAxisState = plain_state(state)?;
-        exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+    /// The proportional gains of the actuators in V/um, an array of N.
+    #[getter]
+    fn kp<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, self.controller.controllers().iter().map(|one| one.options().kp))
+    }
+
+    /// The integral gains of the actuators in V/um/s, an array of N.
+    #[getter]
+    fn ki<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, self.controller.controllers().iter().map(|one| one.options().ki))
     }
 
     /// How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or missing.

@@ -3,9 +3,10 @@
 use alloc::vec::Vec;
 
 use super::controller::{ArrayController, copy};
-use super::loop_state::{ArrayControllerState, check_drives};
+use super::loop_state::ArrayControllerState;
 use super::options::Gains;
 use crate::control::Mode;
+use crate::control::options::check_drives;
 use crate::engine::CompiledModel;
 use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_positive};
@@ -33,7 +34,7 @@ impl ArrayController {
     /// of them; the controller is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
         check_positive("rate", rate)?;
-        check_drives("rest_drive", rest_drives, &self.limits)?;
+        check_drives("rest_drive", rest_drives, self.limits.iter().copied())?;
         self.now.end_motion();
         (self.now.mode, self.now.stop_rate) = (Mode::Stop, rate);
         copy(&mut self.now.rest_drives, rest_drives);
@@ -85,7 +86,7 @@ impl ArrayController {
     /// # Errors
     /// [`Error::Length`] unless there are M drives, [`Error::Domain`] for one outside its limits; the controller is as before then.
     pub fn reset_at(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_drives("drive", drives, &self.limits)?;
+        check_drives("drive", drives, self.limits.iter().copied())?;
         copy(&mut self.now.drives, drives);
         self.reset();
         Ok(())
@@ -102,7 +103,8 @@ impl ArrayController {
         if !got.is_multiple_of(width) {
             return Err(Error::Rows { parameter: "drives", width, got });
         }
-        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, &self.limits))?;
+        let limits = || self.limits.iter().copied();
+        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, limits()))?;
         for row in drives.chunks_exact(width) {
             copy(&mut self.now.drives, row);
             self.follow_present_drives();

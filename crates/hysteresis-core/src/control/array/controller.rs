@@ -4,11 +4,12 @@ use alloc::vec::Vec;
 
 use super::counters::ArrayCounters;
 use super::feedback::Feedback;
-use super::loop_state::{LoopState, check_drives};
+use super::loop_state::LoopState;
 use super::options::{ArrayOptions, Gains};
 use super::pairs::Pairs;
 use crate::control::Mode;
 use crate::control::limiter::Limiter;
+use crate::control::options::check_drives;
 use crate::error::{Bound, Error, check_length, check_positive};
 use crate::stream::{Inverse, StreamArray};
 
@@ -163,7 +164,7 @@ impl ArrayController {
             Some(drives) => drives.clone(),
             None => limits.iter().map(|(low, high)| 0.0_f64.max(*low).min(*high)).collect(),
         };
-        check_drives("start_drive", &start, &limits)?;
+        check_drives("start_drive", &start, limits.iter().copied())?;
         let now = LoopState::at(start);
         let (work, options) = (Work::new(actuators), options.clone());
         let mut made = Self { inverse, limits, limiters, gains, feedback, pairs, bumpless_samples, now, work, options };

@@ -6,7 +6,8 @@ use alloc::vec::Vec;
 
 use super::counters::ArrayCounters;
 use crate::control::Mode;
-use crate::error::{Bound, Error, check_length, check_positive};
+use crate::control::options::check_drives;
+use crate::error::{Error, check_length, check_positive};
 use crate::stream::StreamState;
 
 /// A number of a saved state may be this large: products and sums of admissible numbers are smaller.
@@ -158,7 +159,7 @@ impl ArrayControllerState {
     pub(super) fn check(&self, limits: &[(f64, f64)]) -> Result<(), Error> {
         let actuators = limits.len();
         check_length("state.streams", actuators, self.streams.len())?;
-        check_drives("state.drives", &self.drives, limits)?;
+        check_drives("state.drives", &self.drives, limits.iter().copied())?;
         for (parameter, terms) in [("state.integral", &self.integral), ("state.bumpless", &self.bumpless)] {
             check_length(parameter, actuators, terms.len())?;
             if !terms.iter().all(|term| term.abs() <= LARGEST_TERM) {
@@ -168,22 +169,10 @@ impl ArrayControllerState {
         match (self.mode, &self.stop) {
             (Mode::Stop, Some(stop)) => {
                 check_positive("state.stop.rate", stop.rate)?;
-                check_drives("state.stop.rest_drive", &stop.rest_drive, limits)
+                check_drives("state.stop.rest_drive", &stop.rest_drive, limits.iter().copied())
             }
             (Mode::Run | Mode::Hold, None) => Ok(()),
             _ => Err(Error::State { expected: "the mode run or hold, or a stop with its rate and rest drives" }),
         }
     }
-}
-
-/// Checks one drive for each actuator against its limits, or names it.
-pub(super) fn check_drives(parameter: &'static str, drives: &[f64], limits: &[(f64, f64)]) -> Result<(), Error> {
-    check_length(parameter, limits.len(), drives.len())?;
-    for (index, (got, (low, high))) in drives.iter().copied().zip(limits.iter().copied()).enumerate() {
-        if !(low <= got && got <= high) {
-            let expected = Bound::Between { low, high };
-            return Err(Error::Domain { parameter, index: Some(index), expected, got });
-        }
-    }
-    Ok(())
 }

@@ -3,10 +3,10 @@
 use alloc::vec::Vec;
 
 use super::controller::MultiAxisController;
-use crate::control::loop_state::StopRamp;
-use crate::control::options::check_drive;
+use crate::control::options::check_drives;
 use crate::control::{ControllerState, HybridController, Mode};
-use crate::error::{Error, check_length};
+use crate::engine::count_as_f64;
+use crate::error::{Bound, Error, check_positive};
 
 /// Everything that a [`MultiAxisController`] remembers: restored, it continues bit for bit.
 ///
@@ -61,18 +61,86 @@ impl MultiAxisController {
     /// [`Error::Length`] unless there is a rest drive for each actuator, [`Error::Domain`] for a rate that is not above zero
     /// or a rest drive outside its limits; all is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
-        check_length("rest_drives", self.controllers.len(), rest_drives.len())?;
-        for (controller, rest_drive) in self.controllers.iter().zip(rest_drives) {
-            let ramp = StopRamp { rate, rest_drive: *rest_drive };
-            ramp.check(["rate", "rest_drives"], controller.options().limits)?;
-        }
+        check_positive("rate", rate)?;
+        check_drives("rest_drives", rest_drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(rest_drives);
         each.try_for_each(|(controller, rest_drive)| controller.stop(rate, *rest_drive))
+    }
+
+    /// The controller of one actuator, to change it alone: its gains, filters, model or mode. A change drops what is planned.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] that names `axis` unless there is such an actuator.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, MultiAxisController};
+    /// let options = ControllerOptions::new(2.0, 500.0, 1e-3, (-10.0, 10.0));
+    /// let controller = HybridController::new(FeedForward::None, None, &options)?;
+    /// let mut axes = MultiAxisController::new(vec![controller; 2], None)?;
+    /// axes.controller_mut(1)?.set_gains(1.0, 300.0)?;
+    /// assert_eq!([0, 1].map(|i| axes.controllers()[i].options().kp), [2.0, 1.0]);
+    /// assert_eq!(axes.controller_mut(2).unwrap_err().parameter(), Some("axis"));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn controller_mut(&mut self, axis: usize) -> Result<&mut HybridController, Error> {
+        let last = self.controllers.len().saturating_sub(1);
+        self.controllers.get_mut(axis).ok_or(Error::Domain {
+            parameter: "axis",
+            index: None,
+            expected: Bound::UpTo { last },
+            got: count_as_f64(axis),
+        })
     }
 
     /// All axes as made, but for options and gains that were changed since and for the drives, which stay.
     pub fn reset(&mut self) {
         self.controllers.iter_mut().for_each(HybridController::reset);
+    }
+
+    /// [`reset`](Self::reset), the amplifiers being at other drives now.
+    ///
+    /// # Errors
+    /// As [`start_at`](Self::start_at); all is as before then.
+    pub fn reset_at(&mut self, drives: &[f64]) -> Result<(), Error> {
+        self.start_at(drives)?;
+        self.reset();
+        Ok(())
+    }
+
+    /// Takes over what was driven before, rows of one drive for each actuator, oldest first: see [`HybridController::follow`].
+    /// Without any nothing changes. Allocates.
+    ///
+    /// # Errors
+    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits,
+    /// [`Error::CannotFollow`] for a feed-forward that knows targets alone; all is as before then.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, MultiAxisController};
+    /// let options = ControllerOptions::new(2.0, 500.0, 1e-3, (-10.0, 10.0));
+    /// let controller = HybridController::new(FeedForward::None, None, &options)?;
+    /// let mut axes = MultiAxisController::new(vec![controller; 2], None)?;
+    /// axes.follow(&[8.0, 1.0, 4.0, 2.0])?;
+    /// assert_eq!([0, 1].map(|i| axes.controllers()[i].drive()), [4.0, 2.0]);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        let (width, got) = (self.controllers.len().max(1), drives.len());
+        if !got.is_multiple_of(width) {
+            return Err(Error::Rows { parameter: "drives", width, got });
+        }
+        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, self.limits()))?;
+        let mut moved = self.controllers.clone();
+        for (i, controller) in moved.iter_mut().enumerate() {
+            let column: Vec<f64> = drives.iter().skip(i).step_by(width).copied().collect();
+            controller.follow(&column)?;
+        }
+        self.controllers = moved;
+        Ok(())
+    }
+
+    /// The limits of the drive of every actuator.
+    fn limits(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + '_ {
+        self.controllers.iter().map(|controller| controller.options().limits)
     }
 
     /// Goes on from other drives that the amplifiers have, with everything that is remembered.
@@ -81,10 +149,7 @@ impl MultiAxisController {
     /// [`Error::Length`] unless there is a drive for each actuator, [`Error::Domain`] for one outside its limits; all is as
     /// before then.
     pub fn start_at(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_length("drives", self.controllers.len(), drives.len())?;
-        for (controller, drive) in self.controllers.iter().zip(drives) {
-            check_drive("drives", *drive, controller.options().limits)?;
-        }
+        check_drives("drives", drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(drives);
         each.try_for_each(|(controller, drive)| controller.start_at(*drive))
     }
