@@ -94,7 +94,7 @@ impl RepetitiveControl {
     /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this sample's
     /// target wants. An error that is not finite teaches nothing and is counted.
     pub fn step(&mut self, error: f64) -> f64 {
-        let correction = self.correction();
+        let correction = self.peek();
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
         let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
@@ -106,7 +106,9 @@ impl RepetitiveControl {
         correction
     }
 
-    fn correction(&self) -> f64 {
+    /// The correction that [`step`](Self::step) would return: it comes from the past alone.
+    #[must_use]
+    pub fn peek(&self) -> f64 {
         let Filters { low_pass, learning } = &self.filters;
         let half_width = low_pass.len() / 2;
         // The window around the sample one period before the one to come.
