@@ -67,6 +67,26 @@ pub enum Error {
         /// The number that came.
         got: f64,
     },
+    /// A whole number, such as a count, lies outside its domain.
+    Whole {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// Where in the array, for arrays.
+        index: Option<usize>,
+        /// The domain in words.
+        expected: Bound,
+        /// The number that came.
+        got: u64,
+    },
+    /// A word is none of those that can be chosen here.
+    Choice {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// What can be chosen.
+        expected: &'static str,
+        /// The word that came.
+        got: &'static str,
+    },
     /// The slope of the model is not positive everywhere, so one output may belong to several inputs.
     NotInvertible {
         /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal. Of a split
@@ -130,8 +150,10 @@ pub enum Bound {
     NonNegative,
     /// Finite and above zero.
     Positive,
-    /// A whole number up to this one.
-    UpTo {
+    /// A whole number between two others.
+    FromTo {
+        /// The least.
+        first: usize,
         /// The largest.
         last: usize,
     },
@@ -160,6 +182,13 @@ pub enum Bound {
         /// What it is.
         what: &'static str,
     },
+    /// A count that is described in words.
+    Exactly {
+        /// The count.
+        count: usize,
+        /// What it is.
+        what: &'static str,
+    },
     /// Below another number, named in words.
     Below {
         /// What bounds it from above.
@@ -182,11 +211,12 @@ impl fmt::Display for Bound {
             Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
             Self::NonNegative => write!(f, "a finite number >= 0"),
             Self::Positive => write!(f, "a finite number > 0"),
-            Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
+            Self::FromTo { first, last } => write!(f, "a whole number from {first} to {last}"),
             Self::Words(words) => f.write_str(words),
             Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
             Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
             Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
+            Self::Exactly { count, what } => write!(f, "{count}, {what}"),
             Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
             Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
         }
@@ -198,6 +228,18 @@ impl Error {
     #[must_use]
     pub fn domain(parameter: &'static str, index: Option<usize>, expected: &'static str, got: f64) -> Self {
         Self::Domain { parameter, index, expected: Bound::Words(expected), got }
+    }
+
+    /// A count, or another whole number, outside the domain that the words describe.
+    ///
+    /// ```
+    /// use hysteresis_core::Error;
+    /// let error = Error::whole("sections", None, "at most 6", 7);
+    /// assert_eq!(error.to_string(), "sections: expected at most 6, got 7");
+    /// ```
+    #[must_use]
+    pub fn whole(parameter: &'static str, index: Option<usize>, expected: &'static str, got: usize) -> Self {
+        Self::Whole { parameter, index, expected: Bound::Words(expected), got: got as u64 }
     }
 
     /// The same about a number with another name: what callers know it by.
@@ -216,7 +258,9 @@ impl Error {
             Self::Empty { parameter }
             | Self::Length { parameter, .. }
             | Self::Rows { parameter, .. }
-            | Self::Domain { parameter, .. } => Some(parameter),
+            | Self::Domain { parameter, .. }
+            | Self::Whole { parameter, .. }
+            | Self::Choice { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
             Self::OtherLimits { .. } => Some("feedforward"),
             Self::CannotFollow => Some("drives"),
@@ -243,6 +287,13 @@ impl fmt::Display for Error {
             Self::Domain { parameter, index: Some(index), expected, got } => {
                 write!(f, "{parameter}[{index}]: expected {expected}, got {got:?}")
             }
+            Self::Whole { parameter, index: None, expected, got } => {
+                write!(f, "{parameter}: expected {expected}, got {got}")
+            }
+            Self::Whole { parameter, index: Some(index), expected, got } => {
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+            }
+            Self::Choice { parameter, expected, got } => write!(f, "{parameter}: expected {expected}, got {got:?}"),
             Self::NotInvertible { identity_weight, negative_sum } => write!(
                 f,
                 "the model is not invertible: its slope is only known to be positive if the weight of the identity \

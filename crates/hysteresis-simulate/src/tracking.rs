@@ -79,7 +79,6 @@ impl<'a> Tracking<'a> {
     ) -> Result<Run, E> {
         let (filling, ahead) = lead_in(self.controller);
         let own = self.controller.options().limits;
-        let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
@@ -99,7 +98,7 @@ impl<'a> Tracking<'a> {
             adapt(self.controller, self.controller.drive(), measured)?;
             Ok(put_out)
         };
-        Ok(task.run_with(plant, step, watch)?.within(limits))
+        Ok(task.run_with(plant, step, watch)?.within(own))
     }
 
     /// What the feedback sees of a measurement.

@@ -78,12 +78,11 @@ impl IterativeLearning {
     /// not finite.
     pub fn new(feedback: &FeedbackLoop, target: &[f64], options: &LearningOptions) -> Result<Self, Error> {
         options.check()?;
-        let error = |index, expected, got| Err(Error::domain("target", index, expected, got));
         if target.len() < 2 {
-            return error(None, "at least two samples of a period", as_f64(target.len()));
+            return Err(Error::whole("target", None, "at least two samples of a period", target.len()));
         }
         if let Some((index, got)) = target.iter().enumerate().find(|(_, y)| !is_admissible(**y)) {
-            return error(Some(index), "a finite number (at most 1e100 in magnitude)", *got);
+            return Err(Error::domain("target", Some(index), "a finite number (at most 1e100 in magnitude)", *got));
         }
         let mut learning = Self {
             harmonics: Harmonics::new(feedback, target.len(), options)?,
@@ -257,7 +256,7 @@ impl IterativeLearning {
             return Err(Error::domain("state.noise", None, "a finite number >= 0", state.noise));
         }
         if state.since > state.trials.len() {
-            return Err(Error::domain("state.since", None, "at most the number of trials", as_f64(state.since)));
+            return Err(Error::whole("state.since", None, "at most the number of trials", state.since));
         }
         check_beliefs(&state.beliefs, self.harmonics.len())?;
         self.target.clone_from(&state.target);
