@@ -164,7 +164,7 @@ impl RepetitiveControl {
         let or_none = |number: Option<f64>| number.unwrap_or(f64::INFINITY);
         check_same("state.bandwidth", or_none(own.bandwidth), or_none(saved.bandwidth))?;
         check_same("state.gain", own.gain, saved.gain)?;
-        check_same("state.settle", own.settle.into(), saved.settle.into())?;
+        check_same_count("state.settle", own.settle as usize, saved.settle as usize)?;
         check_same("state.limit", or_none(own.limit), or_none(saved.limit))?;
         check_model(self.fingerprint(), state.model)?;
         let samples = self.corrections.oldest_first().len();
