@@ -15,9 +15,9 @@ from axes import CROSSTALK, DT, LIMITS, MODELS, controllers, made, model, walk
 
 # The other weights of a running actuator: the operators are the same.
 STIFFER = [
-    mh.ModifiedPrandtlIshlinskii(0.9 * one.weights, one.r, one.rb, one.ra, one.rc) for one in MODELS
+    mh.ModifiedPrandtlIshlinskii(0.9 * one.weights, one.r, one.ra, one.rb, one.rc) for one in MODELS
 ]
-NOTCH = mh.control.Notch(900.0, 0.1)
+NOTCH = mh.control.Notch(900.0, 0.1, 1.0)
 CHANGES: dict[str, Callable[..., None]] = {
     "gains": lambda one, *axis: one.set_gains(*axis, kp=3.0, ki=2e3),
     "filters": lambda one, *axis: one.set_filters(*axis, filters=NOTCH),

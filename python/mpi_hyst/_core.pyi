@@ -4515,22 +4515,61 @@ class MultiAxisController:
     def limits(self) -> _Matrix:
         """The limits of the drives in volts, an array of shape (N, 2)."""
     @property
-    def terms(self) -> tuple[ControllerTerms, ...]: ...
+    def terms(self) -> tuple[ControllerTerms, ...]:
+        """What the last samples of the actuators that were acted upon were made of, N ControllerTerms."""
     @property
-    def lead_in(self) -> float: ...
+    def lead_in(self) -> float:
+        """For how many seconds at most the drives are not yet those of the law, from the next sample on: until the windows of the
+        previews are full and the bumpless terms are gone.
+        """
     @property
-    def kp(self) -> _Vector: ...
+    def kp(self) -> _Vector:
+        """The proportional gains of the actuators in V/um, an array of N."""
     @property
-    def ki(self) -> _Vector: ...
+    def ki(self) -> _Vector:
+        """The integral gains of the actuators in V/um/s, an array of N."""
     @property
     def dt(self) -> float:
         """The sampling interval in seconds."""
-    def set_gains(self, axis: int, kp: float, ki: float) -> None: ...
-    def set_filters(self, axis: int, filters: _Filter | Sequence[_Filter]) -> None: ...
-    def set_model(self, axis: int, model: _Model) -> None: ...
-    def set_feedforward(self, axis: int, feedforward: _FeedForward) -> None: ...
+    def set_gains(self, axis: int, kp: float, ki: float) -> None:
+        """Changes the gains of actuator `axis`, counted from 0, without a jump: as `HybridController.set_gains`.
+
+        A change of one actuator drops what is planned for all. What is refused leaves all as it was.
+        """
+    def set_filters(self, axis: int, filters: _Filter | Sequence[_Filter]) -> None:
+        """Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`."""
+    def set_model(self, axis: int, model: _Model) -> None:
+        """Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same operators,
+        without a jump: as `HybridController.set_model`.
+
+        Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; all is as before
+        then.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> model, limits = mh.paper.table_1_recovered(), (-500.0, 500.0)
+        >>> single = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=6e3, dt=1e-4, limits=limits)
+        >>> axes = mh.control.MultiAxisController([single, single])
+        >>> for _ in range(60):
+        ...     before = axes.step([1.0, 0.5], [1.0, 0.5])
+        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.rb, model.ra, model.rc)
+        >>> axes.set_model(0, stiffer)
+        >>> axes.set_gains(1, kp=4.0, ki=5e3)
+        >>> bool(abs(axes.step([1.0, 0.5], [1.0, 0.5]) - before).max() < 1.0)  # V: no jump
+        True
+        >>> axes.kp.tolist(), axes.mode
+        ([5.0, 4.0], ('run', 'run'))
+        """
+    def set_feedforward(self, axis: int, feedforward: _FeedForward) -> None:
+        """Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as `HybridController.set_feedforward`."""
     @property
-    def mode(self) -> tuple[Literal["run", "feedforward", "hold", "stop"], ...]: ...
+    def mode(self) -> tuple[Literal["run", "feedforward", "hold", "stop"], ...]:
+        """What each actuator does with its samples, N words: "run"; "feedforward": the proportional term is off, the integral is
+        frozen and stays part of the drive; "hold": the drive stays and nothing advances; "stop", which `stop` begins.
+
+        Set one of the first three at any time, or a list of N of them: no change of mode is a jump.
+        """
     @mode.setter
     def mode(
         self,
@@ -4552,8 +4591,13 @@ class MultiAxisController:
         from the drives that are reached then.
         """
     def reset(self, drives: ArrayLike | None = None) -> None:
-        """All axes back to the start, in mode "run", with all counters at zero. The drives stay."""
-    def follow(self, drives: ArrayLike) -> None: ...
+        """All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
+        amplifiers have others now.
+        """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling interval; the
+        next motion starts from the last row.
+        """
     def start_at(self, drives: ArrayLike) -> None:
         """Goes on from other drives that the amplifiers have, with everything that is remembered."""
     @property

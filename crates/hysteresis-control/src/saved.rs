@@ -1,6 +1,6 @@
 //! What a saved state must have in common with what it is restored into.
 
-use hysteresis_core::is_admissible;
+use hysteresis_core::{Bound, is_admissible};
 
 use crate::linear::Error;
 
@@ -10,19 +10,21 @@ pub(crate) fn check_same(parameter: &'static str, own: f64, got: f64) -> Result<
     if own == got { Ok(()) } else { Err(Error::domain(parameter, None, expected, got)) }
 }
 
-/// Checks the fingerprint of parameters against a saved one. One of 53 bits is a number exactly.
-#[expect(clippy::cast_precision_loss, reason = "53 bits")]
+/// Checks a count of the configuration against a saved one, or names it.
+pub(crate) fn check_same_count(parameter: &'static str, own: usize, got: usize) -> Result<(), Error> {
+    if own == got { Ok(()) } else { Err(Error::whole(parameter, None, "the same as here", got)) }
+}
+
+/// Checks the fingerprint of parameters against a saved one.
 pub(crate) fn check_model(own: u64, got: u64) -> Result<(), Error> {
-    let expected = "the fingerprint of the parameters here";
-    if own == got { Ok(()) } else { Err(Error::domain("state.model", None, expected, got as f64)) }
+    let (parameter, expected) = ("state.model", Bound::Words("the fingerprint of the parameters here"));
+    if own == got { Ok(()) } else { Err(Error::Whole { parameter, index: None, expected, got }) }
 }
 
 /// Checks as many admissible numbers, or names the one that is none.
 pub(crate) fn check_numbers(parameter: &'static str, expected: usize, got: &[f64]) -> Result<(), Error> {
-    #[expect(clippy::cast_precision_loss, reason = "only shown")]
     if got.len() != expected {
-        let expected = "as many numbers as here";
-        return Err(Error::domain(parameter, None, expected, got.len() as f64));
+        return Err(Error::whole(parameter, None, "as many numbers as here", got.len()));
     }
     match got.iter().position(|x| !is_admissible(*x)) {
         None => Ok(()),

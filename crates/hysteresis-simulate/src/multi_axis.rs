@@ -110,11 +110,7 @@ impl<'a> MultiAxisTask<'a> {
             act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
         let runs = self.run_with(plant, step, watch)?;
-        let within = |(run, controller): (Run, &HybridController)| {
-            let own = controller.options().limits;
-            let limits = run.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
-            run.within(limits)
-        };
+        let within = |(run, controller): (Run, &HybridController)| run.within(controller.options().limits);
         Ok(runs.into_iter().zip(axes.controllers()).map(within).collect())
     }
 

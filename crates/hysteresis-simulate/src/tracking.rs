@@ -72,7 +72,6 @@ impl<'a> Tracking<'a> {
     ) -> Result<Run, E> {
         let (filling, ahead) = lead_in(self.controller.controller());
         let own = self.controller.controller().options().limits;
-        let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
@@ -88,7 +87,7 @@ impl<'a> Tracking<'a> {
             adapt_to(&mut adapt, self.controller, measured)?;
             Ok(put_out)
         };
-        Ok(task.run_with(plant, step, watch)?.within(limits))
+        Ok(task.run_with(plant, step, watch)?.within(own))
     }
 }
 

@@ -10,7 +10,7 @@ use super::spectra::{as_f64, response};
 use super::state::RepetitiveState;
 use super::taps::dot;
 use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same};
+use crate::saved::{check_model, check_numbers, check_same, check_same_count};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
@@ -69,7 +69,7 @@ impl RepetitiveControl {
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
         options.check()?;
         if !(8..=MAX_PERIOD).contains(&period) {
-            return Err(Error::domain("period", None, "8 to 2^22 samples", as_f64(period)));
+            return Err(Error::whole("period", None, "8 to 2^22 samples", period));
         }
         let design = RepetitiveDesign::new(feedback, period, options)?;
         let (bandwidth, filters) = match options.bandwidth {
@@ -161,12 +161,12 @@ impl RepetitiveControl {
     /// [`Error`] that names what differs, or a number that is not finite; nothing changes then.
     pub fn set_state(&mut self, state: &RepetitiveState) -> Result<(), Error> {
         check_same("state.dt", self.dt, state.dt)?;
-        check_same("state.period", as_f64(self.period), as_f64(state.period))?;
+        check_same_count("state.period", self.period, state.period)?;
         let (own, saved) = (&self.options, &state.options);
         let or_none = |number: Option<f64>| number.unwrap_or(f64::INFINITY);
         check_same("state.bandwidth", or_none(own.bandwidth), or_none(saved.bandwidth))?;
         check_same("state.gain", own.gain, saved.gain)?;
-        check_same("state.settle", own.settle.into(), saved.settle.into())?;
+        check_same_count("state.settle", own.settle as usize, saved.settle as usize)?;
         check_same("state.limit", or_none(own.limit), or_none(saved.limit))?;
         check_model(self.fingerprint(), state.model)?;
         let samples = self.corrections.oldest_first().len();

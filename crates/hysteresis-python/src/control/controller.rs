@@ -12,7 +12,7 @@ use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{exclusive, instance, shared};
 use crate::convert::pickling::{Reduced, reduce};
 use crate::stream::blocks::run_both;
 
@@ -135,7 +135,7 @@ impl HybridController {
         max_missing: Option<Bound<'py, PyAny>>,
         measurement_range: Option<Bound<'py, PyAny>>,
         max_measurement_step: Option<Bound<'py, PyAny>>,
-        preview: Option<Py<Preview>>,
+        preview: Option<Bound<'py, PyAny>>,
         start_drive: Option<Bound<'py, PyAny>>,
         filters: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
@@ -153,7 +153,8 @@ impl HybridController {
             start_drive,
         };
         let options = given.over(&ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
-        Self::of(feedforward, preview, &options)
+        let preview = preview.map(|given| instance("preview", "a mh.control.Preview", &given).cloned()).transpose()?;
+        Self::of(feedforward, preview.map(Bound::unbind), &options)
     }
 
     /// The filters of the feedback, as sections.

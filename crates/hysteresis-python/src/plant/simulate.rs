@@ -21,7 +21,7 @@ use crate::control::source::check_interval;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, instance};
 use crate::identify::recursive::RecursiveIdentifier;
 
 /// Lets a plant follow a reference under a controller, from the state in which both are.
@@ -123,9 +123,9 @@ pub(crate) fn simulate<'py>(
     plant: &Bound<'py, PyAny>,
     reference: &Bound<'py, PyAny>,
     target: Option<&Bound<'py, PyAny>>,
-    observer: Option<PyRefMut<'py, Observer>>,
-    repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
-    identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
+    observer: Option<&Bound<'py, PyAny>>,
+    repetitive: Option<&Bound<'py, PyAny>>,
+    identifier: Option<&Bound<'py, PyAny>>,
     model_update_interval: Option<&Bound<'py, PyAny>>,
     period: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
@@ -144,7 +144,15 @@ pub(crate) fn simulate<'py>(
     let reference = numbers("reference", reference)?;
     let task = TrackingTask::new(&reference, period).map_err(raise)?;
     let target = target.map(|target| checked_target(target, reference.len())).transpose()?;
+    let observer = observer.map(|given| instance("observer", "a mh.control.Observer", given)).transpose()?;
+    let expected = "a mh.control.RepetitiveControl";
+    let repetitive = repetitive.map(|given| instance("repetitive", expected, given)).transpose()?;
+    let expected = "a mh.RecursiveIdentifier";
+    let identifier = identifier.map(|given| instance("identifier", expected, given)).transpose()?;
     let watch = watch(plant.py(), reference.len(), progress);
+    let observer = observer.map(exclusive).transpose()?;
+    let repetitive = repetitive.map(exclusive).transpose()?;
+    let identifier = identifier.map(exclusive).transpose()?;
     let around = Around { target, observer, repetitive, identifier, model_update_interval };
     let run = if let Ok(plant) = plant.cast::<Plant>() {
         let plant = &mut exclusive(plant)?.plant;

@@ -135,7 +135,7 @@ impl ExcitationOptions {
         check_positive("rate", self.rate)?;
         if !(1..=MAX_CYCLES).contains(&self.cycles) {
             let expected = format!("a whole number from 1 to {MAX_CYCLES}");
-            return Err(Error::domain("cycles", expected, f64::from(self.cycles)));
+            return Err(Error::whole("cycles", expected, self.cycles));
         }
         Ok(())
     }

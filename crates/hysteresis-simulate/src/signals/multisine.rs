@@ -80,18 +80,18 @@ impl Multisine {
         check_finite("center", self.center)?;
         check_count("samples", f64::from(self.samples))?;
         if self.lines.is_empty() {
-            return Err(Error::domain("lines", "at least one line", 0.0));
+            return Err(Error::whole("lines", "at least one line", 0));
         }
         let mut seen = self.lines.clone();
         seen.sort_unstable();
         if let Some(twice) = seen.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(Error::domain("lines", "every line once", f64::from(twice[0])));
+            return Err(Error::whole("lines", "every line once", twice[0]));
         }
         match seen.iter().find(|line| **line == 0 || 2 * u64::from(**line) >= u64::from(self.samples)) {
             None => Ok(()),
             Some(line) => {
                 let expected = format!("whole numbers above 0, below half of the {} samples of a period", self.samples);
-                Err(Error::domain("lines", expected, f64::from(*line)))
+                Err(Error::whole("lines", expected, *line))
             }
         }
     }
