@@ -124,8 +124,9 @@ fn stages(
     dynamics: &LinearDynamics,
     samples: &[f64; 8],
 ) -> Result<(), Box<dyn Error>> {
-    let plain =
-        StageParts { limits: Some((-50.0, 50.0)), dynamics: dynamics.clone(), ..StageParts::new(model.clone()) };
+    let modes = dynamics.clone().with_dead_time(0.0)?;
+    let parts = StageParts { dynamics: modes, dead_time: 2.5e-4, ..StageParts::new(model.clone()) };
+    let plain = StageParts { limits: Some((-50.0, 50.0)), ..parts };
     let amplified = StageParts { amplifier: Some(FirstOrder::new(279.0)?), ..plain.clone() };
     let crept = StageParts { creep: Some(Creep::new(&[0.01], &[0.1])?), ..plain.clone() };
     for parts in black_box([plain, amplified, crept]) {
