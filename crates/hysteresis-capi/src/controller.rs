@@ -53,7 +53,7 @@ pub unsafe extern "C" fn mpih_controller_new(
     controller: *mut *mut Controller,
 ) -> Status {
     let make = || {
-        let stage = &there("stage", stage)?.stage;
+        let stage = &there("stage", stage)?.inner;
         let controller = options.copied().unwrap_or_default().controller(stage, dt)?;
         Ok(Controller { owner: Owner::Library, controller })
     };

@@ -49,7 +49,7 @@ pub unsafe extern "C" fn mpih_forward_new(
     forward: *mut *mut Forward,
 ) -> Status {
     let make = || {
-        let stage = &there("stage", stage)?.stage;
+        let stage = &there("stage", stage)?.inner;
         Ok(Forward { owner: Owner::Library, rest_drive: stage.rest_drive(), stream: stage.forward(dt)? })
     };
     // SAFETY: as the header asks of the caller.

@@ -53,7 +53,7 @@ pub unsafe extern "C" fn mpih_inverse_new(
     inverse: *mut *mut Inverse,
 ) -> Status {
     let make = || {
-        let stage = &there("stage", stage)?.stage;
+        let stage = &there("stage", stage)?.inner;
         let stream = stage.inverse(dt, limits(limit_low, limit_high)?)?;
         Ok(Inverse { owner: Owner::Library, dt, rest_drive: stream.output(), stream })
     };

@@ -54,7 +54,7 @@ pub unsafe extern "C" fn mpih_observer_new(
     observer: *mut *mut Observer,
 ) -> Status {
     let make = || {
-        let stage = &there("stage", stage)?.stage;
+        let stage = &there("stage", stage)?.inner;
         let noise = given(noise).or(stage.parts().noise).ok_or(Error::NoNoise)?;
         let observer = hysteresis_control::Observer::new(stage, dt, &ObserverOptions { noise, drift })?;
         Ok(Observer { owner: Owner::Library, observer })

@@ -12,7 +12,7 @@ use crate::text::read;
 /// A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is made
 /// from it keeps what it needs: the stage may be freed before.
 pub struct Stage {
-    pub(crate) stage: stage::Stage,
+    pub(crate) inner: stage::Stage,
     drive_unit: CString,
     position_unit: CString,
     warnings: Vec<CString>,
@@ -68,7 +68,7 @@ impl Stage {
             .collect::<Result<_, _>>()?;
         let drive_unit = string("units.drive", &parts.units.drive)?;
         let position_unit = string("units.position", &parts.units.position)?;
-        Ok(Self { stage, drive_unit, position_unit, warnings })
+        Ok(Self { inner: stage, drive_unit, position_unit, warnings })
     }
 }
 
@@ -129,7 +129,7 @@ pub extern "C" fn mpih_stage_properties(
     properties: Option<&mut MaybeUninit<Properties>>,
 ) -> Status {
     guard(|| {
-        let stage = &there("stage", stage)?.stage;
+        let stage = &there("stage", stage)?.inner;
         let parts = stage.parts();
         let unknown = (f64::NAN, f64::NAN);
         let (limit_low, limit_high) = parts.limits.unwrap_or(unknown);
