@@ -36,8 +36,8 @@ fn succeeded(program: &str, output: &Output) {
 /// Compiles an example; nothing, with a word about it, on a machine without the compiler.
 fn compiled([compiler, standard]: [&str; 2], source: &str, library: &[&str]) -> Option<PathBuf> {
     if Command::new(compiler).arg("--version").output().is_err() {
-        // Not by a macro: the test harness would keep that to itself.
-        writeln!(stderr(), "SKIPPED: {source} was not compiled, as there is no {compiler} on this machine").unwrap();
+        let mut told = stderr(); // not `eprintln!`: the test harness would keep that to itself
+        writeln!(told, "SKIPPED: {source} was not compiled, as there is no {compiler} on this machine").unwrap();
         return None;
     }
     let name = source.replace(['/', '.'], "_");

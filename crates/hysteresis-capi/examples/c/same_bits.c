@@ -8,6 +8,7 @@
 
 #define SAMPLES 1000000
 #define DT 1e-4
+#define SHIFT 503
 
 // Smooth, noise, jumps, beyond every limit, and not finite, by turns.
 typedef struct {
@@ -79,6 +80,7 @@ static void closed_loop(const mpih_stage *stage, FILE *file) {
     check(mpih_controller_new(stage, DT, NULL, NULL, 0, &controller));
     check(mpih_observer_new(stage, DT, 0.5, NAN, NULL, 0, &observer));
     mixed s = {1, 0, 0.0}, d = {2, 0, 0.0};
+    for (int k = 0; k < SHIFT; k++) mixed_next(&d);
     double drive = 0.0, position = 0.0;
     for (int k = 0; k < SAMPLES; k++) {
         double reference = 14.0 + 18.0 * mixed_next(&s), bad = mixed_next(&d);
