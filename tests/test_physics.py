@@ -77,13 +77,22 @@ def loop_errors(
     """Return the error of every period of a raster with preview and feedback."""
     controller, bench = stage.controller(DT, feedforward="preview"), Bench(truth, DT)
     assert controller.preview is not None
-    ahead = controller.preview.ahead
-    wave = raster(1)
+    ahead, wave = controller.preview.ahead, raster(1)
     learning = stage.iterative_learning(wave, DT) if learns else None
-    way = np.r_[np.linspace(0.0, wave[0], 1000), np.full(300 + ahead, wave[0])]
-    for reference in way:
-        bench.write(controller.step(reference, bench.read()))
-    target, errors = wave, []
-    for _ in range(periods):
-        ...
+    way = np.r_[np.linspace(0.0, wave[0], PERIOD), np.full(300, wave[0])]
+    coming = np.r_[way, np.tile(wave, periods + 1)]
+    for k in range(way.size):
+        bench.write(controller.step(coming[k + ahead], bench.read()))
+    errors = []
+    for period in range(periods):
+        start = way.size + period * PERIOD
+        measured, position = np.empty(PERIOD), np.empty(PERIOD)
+        correction = learning.correction if learning is not None else np.zeros(PERIOD)
+        for k in range(PERIOD):
+            measured[k], position[k] = bench.read(), bench.position
+            reference = coming[start + k + ahead]
+            bench.write(controller.step(reference, measured[k], correction=correction[k]))
+        errors.append(error(position, wave))
+        if learning is not None:
+            learning.update(wave - measured)
     return errors

@@ -2249,6 +2249,8 @@ class HybridController:
         preview: Preview | None = None,
         start_drive: float | None = None,
         filters: _Filter | Sequence[_Filter] = (),
+        observer: Observer | None = None,
+        repetitive: RepetitiveControl | None = None,
     ) -> HybridController: ...
     @property
     def filters(self) -> tuple[Biquad, ...]:
@@ -2262,6 +2264,10 @@ class HybridController:
     @property
     def preview(self) -> Preview | None:
         """The preview, or None."""
+    @property
+    def observer(self) -> Observer | None: ...
+    @property
+    def repetitive(self) -> RepetitiveControl | None: ...
     def step(
         self,
         reference: float,
@@ -2269,6 +2275,7 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """Takes a sample and returns the drive in volts.
 
@@ -2287,6 +2294,7 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """The drive that `step` would return, without taking the sample."""
     def plan(
@@ -2296,6 +2304,7 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
         leave it; memory and terms are still those of the drive that is there.
@@ -3490,6 +3499,8 @@ class Stage:
         ki: float | None = None,
         ahead: int | None = None,
         smoothing: float | Literal["modes"] | None = None,
+        drift: float | None = None,
+        period: int | None = None,
     ) -> HybridController:
         """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
 
@@ -4463,6 +4474,7 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
@@ -4477,6 +4489,7 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """The drives that `step` would return, without taking the sample."""
@@ -4487,6 +4500,7 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
@@ -4847,6 +4861,7 @@ def simulate(
     reference: ArrayLike,
     *,
     target: ArrayLike | None = None,
+    correction: ArrayLike | None = None,
     observer: Observer | None = None,
     repetitive: RepetitiveControl | None = None,
     identifier: RecursiveIdentifier | None = None,

@@ -25,7 +25,7 @@ impl Object for Controller {
 
 /// What is asked of a sample whose feed-forward comes with it. NaN is no missing number here: it is rejected.
 fn given(reference: f64, feedforward: f64) -> Command {
-    Command { reference, target: None, feedforward: Some(feedforward) }
+    Command { feedforward: Some(feedforward), ..reference.into() }
 }
 
 /// How many bytes mpih_controller_new needs.

@@ -123,18 +123,18 @@ proptest! {
     #[test]
     fn it_is_its_parts_joined(samples in prop::collection::vec((-3.0..3.0, -3.0..3.0), 1..250)) {
         let mut joined = made((false, true, true));
-        let (mut controller, _, _) = made((false, false, false)).into_parts();
-        let (_, observer, learning) = made((false, true, true)).into_parts();
-        let (mut observer, mut learning) = (observer.unwrap(), learning.unwrap());
+        let mut parts = made((false, true, true));
+        let (mut observer, mut learning) = (parts.take_observer().unwrap(), parts.take_repetitive().unwrap());
+        let controller = parts.controller_mut();
         for (reference, measurement) in samples {
             let seen = observer.step(controller.drive(), measurement);
             let command = Command { correction: learning.step(reference - measurement), ..f64::into(reference) };
             let drive = controller.step(command, seen);
             prop_assert_eq!(joined.step(reference.into(), measurement).to_bits(), drive.to_bits());
         }
-        let (of_controller, _, of_learning) = joined.into_parts();
-        prop_assert_eq!(of_controller.state(), controller.state());
-        prop_assert_eq!(of_learning.unwrap().state(), learning.state());
+
+        prop_assert_eq!(joined.controller().state(), controller.state());
+        prop_assert_eq!(joined.repetitive().unwrap().state(), learning.state());
     }
 }
 

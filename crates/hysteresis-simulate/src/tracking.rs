@@ -31,12 +31,14 @@ pub struct Tracking<'a> {
     pub controller: &'a mut StageController,
     /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of it.
     pub targets: Option<&'a [f64]>,
+    /// What is added to the target at every sample.
+    pub corrections: Option<&'a [f64]>,
 }
 
 impl<'a> Tracking<'a> {
     /// The controller alone.
     pub fn of(controller: &'a mut StageController) -> Self {
-        Self { controller, targets: None }
+        Self { controller, targets: None, corrections: None }
     }
 
     /// Lets the plant follow the reference of the task; see [`TrackingTask::run`] for `watch`.
@@ -82,7 +84,8 @@ impl<'a> Tracking<'a> {
         }
         let step = |plant: &mut P, k: usize, measured: f64| {
             let target = self.targets.map(|targets| targets[k]);
-            let command = Command { target, ..coming(k + ahead).into() };
+            let correction = self.corrections.map_or(0.0, |corrections| corrections[k]);
+            let command = Command { target, correction, ..coming(k + ahead).into() };
             let put_out = act(self.controller, plant, Some(k), (command, measured))?;
             adapt_to(&mut adapt, self.controller, measured)?;
             Ok(put_out)

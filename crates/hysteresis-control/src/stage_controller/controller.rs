@@ -95,10 +95,16 @@ impl StageController {
         Ok(self)
     }
 
-    /// Its three parts.
-    #[must_use]
-    pub fn into_parts(self) -> (HybridController, Option<Observer>, Option<RepetitiveControl>) {
-        (self.controller, self.observer, self.repetitive)
+    /// Goes on without the observer, and returns it. It has taken the present drive.
+    pub fn take_observer(&mut self) -> Option<Observer> {
+        (self.planned, self.missing_in_a_row) = (None, 0);
+        self.observer.take()
+    }
+
+    /// Goes on without learning, and returns it.
+    pub fn take_repetitive(&mut self) -> Option<RepetitiveControl> {
+        self.planned = None;
+        self.repetitive.take()
     }
 
     /// Takes one sample and returns the drive: bit for bit [`plan`](Self::plan) and [`commit`](Self::commit).
