@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use support::models::actuator;
 use support::{DT, Noise};
 
-const PERIOD: usize = 100;
+const PERIOD: u32 = 100;
 const LIMITS: (f64, f64) = (-500.0, 500.0);
 const SLEW: f64 = 2e5;
 
@@ -40,7 +40,8 @@ fn observer(stage: &Stage) -> Observer {
 fn repetitive(stage: &Stage, hybrid: &HybridController) -> RepetitiveControl {
     let options = hybrid.options();
     let around = stage.feedback_loop(DT, (options.kp, options.ki), options.filters).unwrap();
-    RepetitiveControl::new(&around, PERIOD, &RepetitiveOptions { settle: 0, ..RepetitiveOptions::new(500.0) }).unwrap()
+    RepetitiveControl::new(&around, PERIOD as usize, &RepetitiveOptions { settle: 0, ..RepetitiveOptions::new(500.0) })
+        .unwrap()
 }
 
 /// With a preview or without, an observer, learning: those of one stage, whose design takes its time.
@@ -142,7 +143,7 @@ proptest! {
 #[test]
 fn learning_and_observer_work_behind_a_preview() {
     let (mut plant, reference) =
-        (stage().forward(DT).unwrap(), |k: usize| 1.5 * (TAU * k as f64 / PERIOD as f64).sin());
+        (stage().forward(DT).unwrap(), |k: u32| 1.5 * (TAU * f64::from(k) / f64::from(PERIOD)).sin());
     let mut worst = [0.0; 2];
     for (learns, worst) in [false, true].into_iter().zip(&mut worst) {
         let (mut controller, mut noise) = (made((true, true, learns)), Noise::new(7));
