@@ -27,8 +27,19 @@ impl Random {
         2.0 * self.unit() - 1.0
     }
 
+    /// Uniform in low..high.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in 0..count.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below count")]
+    pub fn below(&mut self, count: u32) -> usize {
+        (self.unit() * f64::from(count)) as usize
+    }
+
     /// True once in `mean` times.
-    fn once_in(&mut self, mean: f64) -> bool {
+    pub fn once_in(&mut self, mean: f64) -> bool {
         self.unit() * mean < 1.0
     }
 }

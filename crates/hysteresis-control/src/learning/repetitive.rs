@@ -1,6 +1,8 @@
 //! Learning sample by sample, one period later.
 
-use hysteresis_core::{Fingerprint, is_admissible};
+use core::cmp::Ordering;
+
+use hysteresis_core::{Fingerprint, MAX_MAGNITUDE, is_admissible};
 
 use super::feedback_loop::FeedbackLoop;
 use super::options::RepetitiveOptions;
@@ -116,7 +118,7 @@ impl RepetitiveControl {
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
-        if correction.is_finite() { correction.max(-limit).min(limit) } else { 0.0 }
+        if is_admissible(correction) { correction.max(-limit).min(limit) } else { 0.0 }
     }
 
     /// Up to which frequency it learns, in Hz.
@@ -170,7 +172,11 @@ impl RepetitiveControl {
         let samples = self.corrections.oldest_first().len();
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
-        check_numbers("state.sum", 1, &[state.sum])?;
+        // Of as many corrections as a period has samples, each of which is admissible.
+        if state.sum.abs().partial_cmp(&(MAX_MAGNITUDE * as_f64(self.period))).is_none_or(Ordering::is_gt) {
+            let expected = "the sum of finite numbers (each at most 1e100 in magnitude)";
+            return Err(Error::domain("state.sum", None, expected, state.sum));
+        }
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);
