@@ -349,7 +349,7 @@ fn a_state_of_repetitive_control_is_taken_over_bit_for_bit_or_refused_by_name() 
     assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.errors");
     torn = saved;
     torn.sum = f64::INFINITY;
-    assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.sum");
+    assert_eq!(named(&one.set_state(&torn).unwrap_err()), "state.sum[0]");
 }
 
 /// A loop at another sampling interval is no truth about this one.

@@ -1,8 +1,6 @@
 //! Learning sample by sample, one period later.
 
-use core::cmp::Ordering;
-
-use hysteresis_core::{Fingerprint, MAX_MAGNITUDE, is_admissible};
+use hysteresis_core::{Fingerprint, is_admissible};
 
 use super::feedback_loop::FeedbackLoop;
 use super::options::RepetitiveOptions;
@@ -12,7 +10,7 @@ use super::spectra::{as_f64, response};
 use super::state::RepetitiveState;
 use super::taps::dot;
 use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same};
+use crate::saved::{check_model, check_numbers, check_same, check_terms};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
@@ -172,11 +170,7 @@ impl RepetitiveControl {
         let samples = self.corrections.oldest_first().len();
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
-        // Of as many corrections as a period has samples, each of which is admissible.
-        if state.sum.abs().partial_cmp(&(MAX_MAGNITUDE * as_f64(self.period))).is_none_or(Ordering::is_gt) {
-            let expected = "the sum of finite numbers (each at most 1e100 in magnitude)";
-            return Err(Error::domain("state.sum", None, expected, state.sum));
-        }
+        check_terms("state.sum", 1, &[state.sum])?;
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);

@@ -3,7 +3,7 @@ use hysteresis_core::{Error as CoreError, check_length, is_admissible};
 use super::filter::Filter;
 use super::options::ObserverOptions;
 use super::state::ObserverState;
-use crate::saved::{check_numbers, check_same};
+use crate::saved::{check_numbers, check_same, check_terms};
 use crate::stage::{Error, Stage, StageForward};
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
@@ -146,7 +146,7 @@ impl Observer {
         let mut model = self.model.clone();
         model.set_state(&state.stage)?;
         let order = self.filter.state().len();
-        check_numbers("state.unknown", order, &state.unknown)?;
+        check_terms("state.unknown", order, &state.unknown)?;
         if let Some(covariance) = &state.covariance {
             check_numbers("state.covariance", order * order, covariance)?;
         }
