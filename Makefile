@@ -117,7 +117,7 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 bench-many: $(PACKAGE) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)
 
-soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
+soak: ## 1e9 mixed samples through an inverse and its actuator: no drift; 1e7 of every loop: no drive beyond limits or slew
 	cargo run --quiet --release -p soak -- $(SAMPLES)
 
 picture: $(PACKAGE) ## draw the pictures of the README

@@ -101,6 +101,8 @@ pub(crate) fn run(model: &ModifiedPrandtlIshlinskii) -> Result<(), Box<dyn Error
         black_box((delay_block(&mut delay, sample), creep_block(&mut creep, sample)));
         black_box(linear_stream(&mut stream, sample));
     }
+    crate::run(&mut stream, &samples, &mut [0.0; 8])?;
+    crate::reset(&mut stream);
     for mut block in [dynamics.block(1e-4)?, LinearDynamics::none().block(1e-4)?] {
         for sample in samples {
             black_box((linear_block(&mut block, sample), linear_settle(&mut block, sample)));
@@ -141,6 +143,8 @@ fn stages(
             }
         }
         let mut positions = [0.0; 8];
+        crate::run(&mut forward, samples, &mut positions)?;
+        crate::reset(&mut forward);
         observer_run(&mut observer, samples, samples, &mut positions)?;
         observer_reset(&mut observer);
         black_box(positions);
