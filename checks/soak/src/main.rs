@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of set-ups, 1e4 in short")]
-    let episodes = (samples / 100.0 / EPISODE as f64).ceil().max(1.0) as u64;
+    let episodes = (samples / 100.0 / f64::from(EPISODE)).ceil().max(1.0) as u64;
     report::<Axis>(seed, episodes, EPISODE)?;
     report::<Axes>(seed, episodes, EPISODE)?;
     report::<Actuators>(seed, episodes, EPISODE)?;
@@ -40,11 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Samples of a set-up.
-const EPISODE: u64 = 2000;
+const EPISODE: u32 = 2000;
 
-fn report<E: Episode>(seed: u64, episodes: u64, samples: u64) -> Result<(), Box<dyn Error>> {
+fn report<E: Episode>(seed: u64, episodes: u64, samples: u32) -> Result<(), Box<dyn Error>> {
     let start = Instant::now();
-    let held_back = loops::run::<E>(seed, episodes, samples)?;
+    let held_back = loops::run::<E>(seed, episodes, samples.into())?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{}: {episodes} set-ups, limits or slew held {held_back} drives back, {seconds:.0} s", E::NAME);
     Ok(())

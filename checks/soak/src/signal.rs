@@ -34,8 +34,9 @@ impl Random {
 
     /// Uniform in 0..count.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below count")]
-    pub fn below(&mut self, count: u32) -> usize {
-        (self.unit() * f64::from(count)) as usize
+    #[expect(clippy::cast_precision_loss, reason = "a small number")]
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
     }
 
     /// True once in `mean` times.

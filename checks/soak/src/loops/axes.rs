@@ -23,7 +23,7 @@ pub struct Axes {
     stages: Vec<Stage>,
     preview: Option<Preview>,
     decoupling: Vec<f64>,
-    axes: MultiAxisController,
+    controllers: MultiAxisController,
     twin: MultiAxisController,
     benches: Vec<Bench>,
     references: Vec<Mixed>,
@@ -49,7 +49,7 @@ impl Episode for Axes {
         let entry = |random: &mut Random| if random.once_in(3.0) { 0.0 } else { random.signed() };
         let decoupling: Vec<f64> = (0..N * N).map(|i| f64::from(i % (N + 1) == 0) + 0.5 * entry(&mut random)).collect();
         let axes = MultiAxisController::new(controllers, Some(&decoupling))?;
-        Ok(Self { stages, preview, decoupling, twin: axes.clone(), axes, benches, references, random })
+        Ok(Self { stages, preview, decoupling, twin: axes.clone(), controllers: axes, benches, references, random })
     }
 
     fn sample(&mut self) -> Result<(), Breach> {
@@ -62,16 +62,16 @@ impl Episode for Axes {
         }
         let counted = self.counters();
         let (mut peeked, mut planned, mut stepped) = ([0.0; N], [0.0; N], [0.0; N]);
-        lengths(self.axes.peek((&references).into(), &measured, &mut peeked))?;
-        lengths(self.axes.plan((&references).into(), &measured, &mut planned))?;
+        lengths(self.controllers.peek((&references).into(), &measured, &mut peeked))?;
+        lengths(self.controllers.plan((&references).into(), &measured, &mut planned))?;
         each("a plan is what was peeked at", &planned, &peeked)?;
         if self.random.once_in(100.0) {
             // Lost on the way to the amplifiers: the sample was none.
-            lengths(self.axes.peek((&references).into(), &measured, &mut stepped))?;
+            lengths(self.controllers.peek((&references).into(), &measured, &mut stepped))?;
             each("a dropped plan changes nothing", &stepped, &peeked)?;
             return each("a drive that was not written is not taken", &self.drives(), &self.put_out());
         }
-        holds("a plan is taken", self.axes.commit(), (0.0, 0.0))?;
+        holds("a plan is taken", self.controllers.commit(), (0.0, 0.0))?;
         lengths(self.twin.step((&references).into(), &measured, &mut stepped))?;
         each("plan and commit are a step", &stepped, &planned)?;
         each("what is taken is what was planned", &self.drives(), &planned)?;
@@ -92,11 +92,11 @@ impl Episode for Axes {
 
 impl Axes {
     fn counters(&self) -> [Counters; N] {
-        core::array::from_fn(|i| self.axes.controllers()[i].counters())
+        core::array::from_fn(|i| self.controllers.controllers()[i].counters())
     }
 
     fn drives(&self) -> [f64; N] {
-        core::array::from_fn(|i| self.axes.controllers()[i].drive())
+        core::array::from_fn(|i| self.controllers.controllers()[i].drive())
     }
 
     /// The drives that the amplifiers have.
@@ -106,9 +106,13 @@ impl Axes {
 
     /// Something happens to one axis.
     fn change(&mut self) -> Result<(), Breach> {
-        let (change, i) = (Change::new(&mut self.random), self.random.below(N as u32));
+        let (change, i) = (Change::new(&mut self.random), self.random.below(N));
         let happen = |axes: &mut MultiAxisController| change.happen(&mut axes.controllers_mut()[i]);
-        holds("both take a change, or both refuse it", happen(&mut self.axes) == happen(&mut self.twin), (0.0, 0.0))?;
+        holds(
+            "both take a change, or both refuse it",
+            happen(&mut self.controllers) == happen(&mut self.twin),
+            (0.0, 0.0),
+        )?;
         if change.tells_a_drive() {
             let drive = self.drives()[i];
             self.benches[i].told(drive);
@@ -118,10 +122,10 @@ impl Axes {
 
     /// The twin is made anew, and goes on from the saved state.
     fn restore(&mut self) -> Result<(), Breach> {
-        let state = self.axes.state();
+        let state = self.controllers.state();
         holds("the states are the same", self.twin.state() == state, (0.0, 0.0))?;
         let made = Breach { law: "controllers are made again", got: 0.0, beside: 0.0 };
-        let controllers: Result<Vec<HybridController>, _> = (self.stages.iter().zip(self.axes.controllers()))
+        let controllers: Result<Vec<HybridController>, _> = (self.stages.iter().zip(self.controllers.controllers()))
             .map(|(stage, own)| setup::controller(stage, self.preview.as_ref(), own.options()))
             .collect();
         let fresh = MultiAxisController::new(controllers.map_err(|_| made)?, Some(&self.decoupling));

@@ -4,7 +4,7 @@ use core::error::Error;
 use core::f64::consts::TAU;
 
 use hysteresis_control::learning::{FeedbackLoop, IterativeLearning, LearningOptions};
-use hysteresis_core::{Counters, HybridController, is_admissible};
+use hysteresis_core::{Counters, HybridController, Sections, is_admissible};
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 
@@ -19,7 +19,7 @@ use crate::signal::Random;
 pub struct Learning {
     feedback: FeedbackLoop,
     options: LearningOptions,
-    learning: IterativeLearning,
+    scheme: IterativeLearning,
     twin: IterativeLearning,
     controller: HybridController,
     bench: Bench,
@@ -36,17 +36,18 @@ impl Episode for Learning {
         let options = setup::options(&mut random)?;
         let controller = setup::controller(&stage, None, &options)?;
         // Gains of the controller need not leave a stable loop, those that learning believes in must.
-        let feedback = stage.feedback_loop(DT, (0.0, 0.0), Default::default())?;
-        let (samples, amplitude) = (20 + random.below(200), 6.0 * random.unit());
-        let (offset, turns) = (random.signed(), f64::from(1 + random.below(3) as u32));
-        let reference: Vec<f64> =
-            (0..samples).map(|k| offset + amplitude * (TAU * turns * k as f64 / samples as f64).sin()).collect();
+        let feedback = stage.feedback_loop(DT, (0.0, 0.0), Sections::default())?;
+        let (samples, amplitude) = ([20, 37, 90, 219_u32][random.below(4)], 6.0 * random.unit());
+        let (offset, turns) = (random.signed(), [1.0, 2.0, 3.0][random.below(3)]);
+        let reference: Vec<f64> = (0..samples)
+            .map(|k| offset + amplitude * (TAU * turns * f64::from(k) / f64::from(samples)).sin())
+            .collect();
         let on_demand = random.once_in(2.0);
         let learning_options = LearningOptions {
             bandwidth: random.once_in(2.0).then_some(300.0),
             target_limits: random.once_in(2.0).then_some((-3.0, 2.0)),
             noise: random.once_in(2.0).then_some(0.01),
-            settle: random.below(2) as u32,
+            settle: random.once_in(2.0).into(),
             on_demand,
             ..LearningOptions::default()
         };
@@ -54,7 +55,7 @@ impl Episode for Learning {
         let guard = Guard::new(options.limits, options.slew, DT, controller.drive());
         let bench = Bench::new(setup::stage(&mut random)?.forward(DT)?, guard, 0.01, seed);
         let twin = learning.clone();
-        Ok(Self { feedback, options: learning_options, learning, twin, controller, bench, reference, random })
+        Ok(Self { feedback, options: learning_options, scheme: learning, twin, controller, bench, reference, random })
     }
 
     /// One period.
@@ -62,7 +63,7 @@ impl Episode for Learning {
         let Ok(task) = TrackingTask::new(&self.reference, None) else {
             return holds("a reference can be followed", false, (0.0, 0.0));
         };
-        let tracking = Tracking { targets: Some(self.learning.target()), ..Tracking::of(&mut self.controller) };
+        let tracking = Tracking { targets: Some(self.scheme.target()), ..Tracking::of(&mut self.controller) };
         let run = match tracking.run(&task, &mut self.bench, |_| Ok(())) {
             Ok(run) => run,
             Err(Ended::Lost) => {
@@ -73,11 +74,11 @@ impl Episode for Learning {
         };
         let measured = &run.record().measured;
         let mut error: Vec<f64> = self.reference.iter().zip(measured).map(|(r, y)| r - y).collect();
-        let (before, gaps) = (self.learning.state(), !error.iter().copied().all(is_admissible));
-        if self.learning.update(&error).is_err() {
-            holds("what is refused changes nothing", self.learning.state() == before, (0.0, 0.0))?;
+        let (before, gaps) = (self.scheme.state(), !error.iter().copied().all(is_admissible));
+        if self.scheme.update(&error).is_err() {
+            holds("what is refused changes nothing", self.scheme.state() == before, (0.0, 0.0))?;
             error.iter_mut().filter(|e| e.is_nan() || e.abs() > 1e40).for_each(|e| *e = 0.0);
-            holds("a period without gaps is learned from", self.learning.update(&error).is_ok(), (0.0, 0.0))?;
+            holds("a period without gaps is learned from", self.scheme.update(&error).is_ok(), (0.0, 0.0))?;
         } else {
             holds("a period with gaps is refused", !gaps, (0.0, 0.0))?;
         }
@@ -95,7 +96,7 @@ impl Episode for Learning {
 impl Learning {
     fn check_target(&self) -> Result<(), Breach> {
         let (low, high) = self.options.target_limits.unwrap_or((-f64::MAX, f64::MAX));
-        for (target, twin) in self.learning.target().iter().zip(self.twin.target()) {
+        for (target, twin) in self.scheme.target().iter().zip(self.twin.target()) {
             holds("the target keeps its limits", low <= *target && *target <= high, (*target, high))?;
             same("learning continues", *twin, *target)?;
         }
@@ -104,7 +105,7 @@ impl Learning {
 
     /// The twin is made anew, and goes on from the saved state.
     fn restore(&mut self) -> Result<(), Breach> {
-        let state = self.learning.state();
+        let state = self.scheme.state();
         holds("the states are the same", self.twin.state() == state, (0.0, 0.0))?;
         let Ok(twin) = IterativeLearning::new(&self.feedback, &self.reference, &self.options) else {
             return holds("learning is made again", false, (0.0, 0.0));
