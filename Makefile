@@ -130,7 +130,7 @@ capi: ## the C library, its header and its pkg-config file, in the folder CAPI (
 header: ## write the header of the C library anew from its sources
 	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header
 
-soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
+soak: ## 1e9 mixed samples through an inverse and its actuator: no drift; 1e7 of every loop: no drive beyond limits or slew
 	cargo run --quiet --release -p soak -- $(SAMPLES)
 
 picture: $(PACKAGE) ## draw the pictures of the README

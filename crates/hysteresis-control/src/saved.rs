@@ -21,16 +21,31 @@ pub(crate) fn check_model(own: u64, got: u64) -> Result<(), Error> {
     if own == got { Ok(()) } else { Err(Error::Whole { parameter, index: None, expected, got }) }
 }
 
+/// What products and sums of admissible numbers may come to in what a filter remembers.
+const LARGEST_TERM: f64 = 1e250;
+
 /// Checks as many admissible numbers, or names the one that is none.
 pub(crate) fn check_numbers(parameter: &'static str, expected: usize, got: &[f64]) -> Result<(), Error> {
-    if got.len() != expected {
+    check_all(parameter, (expected, got), is_admissible, "a finite number (at most 1e100 in magnitude)")
+}
+
+/// Checks as many numbers that a filter may have made of admissible ones, or names the one that cannot be.
+pub(crate) fn check_terms(parameter: &'static str, expected: usize, got: &[f64]) -> Result<(), Error> {
+    let may_be = |x: f64| x.abs() <= LARGEST_TERM;
+    check_all(parameter, (expected, got), may_be, "a finite number (at most 1e250 in magnitude)")
+}
+
+fn check_all(
+    parameter: &'static str,
+    (count, got): (usize, &[f64]),
+    may_be: impl Fn(f64) -> bool,
+    expected: &'static str,
+) -> Result<(), Error> {
+    if got.len() != count {
         return Err(Error::whole(parameter, None, "as many numbers as here", got.len()));
     }
-    match got.iter().position(|x| !is_admissible(*x)) {
+    match got.iter().position(|x| !may_be(*x)) {
         None => Ok(()),
-        Some(index) => {
-            let expected = "a finite number (at most 1e100 in magnitude)";
-            Err(Error::domain(parameter, Some(index), expected, got[index]))
-        }
+        Some(index) => Err(Error::domain(parameter, Some(index), expected, got[index])),
     }
 }

@@ -28,6 +28,10 @@ const SAME_PLACE: f64 = 1e-6;
 /// An error that has grown by this factor since shows that something has changed.
 const GROWN: f64 = 1.25;
 
+/// No error may be larger: variances are squares of it, and must stay admissible. The code of an overflow that many instruments
+/// send, 9.9e37, is still one.
+const MAX_ERROR: f64 = 1e40;
+
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
 /// See the [module](super) for the law. Everything is exact at the harmonics of the period; the mean of the target is
@@ -139,19 +143,12 @@ impl IterativeLearning {
     ///
     /// # Errors
     /// [`CoreError::Length`] unless it has as many samples as the target, [`CoreError::Domain`] for one that is not
-    /// finite; nothing is learned then.
+    /// finite or beyond 1e40 in magnitude; nothing is learned then.
     pub fn update(&mut self, error: &[f64]) -> Result<Trial, CoreError> {
         if error.len() != self.base.len() {
             return Err(CoreError::Length { parameter: "error", expected: self.base.len(), got: error.len() });
         }
-        if let Some((index, got)) = error.iter().enumerate().find(|(_, e)| !is_admissible(**e)) {
-            return Err(CoreError::Domain {
-                parameter: "error",
-                index: Some(index),
-                expected: Bound::Finite,
-                got: *got,
-            });
-        }
+        check_error(error)?;
         let (max_error, rmse) = magnitude(error);
         let settled = self.settling == 0;
         // The best target itself no longer does what it did: it is not learning that made it worse.
@@ -358,6 +355,15 @@ fn fade_in<'a>(samples: impl Iterator<Item = &'a mut f64>, fade: usize) {
     for (k, sample) in samples.take(fade).enumerate() {
         *sample *= 0.5 * (1.0 - (core::f64::consts::PI * as_f64(k) / as_f64(fade)).cos());
     }
+}
+
+fn check_error(error: &[f64]) -> Result<(), CoreError> {
+    let Some((index, got)) = error.iter().enumerate().find(|(_, e)| e.is_nan() || e.abs() > MAX_ERROR) else {
+        return Ok(());
+    };
+    let within = Bound::Between { low: -MAX_ERROR, high: MAX_ERROR };
+    let expected = if is_admissible(*got) { within } else { Bound::Finite };
+    Err(CoreError::Domain { parameter: "error", index: Some(index), expected, got: *got })
 }
 
 fn magnitude(error: &[f64]) -> (f64, f64) {

@@ -10,7 +10,7 @@ use super::spectra::{as_f64, response};
 use super::state::RepetitiveState;
 use super::taps::dot;
 use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same, check_same_count};
+use crate::saved::{check_model, check_numbers, check_same, check_same_count, check_terms};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
@@ -118,7 +118,7 @@ impl RepetitiveControl {
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
-        if correction.is_finite() { correction.max(-limit).min(limit) } else { 0.0 }
+        if is_admissible(correction) { correction.max(-limit).min(limit) } else { 0.0 }
     }
 
     /// Up to which frequency it learns, in Hz.
@@ -172,7 +172,7 @@ impl RepetitiveControl {
         let samples = self.corrections.oldest_first().len();
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
-        check_numbers("state.sum", 1, &[state.sum])?;
+        check_terms("state.sum", 1, &[state.sum])?;
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);
