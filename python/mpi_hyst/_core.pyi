@@ -1324,7 +1324,8 @@ class IterativeLearning:
         Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
         loop. Call `update` for them too.
     on_demand : bool
-        The motion is repeated on demand, from rest to rest. If not, one period follows the other.
+        The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its ends, up
+        to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
 
     Raises
     ------
@@ -2205,6 +2206,12 @@ class HybridController:
         The drive that the amplifier has at the start: by default zero or the limit nearest to it.
     filters : Notch, LowPass, Lead, Biquad, or a list of them
         F shapes the error before both gains. At most 6.
+    observer : Observer, optional
+        The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
+        implausible it stands in. The controller goes on with a copy, memory included.
+    repetitive : RepetitiveControl, optional
+        Learns a correction of the target from the errors of the last period, while the feedback is on. The controller goes on with a
+        copy.
 
     Raises
     ------
@@ -2265,9 +2272,11 @@ class HybridController:
     def preview(self) -> Preview | None:
         """The preview, or None."""
     @property
-    def observer(self) -> Observer | None: ...
+    def observer(self) -> Observer | None:
+        """The observer before the feedback, as a copy in its present state, or None."""
     @property
-    def repetitive(self) -> RepetitiveControl | None: ...
+    def repetitive(self) -> RepetitiveControl | None:
+        """Learning in the loop, as a copy in its present state, or None."""
     def step(
         self,
         reference: float,
@@ -2281,7 +2290,8 @@ class HybridController:
 
         `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
         volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
-        is to reach, if not the reference or what the preview makes of it.
+        is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
+        `IterativeLearning.correction`.
         """
     def run(
         self, references: ArrayLike, measurements: ArrayLike, out: _Vector | None = None
@@ -3502,7 +3512,8 @@ class Stage:
         drift: float | None = None,
         period: int | None = None,
     ) -> HybridController:
-        """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+        """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
+        and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
 
         Parameters
         ----------
@@ -3521,6 +3532,10 @@ class Stage:
         smoothing : float or "modes", optional
             References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
             earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
+        drift : float, optional
+            Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
+        period : int, optional
+            Learns a reference that repeats after so many samples, by `RepetitiveControl`.
 
         Examples
         --------
@@ -3538,6 +3553,13 @@ class Stage:
         >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
         >>> bool(max(run.position) < 1.005), bool(max(abs(run.position[130:] - 1.0)) < 1e-3)
         (True, True)
+        >>> whole = light.replace(noise=0.002).controller(1e-4, feedforward="preview", drift=0.5, period=500)
+        >>> wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)  # ten periods
+        >>> worn = mh.plant.Plant(1.05 * mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+        >>> run = mh.plant.simulate(whole, worn, wave)
+        >>> error = abs(run.position - wave)
+        >>> bool(max(error[-500:]) < 0.2 * max(error[1000:1500]))
+        True
         """
     def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
         """An observer of this stage: as `control.Observer`."""
@@ -4480,7 +4502,7 @@ class MultiAxisController:
         """Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
 
         `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
-        `targets` of the axes, if the feed-forward is to reach something else; `feedforward`: volts of the actuators that replace its output.
+        `targets` of the axes, if the feed-forward is to reach something else; `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
         """
     def peek(
         self,
@@ -4567,7 +4589,7 @@ class MultiAxisController:
         >>> axes = mh.control.MultiAxisController([single, single])
         >>> for _ in range(60):
         ...     before = axes.step([1.0, 0.5], [1.0, 0.5])
-        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.rb, model.ra, model.rc)
+        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.ra, model.rb, model.rc)
         >>> axes.set_model(0, stiffer)
         >>> axes.set_gains(1, kp=4.0, ki=5e3)
         >>> bool(abs(axes.step([1.0, 0.5], [1.0, 0.5]) - before).max() < 1.0)  # V: no jump
@@ -4702,10 +4724,10 @@ def simulate(  # type: ignore[overload-overlap]
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.
@@ -4801,10 +4823,10 @@ def simulate(
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.
@@ -4905,10 +4927,10 @@ def simulate(
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.
