@@ -16,7 +16,8 @@ PERIOD = 1000  # samples of a raster
 # % of the stroke, rms, on a raster that was not seen: in the class of the model, and beside it.
 INSIDE, BESIDE = 0.10, 0.40
 BESIDE_CLASS = ("Bouc-Wen, slow amplifier", "thresholds that grow with speed")
-# % of the stroke, rms: with feedback, and in the tenth period of learning. No weights follow thresholds that grow with speed.
+# % of the stroke, rms: with feedback, and in the tenth period of learning. No weights follow
+# thresholds that grow with speed.
 FEEDBACK, LEARNED = 0.03, 0.01
 FEEDBACK_BESIDE = {"thresholds that grow with speed": 0.05}
 
