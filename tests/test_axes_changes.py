@@ -7,6 +7,7 @@ import json
 import math
 import pickle
 from collections.abc import Callable
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -130,7 +131,7 @@ def test_what_is_refused_is_named_and_changes_nothing() -> None:
     for message, change in refused:
         with pytest.raises((ValueError, TypeError), match="^" + message) as caught:
             change()
-        assert caught.value.parameter == message.partition(":")[0].partition(r"\[")[0]  # type: ignore[union-attr]
+        assert caught.value.parameter == message.partition(":")[0].partition(r"\[")[0]  # type: ignore[attr-defined]
     assert axes.state == before and axes.drive.tolist() == drive
     assert axes.commit(), "a change that is refused leaves the plan"
 
@@ -152,15 +153,16 @@ def test_the_mode_is_that_of_all_or_of_each() -> None:
     axes.stop(1e4)
     assert axes.mode == ("stop", "stop")
     before = axes.state
-    for mode, message in (
+    wrong: list[tuple[Any, str]] = [
         ("stop", r'mode: expected "run", "feedforward" or "hold", got "stop"'),
         (["run", "go"], r'mode\[1\]: expected "run", "feedforward" or "hold", got "go"'),
         (["run"], r'mode: expected "run", "feedforward" or "hold", or a list of 2 of these, got '),
         (5, r'mode: expected "run", "feedforward" or "hold", or a list of 2 of these, got 5'),
-    ):
+    ]
+    for mode, message in wrong:
         with pytest.raises((ValueError, TypeError), match="^" + message) as caught:
-            axes.mode = mode  # type: ignore[assignment]
-        assert caught.value.parameter == "mode"  # type: ignore[union-attr]
+            axes.mode = mode
+        assert caught.value.parameter == "mode"  # type: ignore[attr-defined]
     assert axes.state == before
 
 
