@@ -1324,7 +1324,8 @@ class IterativeLearning:
         Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
         loop. Call `update` for them too.
     on_demand : bool
-        The motion is repeated on demand, from rest to rest. If not, one period follows the other.
+        The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its ends, up
+        to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
 
     Raises
     ------
@@ -4553,7 +4554,7 @@ class MultiAxisController:
         >>> axes = mh.control.MultiAxisController([single, single])
         >>> for _ in range(60):
         ...     before = axes.step([1.0, 0.5], [1.0, 0.5])
-        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.rb, model.ra, model.rc)
+        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.ra, model.rb, model.rc)
         >>> axes.set_model(0, stiffer)
         >>> axes.set_gains(1, kp=4.0, ki=5e3)
         >>> bool(abs(axes.step([1.0, 0.5], [1.0, 0.5]) - before).max() < 1.0)  # V: no jump
