@@ -140,7 +140,7 @@ fn creep_at_the_samples_is_what_its_lags_were_before() {
     assert_eq!(other, block);
     assert_eq!(
         other.restore(&saved[1..]).unwrap_err().to_string(),
-        "lags: expected as many as creep has terms, got 2.0"
+        "lags: expected as many as creep has terms, got 2"
     );
     assert!(other.restore(&[0.0, f64::NAN, 0.0]).unwrap_err().to_string().contains("[1]: expected a finite"));
 }
@@ -205,7 +205,7 @@ fn what_no_block_can_have_is_named() {
     let creep = |amplitudes: &[f64], times: &[f64]| Creep::new(amplitudes, times).unwrap_err().to_string();
     assert_eq!(
         creep(&[0.1], &[]),
-        "time_constants: expected as many as there are amplitudes, and at least one, got 0.0"
+        "time_constants: expected as many as there are amplitudes, and at least one, got 0"
     );
     assert!(creep(&[], &[]).starts_with("time_constants: expected as many"));
     assert!(creep(&[0.1, f64::NAN], &[0.1, 1.0]).starts_with("amplitudes[1]: expected a finite number"));
