@@ -147,7 +147,6 @@ impl CreepModel {
 
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
-        let domain = |expected, got| Error::domain("creep", None, expected, got);
         let own = |time_constants: Vec<f64>| {
             let terms = time_constants.len();
             let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
