@@ -111,7 +111,7 @@ def test_the_explanation_says_what_was_chosen_and_what_it_reaches() -> None:
     assert "nothing else was tried" in plain and "mode frequencies" not in plain
 
 
-STRUCTURES = '"proportional-integral", "low-pass", "active damping" or "notch"'
+WORDS = '"proportional-integral", "low-pass", "active damping" or "notch"'
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ STRUCTURES = '"proportional-integral", "low-pass", "active damping" or "notch"'
     [
         ({"frequency_uncertainty": 0.6}, ValueError, "frequency_uncertainty: expected a share"),
         ({"damping_uncertainty": 0.5}, ValueError, "damping_uncertainty: expected a factor"),
-        ({"structure": "pid"}, ValueError, f'structure: expected {STRUCTURES}, got "pid"'),
-        ({"structure": 0.0}, TypeError, f"structure: expected {STRUCTURES}, got 0.0"),
+        ({"structure": "pid"}, ValueError, f'structure: expected {WORDS}, got "pid"'),
+        ({"structure": 0.0}, TypeError, f"structure: expected {WORDS}, got 0.0"),
         ({"damping_uncertainty": "2"}, TypeError, "damping_uncertainty: expected a number"),
     ],
 )

@@ -52,6 +52,8 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
     if not isinstance(tuning, Tuning):
         raise TypeError(f"tuning: expected a Tuning, got {tuning!r}")
     try:
+        from matplotlib import axes as matplotlib_axes
+
         from mpi_hyst._report import canvas, loop
     except ModuleNotFoundError as error:
         raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
@@ -63,7 +65,7 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
     if len(panels) != 3:
         raise ValueError(f"axes: expected three axes, got {len(panels)}")
     for i, panel in enumerate(panels):
-        if not isinstance(panel, canvas.Axes):
+        if not isinstance(panel, matplotlib_axes.Axes):
             raise TypeError(f"axes[{i}]: expected matplotlib axes, got {panel!r}")
     loop.draw(tuning, panels)
     canvas.legend(panels[2])

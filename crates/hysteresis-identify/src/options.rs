@@ -331,12 +331,7 @@ impl Options {
             return Err(Error::NoOperators);
         }
         if self.operators() > MAX_OPERATORS {
-            return Err(Error::Core(hysteresis_core::Error::whole(
-                "operators",
-                None,
-                "at most 4096",
-                self.operators(),
-            )));
+            return Err(Error::whole("operators", "at most 4096", self.operators()));
         }
         if self.weights == WeightLaw::Split && self.model == ModelKind::Conventional {
             return Err(Error::SplitConventional);

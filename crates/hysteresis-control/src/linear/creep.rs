@@ -76,7 +76,7 @@ impl Creep {
             return Err(Error::domain("end", None, "a time after start", end));
         }
         if terms == 0 {
-            return Err(Error::domain("terms", None, "at least one", 0.0));
+            return Err(Error::whole("terms", None, "at least one", 0));
         }
         if gamma.abs().partial_cmp(&1e90).is_none_or(core::cmp::Ordering::is_gt) {
             let expected = "a finite number (at most 1e90 in magnitude)";

@@ -275,7 +275,7 @@ mod tests {
         );
         assert_eq!(
             named(ExcitationOptions { cycles: 0, ..OPTIONS }),
-            "cycles: expected a whole number from 1 to 16384, got 0.0"
+            "cycles: expected a whole number from 1 to 16384, got 0"
         );
         assert!(named(ExcitationOptions { cycles: u32::MAX, ..OPTIONS }).starts_with("cycles: expected "));
         // 60 V in 40 half cycles: 1.5 V between neighbours, 100 V/s
