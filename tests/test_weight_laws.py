@@ -156,5 +156,27 @@ def test_operators_by_cross_validation() -> None:
     y = true.forward().run(u) + np.random.default_rng(4).normal(0.0, 0.01, u.size)
     found = mh.identify(u, y, operators="auto", input_offset=0.0, dead_time=0.0)
     assert found.model.operators == 4
-    assert [count for count, _ in found.cross_validation] == [4, 6, 8, 12, 16, 20, 24, 32]
+    counts = [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80]
+    assert [count for count, _ in found.cross_validation] == counts
     assert not mh.identify(u, y, operators=4, input_offset=0.0, dead_time=0.0).cross_validation
+
+
+def test_20_operators_are_doubled_where_that_predicts_better() -> None:
+    u = sweep(3000)
+    known: dict[str, Any] = {"ratios": PAPER_RATIOS, "input_offset": 0.0, "dead_time": 0.0}
+    noise = np.random.default_rng(6).normal(0.0, 0.0005, u.size)
+    y = actuator().forward().run(u) + noise
+    found, given = mh.identify(u, y, **known), mh.identify(u, y, operators=20, **known)
+    assert [count for count, _ in found.cross_validation] == [20, 40]
+    assert not given.cross_validation
+    np.testing.assert_array_equal(found.model.weights, given.model.weights)
+    # Of forty plays every other one has the weight: twenty lie where there is none.
+    r = np.abs(u).max() / 40 * np.arange(40)
+    weights = np.where(np.arange(40) % 2 == 1, 4e-4, 0.0) + np.where(np.arange(40) == 0, 4e-3, 0.0)
+    ra, rb, rc = PAPER_RATIOS
+    true = mh.ModifiedPrandtlIshlinskii.from_ratios(weights, r, ra=ra, rb=rb, rc=rc)
+    y = true.forward().run(u) + noise
+    found, given = mh.identify(u, y, **known), mh.identify(u, y, operators=20, **known)
+    assert found.model.operators == 40 and [n for n, _ in found.cross_validation] == [20, 40, 80]
+    assert found.fit.rmse < 0.00055 < 0.001 < given.fit.rmse
+    assert mh.identify(u, y, thresholds=r, **known).model.operators == 40

@@ -31,6 +31,7 @@ mod map_model;
 mod modes_model;
 mod no_interval;
 mod numeric;
+mod operator_choice;
 mod options;
 mod quiet_record;
 mod record;
@@ -41,6 +42,7 @@ mod robust;
 mod saved;
 mod search;
 mod signal;
+mod thresholds;
 mod turned_sign;
 mod what_to_try;
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::loss::Loss;
 use crate::map_model::MapModel;
 use crate::modes_model::ModesModel;
 use crate::record::Record;
+pub use crate::thresholds::Thresholds;
 
 /// The most operators: no record tells more thresholds apart.
 const MAX_OPERATORS: usize = 4096;
@@ -83,50 +84,8 @@ pub enum DynamicsModel {
     Order(Order),
 }
 
-/// The thresholds r_i of the operators, in the unit of the input.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Thresholds {
-    /// That many operators at r_i = i X / n, i = 0..n-1, the first of them the identity.
-    ///
-    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for the modified model; it
-    /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
-    /// play of threshold r moves both ways only on strokes above 2 r.
-    Uniform(usize),
-    /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24 and 32 as cross-validation over stretches of
-    /// the records asks for: the fewest that predict as well as the best, by the same rule as [`WeightLaw::Auto`]. Every
-    /// stretch is predicted from weights, ratios, offsets and dead time fitted to the others, the searched ones linearised
-    /// about their values for all.
-    Auto,
-    /// As many operators as [`Auto`](Self::Auto) would take, at [`Quantiles`](Self::Quantiles).
-    AutoQuantiles,
-    /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
-    /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
-    /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
-    /// half the distances between successive reversals.
-    Quantiles(usize),
-    /// As many operators as [`Auto`](Self::Auto) would take, at [`Geometric`](Self::Geometric).
-    AutoGeometric,
-    /// That many operators, the first of them the identity, the others at growing distances, so that small loops have more of them:
-    /// r_0 = 0 and r_i = X / q^(n - i), i = 1..n-1, X as for [`Uniform`](Self::Uniform) and q = min(2, 100^(1 / (n - 1))).
-    ///
-    /// From 8 operators on the smallest threshold is X / 100: a loop of a hundredth of the range is about the smallest that is told from
-    /// noise, and reversals nearer to each other count once for [`Quantiles`](Self::Quantiles), too. Fewer operators lie an octave
-    /// apart: thresholds further apart leave loops between them without any.
-    Geometric(usize),
-    /// These, strictly increasing from zero or above.
-    Given(Vec<f64>),
-}
-
-impl Thresholds {
-    /// Whether their number is left to cross-validation.
-    #[must_use]
-    pub fn are_counted_by_validation(&self) -> bool {
-        matches!(self, Self::Auto | Self::AutoQuantiles | Self::AutoGeometric)
-    }
-}
-
-/// The options of [`identify`](crate::identify): by default a modified model of 20 operators, everything searched.
+/// The options of [`identify`](crate::identify): by default a modified model of 20 operators, or of more where that predicts better,
+/// everything searched.
 ///
 /// ```
 /// use hysteresis_core::Ratios;
@@ -194,7 +153,7 @@ impl Default for Options {
         Self {
             model: ModelKind::default(),
             weights: WeightLaw::default(),
-            thresholds: Thresholds::Uniform(20),
+            thresholds: Thresholds::Refined,
             ratios: Setting::Fit,
             input_offset: Setting::Fit,
             dt: None,
@@ -213,16 +172,10 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The number of operators; 0 while it is left to cross-validation.
+    /// The number of operators; while it is left to cross-validation the fewest there may be, or 0 where these may be any.
     #[must_use]
     pub fn operators(&self) -> usize {
-        match &self.thresholds {
-            Thresholds::Uniform(operators) | Thresholds::Quantiles(operators) | Thresholds::Geometric(operators) => {
-                *operators
-            }
-            Thresholds::Given(thresholds) => thresholds.len(),
-            Thresholds::Auto | Thresholds::AutoQuantiles | Thresholds::AutoGeometric => 0,
-        }
+        self.thresholds.operators()
     }
 
     /// Whether the weight law exists for this model and is not the same as another one.

@@ -2,10 +2,10 @@
 
 use crate::creep_model::CreepModel;
 use crate::error::Error;
-use crate::fit::choice::{OperatorChoice, choose_operators, levels};
 use crate::fit::folds::CrossValidation;
 use crate::fit::intervals::Intervals;
 use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::levels::levels;
 use crate::fit::maps::{MapProblem, Place};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
@@ -13,6 +13,7 @@ use crate::fit::space::Space;
 use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
+use crate::operator_choice::with_operators_chosen;
 use crate::options::{DynamicsModel, Options, Setting};
 use crate::quiet_record::{Told, ToldAlone, told_by_quietest};
 use crate::record::Record;
@@ -55,14 +56,16 @@ pub(crate) fn search_all(
     asked: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let found = with_colour(records, with_own_gains(records, search_fit(records, asked, monitor)?, monitor)?);
-    if asked.with_open_terms(&Intervals::of(records, asked)?).is_joint() {
+    let found = with_operators_chosen(records, asked, search_fit, monitor)?;
+    let found = with_colour(records, with_own_gains(records, found, monitor)?);
+    let is_joint = asked.with_open_terms(&Intervals::of(records, asked)?).is_joint();
+    if is_joint || (asked.thresholds.are_counted_by_validation() && !found.partial) {
         monitor.finish();
     }
     Ok(found)
 }
 
-/// The same, with dynamics that may still stand in for what the hysteresis lacks.
+/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
 pub(crate) fn search_fit(
     records: &[Record<'_>],
     asked: &Options,
@@ -81,15 +84,13 @@ pub(crate) fn search_fit(
         },
     });
     let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
-    let thresholds = found.options.thresholds.clone();
     if is_joint && !(found.partial && all.order().is_none()) {
-        let options = Options { thresholds: thresholds.clone(), ..all };
-        found = with_linear_part(records, options, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
+        found = with_linear_part(records, all, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
         found = with_dynamics_told_alone(records, asked, found, monitor)?;
     }
     if chooses && !found.partial {
         monitor.begin(Span { from: if is_joint { 0.84 } else { 0.8 }, to: if is_joint { 0.97 } else { 1.0 } });
-        found = with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)?;
+        found = with_structure(records, asked, found, monitor)?;
     }
     Ok(found)
 }
@@ -183,6 +184,11 @@ pub(crate) fn search_polynomial(
     asked: &Options,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
+    with_operators_chosen(records, asked, search_powers, monitor)
+}
+
+/// The same with a number of operators that is known.
+fn search_powers(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let chooses = is_open(asked);
     monitor.begin(Span { from: 0.0, to: if chooses { 0.8 } else { 1.0 } });
     let found = search_beside(records, asked, |space| space.with_powers(), monitor)?;
@@ -190,8 +196,7 @@ pub(crate) fn search_polynomial(
         return Ok(found);
     }
     monitor.begin(Span { from: 0.8, to: 1.0 });
-    let thresholds = found.options.thresholds.clone();
-    with_structure(records, &Options { thresholds, ..asked.clone() }, found, monitor)
+    with_structure(records, asked, found, monitor)
 }
 
 /// Hysteresis, a dead time, and what `beside` puts beside the operators.
@@ -201,32 +206,26 @@ fn search_beside(
     beside: fn(Space) -> Space,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let OperatorChoice { options, tried, start } = choose_operators(records, options, monitor)?;
-    let space = beside(Space::new(records, &options)?);
-    let basis = WeightBasis::new(&options, space.shift_len());
-    // The number of operators is chosen without anything beside them.
-    let start = start.filter(|fit| fit.weights.len() == basis.columns());
+    let space = beside(Space::new(records, options)?);
+    let basis = WeightBasis::new(options, space.shift_len());
     let smoothness = options.given_smoothness();
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {
         Some(_) => Err(Error::Interrupted),
-        None => search(&levels, &basis, start.as_ref(), monitor),
+        None => search(&levels, &basis, None, monitor),
     };
     let ((fit, linearised), partial) = match (searched, monitor.kept()) {
-        (Err(Error::Interrupted), Some(best)) => {
-            let best = start.as_ref().map_or(best, |fit| fit.point);
-            (levels[levels.len() - 1].at(&best), true)
-        }
+        (Err(Error::Interrupted), Some(best)) => (levels[levels.len() - 1].at(&best), true),
         (found, _) => (found?, false),
     };
     drop(levels);
     let (structure, fit) = (Structure::default(), JointFit { space, fit, linearised });
     Ok(Found {
         fit,
-        options,
+        options: options.clone(),
         smoothness,
         basis,
-        operators_tried: tried,
+        operators_tried: Vec::new(),
         structure,
         linear: None,
         told_alone: None,
@@ -264,7 +263,18 @@ fn with_structure(
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let fitted = found.problem(records);
-    let Place { space, point } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
+    let place = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
+    restructured(records, asked, found, place, monitor)
+}
+
+/// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
+pub(crate) fn restructured(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    Place { space, point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
     let mut structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
     let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
     let mut space = space.with_loop_shift(records, options.loop_shift)?;

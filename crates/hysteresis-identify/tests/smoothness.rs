@@ -147,7 +147,7 @@ fn operators_at_quantiles_by_cross_validation() {
     let options = Options { thresholds: Thresholds::AutoQuantiles, smoothness: Setting::Fit, ..known(0.0) };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     let operators: Vec<_> = found.cross_validation.iter().map(|one| one.operators).collect();
-    assert_eq!(operators, [4, 6, 8, 12, 16, 20, 24, 32]);
+    assert_eq!(operators, [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80]);
     assert_eq!(found.smoothness_validation.len(), 10);
     assert!(found.smoothness_validation.iter().all(|one| one.operators == weights(&found).len()));
     let given = Options { thresholds: Thresholds::Quantiles(weights(&found).len()), ..options };

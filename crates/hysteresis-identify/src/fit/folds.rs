@@ -109,7 +109,12 @@ pub(crate) struct Terms {
 
 impl<'a> Stretches<'a> {
     pub(crate) fn new(projection: &'a Projection<'a>, fit: &'a ProjectedFit) -> Self {
-        let parts = projection.parts(fit, FOLDS);
+        Self::spread(projection, fit, 1)
+    }
+
+    /// The same with every stretch made of so many short ones, spread over the records.
+    pub(crate) fn spread(projection: &'a Projection<'a>, fit: &'a ProjectedFit, turns: usize) -> Self {
+        let parts = projection.parts(fit, FOLDS, turns);
         let others = (0..FOLDS).map(|held_out| without(&parts, held_out)).collect();
         Self { projection, fit, parts, others }
     }

@@ -1,8 +1,8 @@
 //! The joint fit: hysteresis, dynamics, dead time and creep together.
 
 use super::chain::Chain;
-use super::choice::levels;
 use super::course::Course;
+use super::levels::levels;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::projection::{Linearised, ProjectedFit};

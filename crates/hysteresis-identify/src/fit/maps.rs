@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::choice::levels;
 use super::curve::OutputMap;
 use super::folds::{CrossValidation, Stretches, Terms};
 use super::joint::{JointFit, JointProblem};
+use super::levels::levels;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
 use super::regressor::Regressor;

@@ -134,6 +134,17 @@ impl<'a> SearchMonitor<'a> {
         self.now.best_rmse = f64::INFINITY;
     }
 
+    /// Counts a fit that is only judged.
+    pub(crate) fn looked(
+        &mut self,
+        projection: &Projection<'_>,
+        fit: &ProjectedFit,
+        fraction: f64,
+    ) -> Result<(), Error> {
+        self.span = WHOLE;
+        self.evaluated(projection, fit, fraction)
+    }
+
     /// Counts one evaluation.
     pub(super) fn evaluated(
         &mut self,

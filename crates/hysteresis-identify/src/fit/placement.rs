@@ -51,6 +51,7 @@ impl Placement {
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
             Thresholds::Auto | Thresholds::AutoQuantiles | Thresholds::AutoGeometric => Vec::new(),
+            Thresholds::Refined | Thresholds::RefinedQuantiles | Thresholds::RefinedGeometric => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
             Thresholds::Geometric(n) => geometric(*n, reach),
@@ -85,6 +86,22 @@ impl Placement {
 fn geometric(n: usize, reach: f64) -> Vec<f64> {
     let factor = SMALLEST.recip().powf(1.0 / as_f64(n.saturating_sub(1).max(1))).min(OCTAVE);
     (0..n).map(|i| if i == 0 { 0.0 } else { reach / factor.powf(as_f64(n - i)) }).collect()
+}
+
+/// About the same weights at other thresholds: each is shared by the two next to it, so that sum and mean threshold stay.
+pub(crate) fn spread(weights: &[f64], from: &[f64], to: &[f64]) -> Vec<f64> {
+    let mut spread = vec![0.0; to.len()];
+    for (weight, r) in weights.iter().zip(from) {
+        let above = to.partition_point(|other| other <= r).clamp(1, to.len().max(2) - 1);
+        let [Some(low), Some(high)] = [above - 1, above].map(|place| to.get(place)) else {
+            spread[0] += weight;
+            continue;
+        };
+        let share = ((r - low) / (high - low)).clamp(0.0, 1.0);
+        spread[above - 1] += (1.0 - share) * weight;
+        spread[above] += share * weight;
+    }
+    spread
 }
 
 fn reversals(record: &Record<'_>, dead_band: f64) -> Vec<f64> {

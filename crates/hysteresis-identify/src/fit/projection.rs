@@ -190,8 +190,8 @@ impl<'a> Projection<'a> {
     }
 
     /// R of [the records' own | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
-    /// stretches, and part i has the i-th of each; with the number of its rows.
-    pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize) -> Vec<(Mat<f64>, usize)> {
+    /// stretches `turns` times over, and part i has the i-th of each turn; with the number of its rows.
+    pub(crate) fn parts(&self, fit: &ProjectedFit, count: usize, turns: usize) -> Vec<(Mat<f64>, usize)> {
         let own = self.own();
         let tangent = self.space.tangent(&fit.point, self.basis.columns(), Some(&fit.weights));
         let columns = own + tangent.columns + tangent.slopes.len() + 1;
@@ -199,7 +199,7 @@ impl<'a> Projection<'a> {
         for place in 0..self.records.len() {
             let rows = self.courses[place].len();
             self.rows_of(place, &tangent, |row, values| {
-                let (factor, rows) = &mut factors[row * count / rows];
+                let (factor, rows) = &mut factors[row * count * turns / rows % count];
                 factor.push(values);
                 *rows += 1;
             });

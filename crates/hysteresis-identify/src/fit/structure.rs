@@ -3,8 +3,8 @@
 
 use crate::creep_model::CreepModel;
 use crate::error::Error;
-use crate::fit::choice::{enough, levels};
 use crate::fit::folds::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
+use crate::fit::levels::{enough, levels};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
 use crate::fit::variety::Variety;
@@ -132,9 +132,7 @@ impl StructureProblem<'_> {
 
     /// By which factor of the mean square error a law must be better than a simpler one.
     fn margin(&self) -> f64 {
-        /// Where all loops are alike: about a third of the error.
-        const ALIKE: f64 = 2.0;
-        if Variety::of(self.records).amplitudes { 1.0 } else { ALIKE }
+        Variety::of(self.records).margin()
     }
 }
 

@@ -35,6 +35,14 @@ impl Variety {
         let start = records.iter().any(|record| record.skip() == 0);
         Self { amplitudes, apart_from_time: amplitudes && told, start }
     }
+
+    /// By which factor of the mean square error on stretches a candidate must be better than a simpler one, besides what is
+    /// chance: where all loops are alike, one predicts the other with any weights.
+    pub(crate) fn margin(self) -> f64 {
+        /// About a third of the error.
+        const ALIKE: f64 = 2.0;
+        if self.amplitudes { 1.0 } else { ALIKE }
+    }
 }
 
 /// The distances between successive reversals of the fitted samples.

@@ -27,7 +27,7 @@ pub use result::{ActuatorFit, BriefFinding, ManyIdentifications};
 use share::Shared;
 
 use crate::error::Error;
-use crate::fit::choice::levels;
+use crate::fit::levels::levels;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::loss::Loss;
@@ -102,6 +102,8 @@ fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Erro
 
 /// The options with everything chosen that is left to cross-validation, once for all actuators.
 ///
+/// [`Thresholds::Refined`](crate::Thresholds::Refined) and its kin stay 20 operators: one number is for all.
+///
 /// The first, the middle and the last actuator that can be fitted are asked. Of their answers the weight law of the most
 /// unknowns counts, the largest number of operators, and the middle smoothness.
 ///
@@ -125,5 +127,6 @@ fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>
     if options.needs_seconds() {
         return Err(Error::LinearPart);
     }
-    choose::settled(records, &options.hysteresis_and_dead_time(), shared)
+    let options = Options { thresholds: options.thresholds.unrefined(), ..options.hysteresis_and_dead_time() };
+    choose::settled(records, &options, shared)
 }

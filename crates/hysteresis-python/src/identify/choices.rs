@@ -121,8 +121,8 @@ impl Identification {
         Ok(PyArray1::from_vec(py, self.found.residuals(&records[0], place)))
     }
 
-    /// What cross-validation said of every number of operators: pairs (operators, error), the error the geometric
-    /// mean of the rms errors on the stretches that were held out; empty unless "auto".
+    /// What cross-validation said of the numbers of operators that were tried: pairs (operators, error), the error the geometric
+    /// mean of the rms errors on the stretches that were held out; empty where the number was given.
     #[getter]
     fn cross_validation(&self) -> Vec<(usize, f64)> {
         self.found.cross_validation.iter().map(|one| (one.operators, one.typical_error())).collect()

@@ -83,7 +83,7 @@ use crate::convert::errors::{self, unexpected};
         dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
         amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
         loss=None, skip=None, progress=None),
-    text_signature = "(u, y=None, *, dt=None, operators=20, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
+    text_signature = "(u, y=None, *, dt=None, operators=None, weights='auto', ratios='fit', input_offset='fit', dead_time='fit', \
         dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', input_map='auto', \
         output_map='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]

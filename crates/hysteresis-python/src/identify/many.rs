@@ -32,8 +32,10 @@ use crate::convert::errors::{self, raise, record, unexpected};
 ///     The measured positions (um), a column for each actuator.
 /// dt : float, optional
 ///     Sampling interval in seconds. Without it dead times are in samples.
-/// model, operators, ratios, input_offset, dead_time, thresholds
+/// model, ratios, input_offset, dead_time, thresholds
 ///     As for `identify`, the same for all actuators.
+/// operators : int or "auto"
+///     One number for all. It stays 20 where `identify` would double it.
 /// weights : "auto", "free", "quadratic" or "split"
 ///     One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify` would, and takes
 ///     the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes the middle one.
@@ -110,7 +112,7 @@ pub(crate) fn identify_many(
         model: model.map_or(Ok(default.model), kind)?,
         weights: weights.map_or(Ok(default.weights), law)?,
         dt,
-        thresholds: placed(thresholds, operators)?,
+        thresholds: placed(thresholds, operators)?.unrefined(),
         ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
             Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
             Setting::Fit => Setting::Fit,

@@ -53,7 +53,7 @@ pub(crate) fn loss(loss: &str) -> PyResult<Loss> {
     }
 }
 
-/// The operators with thresholds as given, or that many with uniform ones.
+/// The operators with thresholds as given, or that many with uniform ones; as many as the records ask for without a number.
 pub(crate) fn placed(
     thresholds: Option<&Bound<'_, PyAny>>,
     operators: Option<&Bound<'_, PyAny>>,
@@ -75,13 +75,13 @@ pub(crate) fn placed(
     }
     let operators = operators.filter(|_| !auto);
     let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let count = operators.unwrap_or_else(|| Options::default().operators());
-    let Some(thresholds) = thresholds else { return Ok(Thresholds::Uniform(count)) };
+    let placed = |uniform: Thresholds| operators.map_or_else(|| uniform.clone(), |count| uniform.of(count));
+    let Some(thresholds) = thresholds else { return Ok(placed(Thresholds::Refined)) };
     if let Ok(name) = thresholds.cast::<PyString>() {
         return match name.to_str()? {
-            "uniform" => Ok(Thresholds::Uniform(count)),
-            "quantiles" => Ok(Thresholds::Quantiles(count)),
-            "geometric" => Ok(Thresholds::Geometric(count)),
+            "uniform" => Ok(placed(Thresholds::Refined)),
+            "quantiles" => Ok(placed(Thresholds::RefinedQuantiles)),
+            "geometric" => Ok(placed(Thresholds::RefinedGeometric)),
             other => {
                 let expected = "\"uniform\", \"quantiles\", \"geometric\" or an array";
                 Err(errors::value("thresholds", format_args!("expected {expected}, got \"{other}\"")))

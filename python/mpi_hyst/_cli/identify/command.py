@@ -20,9 +20,11 @@ _STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
 
 
 def _operators(
-    context: click.Context, option: click.Parameter, value: str
-) -> int | Literal["auto"]:
-    """Read a number of operators, or auto."""
+    context: click.Context, option: click.Parameter, value: str | None
+) -> int | Literal["auto"] | None:
+    """Read a number of operators, or auto, or nothing."""
+    if value is None:
+        return None
     if value == "auto":
         return "auto"
     short = value.isascii() and value.isdigit() and len(value) < 10
@@ -185,11 +187,10 @@ def _stretches(
     click.option(
         "--operators",
         metavar="NUMBER|auto",
-        default="20",
-        show_default=True,
+        show_default="20, or 40 or 80 where these predict better",
         callback=_operators,
-        help="Number of operators. auto: the smallest whose cross-validation error is as good as "
-        "the best.",
+        help="Number of operators. auto: the smallest of 4 to 80 whose cross-validation error is "
+        "as good as the best.",
     ),
     click.option(
         "--weights",

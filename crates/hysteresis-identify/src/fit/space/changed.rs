@@ -4,9 +4,12 @@ use super::Space;
 use crate::error::Error;
 use crate::fit::axes;
 use crate::fit::curve::OutputMap;
+use crate::fit::placement::{Placement, spread};
 use crate::fit::point::{Axis, Parameter, Point};
+use crate::fit::projection::ProjectedFit;
 use crate::fit::shift::ShiftColumns;
 use crate::loop_shift_model::LoopShiftModel;
+use crate::options::Options;
 use crate::record::Record;
 
 impl Space {
@@ -55,6 +58,16 @@ impl Space {
         }
         let shift = super::shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
         Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with other thresholds, about the weights of a fit at those of this space.
+    pub(crate) fn with_thresholds(&self, records: &[Record<'_>], options: &Options, fit: &ProjectedFit) -> Self {
+        let there = Self { placement: Placement::new(records, options), ..self.clone() };
+        let output_map = self.output_map.as_ref().map(|map| {
+            let [from, to] = [self, &there].map(|space| space.thresholds(&fit.point));
+            OutputMap { bounds: map.bounds, reference: spread(&fit.weights[..from.len()], &from, &to).into() }
+        });
+        Self { output_map, ..there }
     }
 
     /// The same with a mode more, which is searched.
