@@ -324,13 +324,3 @@ def test_surroundings_need_a_hybrid_controller_of_the_plants_interval() -> None:
         mh.plant.simulate(Other(), mh.paper.plant("A1"), reference, target=reference)
     with pytest.raises(ValueError, match="controller: expected one made for the sampling"):
         mh.plant.simulate(controller(dt=1e-3), mh.paper.plant("A1"), reference)
-    repetitive = mh.control.RepetitiveControl(
-        500, kp=1.0, ki=1e3, dt=DT, slope=5e-3, dynamics=STAGE, bandwidth=100.0
-    )
-    with pytest.raises(ValueError, match="target: expected one where repetitive"):
-        mh.plant.simulate(
-            controller(preview=mh.control.preview(STAGE, DT, ahead=4)),
-            mh.paper.plant("A1"),
-            reference,
-            repetitive=repetitive,
-        )

@@ -1100,8 +1100,8 @@ class Identification:
         """The covariance of `parameters`: what was given or lies at a bound is left out."""
     @property
     def cross_validation(self) -> list[tuple[int, float]]:
-        """What cross-validation said of every number of operators: pairs (operators, error), the error the geometric
-        mean of the rms errors on the stretches that were held out; empty unless "auto".
+        """What cross-validation said of the numbers of operators that were tried: pairs (operators, error), the error the geometric
+        mean of the rms errors on the stretches that were held out; empty where the number was given.
         """
     @property
     def weights_law(self) -> Literal["free", "quadratic", "split"]:
@@ -2474,10 +2474,12 @@ def identify(
         Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
         modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
         records as well as the best, within the standard error of the ratio of their mean squares.
-    operators : int or "auto"
-        How many: 20 unless thresholds are given. With uniform thresholds r_i = i X / n; the first is the identity.
-        "auto" takes the fewest that predict held-out stretches of the records as well as any; every stretch is predicted
-        from weights, offsets, ratios and dead time fitted to the others (the searched ones linearised about those of all).
+    operators : int or "auto", optional
+        How many. With uniform thresholds r_i = i X / n; the first is the identity. Without a number there are as many as thresholds that
+        are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 5 % of the error at
+        least and by more than its standard error. "auto" takes the fewest of 4 to 80 that predict them as well as any. Either is
+        chosen with everything else in the model; every stretch is predicted from weights fitted to the others, all that is
+        searched linearised about its values for all. A sample costs the same with any number of operators.
     ratios : "fit" or (ra, rb, rc)
         Thresholds as fractions of r.
     input_offset : "fit" or float
@@ -3555,11 +3557,11 @@ class Stage:
         (True, True)
         >>> whole = light.replace(noise=0.002).controller(1e-4, feedforward="preview", drift=0.5, period=500)
         >>> wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)  # ten periods
-        >>> worn = mh.plant.Plant(1.05 * mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+        >>> worn = light.replace(dynamics=mh.plant.SecondOrder(780.0, 0.03)).plant(1e-4)
         >>> run = mh.plant.simulate(whole, worn, wave)
-        >>> error = abs(run.position - wave)
-        >>> bool(max(error[-500:]) < 0.2 * max(error[1000:1500]))
-        True
+        >>> worst = abs(run.position - wave).reshape(10, 500).max(axis=1)
+        >>> bool(worst[0] > 2e-3), bool(worst[8] < 1e-4)  # um, in the first and the ninth period
+        (True, True)
         """
     def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
         """An observer of this stage: as `control.Observer`."""
@@ -4036,8 +4038,10 @@ def identify_many(
         The measured positions (um), a column for each actuator.
     dt : float, optional
         Sampling interval in seconds. Without it dead times are in samples.
-    model, operators, ratios, input_offset, dead_time, thresholds
+    model, ratios, input_offset, dead_time, thresholds
         As for `identify`, the same for all actuators.
+    operators : int or "auto"
+        One number for all. It stays 20 where `identify` would double it.
     weights : "auto", "free", "quadratic" or "split"
         One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify` would, and takes
         the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes the middle one.

@@ -1,8 +1,8 @@
 //! What the arguments of `identify` may be.
 
 use hysteresis_identify::{
-    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Options, Order,
-    Setting, Thresholds, WeightLaw,
+    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Order, Setting,
+    Thresholds, WeightLaw,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyString;
