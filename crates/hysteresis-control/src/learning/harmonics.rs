@@ -52,9 +52,9 @@ impl Harmonics {
         self.priors.len()
     }
 
-    /// Learns from the measured error of a period with this correction, and returns the next correction.
-    pub(super) fn learn(&mut self, error: &[f64], correction: &[f64], options: &LearningOptions) -> Vec<f64> {
-        let (error, correction) = (self.spectrum(error), self.spectrum(correction));
+    /// Learns from the measured error of a period with the correction `run`, and returns the one that follows `from`.
+    pub(super) fn learn(&mut self, error: &[f64], [run, from]: [&[f64]; 2], options: &LearningOptions) -> Vec<f64> {
+        let (error, correction, from) = (self.spectrum(error), self.spectrum(run), self.spectrum(from));
         if self.beliefs.is_empty() {
             self.noise = options.noise.map_or_else(
                 || if self.samples < MIN_SAMPLES { 0.0 } else { upper_half(&error) },
@@ -67,7 +67,7 @@ impl Harmonics {
         // The mean is left to a feedback that integrates.
         for j in 1..error.len() {
             self.beliefs[j].take(error[j], correction[j], self.noise, wander);
-            next[j] = self.beliefs[j].next_correction(correction[j]) * self.low_pass[j];
+            next[j] = self.beliefs[j].next_correction(from[j]) * self.low_pass[j];
         }
         let mut samples = self.spectra.samples(next);
         samples.truncate(self.samples);

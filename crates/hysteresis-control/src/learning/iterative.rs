@@ -15,8 +15,10 @@ use crate::saved::{check_model, check_numbers, check_same, check_same_count};
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
 
-/// An error below this share of the best one so far shows that steps may be larger again.
+/// An error below this share of the best one so far shows that steps may be larger again, one above this factor that they must be
+/// smaller: what a correction changes at other harmonics belongs to no belief.
 const TRUSTED: f64 = 0.9;
+const WORSE: f64 = 1.1;
 
 /// So many periods that do not lower the error to this share of the best one before end the learning.
 const PATIENCE: usize = 5;
@@ -166,6 +168,8 @@ impl IterativeLearning {
         }
         if rmse < TRUSTED * self.best_rmse {
             self.trust = (2.0 * self.trust).min(1.0);
+        } else if rmse > WORSE * self.best_rmse {
+            self.trust *= 0.5;
         }
         if rmse < self.best_rmse {
             self.best_rmse = rmse;
@@ -173,13 +177,12 @@ impl IterativeLearning {
         }
         let last = self.goal.clone();
         if !accepted {
-            self.trust *= 0.5;
             self.goal.clone_from(&self.best);
         } else if self.no_longer_helps() {
             self.finished = true;
             self.goal.clone_from(&self.best);
         } else {
-            self.learn(error);
+            self.learn(error, rmse > WORSE * self.best_rmse);
         }
         self.go_over_from(&last);
         Ok(trial)
@@ -294,12 +297,15 @@ impl IterativeLearning {
         fingerprint.finish()
     }
 
-    /// The goal moves towards the target that promises the least error, by the share that is trusted.
-    fn learn(&mut self, error: &[f64]) {
-        let correction: Vec<f64> = self.goal.iter().zip(&self.base).map(|(goal, base)| goal - base).collect();
-        let mut next = self.harmonics.learn(error, &correction, &self.options);
+    /// The goal moves towards the target that promises the least error, by the share that is trusted: from the last one, or from the best
+    /// one where the last was worse.
+    fn learn(&mut self, error: &[f64], was_worse: bool) {
+        let beside = |target: &[f64]| target.iter().zip(&self.base).map(|(y, base)| y - base).collect::<Vec<f64>>();
+        let run = beside(&self.goal);
+        let from = if was_worse { beside(&self.best) } else { run.clone() };
+        let mut next = self.harmonics.learn(error, [&run, &from], &self.options);
         self.fade_at_rest(&mut next);
-        for ((goal, base), (old, new)) in self.goal.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
+        for ((goal, base), (old, new)) in self.goal.iter_mut().zip(&self.base).zip(from.iter().zip(next)) {
             *goal = base + old + self.trust * (new - old);
         }
         self.keep_within_limits();
