@@ -126,11 +126,11 @@ struct Choice<'a> {
 
 impl Choice<'_> {
     fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<usize, Error> {
-        let (numbers, must_gain): (&[usize], f64) = match count {
+        // Loops that are all alike say little for more than the usual number, and nothing for fewer.
+        let (numbers, margin): (&[usize], f64) = match count {
             Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
-            Count::Refined => (&DOUBLED, MUST_GAIN),
+            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN)),
         };
-        let margin = Variety::of(self.records).margin().max(must_gain);
         let mut chosen = 0;
         for (done, operators) in numbers.iter().enumerate() {
             if !self.try_number(*operators, CHOICE.at(done, numbers.len()), monitor)? {
