@@ -10,6 +10,7 @@ PACKAGE := $(VENV)/.package
 BENCHES := $(VENV)/.benches
 TIMES := target/bench/python.json
 PYTHON_CODE := python tests docs benches/python
+CAPI ?= target/capi
 
 # Where cargo builds, and criterion and gungraun leave what they measured.
 export CARGO_TARGET_DIR := $(CURDIR)/target
@@ -22,7 +23,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many soak picture stub format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi header soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -43,7 +44,7 @@ test-rust: ## the Rust tests, the documentation's examples, the proofs that the 
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 
-test-python: $(PACKAGE) ## the Python tests against the compiled package
+test-python: $(PACKAGE) capi ## the Python tests against the compiled package, and the C library beside it
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile
 
 ifndef SEED
@@ -117,7 +118,19 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 bench-many: $(PACKAGE) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)
 
-soak: ## a thousand million mixed samples through an inverse and its actuator: no drift
+capi: ## the C library, its header and its pkg-config file, in the folder CAPI (target/capi)
+	cargo build --quiet --release -p hysteresis-capi
+	mkdir -p $(CAPI)/include $(CAPI)/lib/pkgconfig
+	cp crates/hysteresis-capi/include/mpi_hyst.h $(CAPI)/include
+	for library in libmpi_hyst.a libmpi_hyst.so libmpi_hyst.dylib; do \
+		if test -e target/release/$$library; then cp target/release/$$library $(CAPI)/lib || exit 1; fi; done
+	version=$$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml) && \
+		sed "s/@VERSION@/$$version/" crates/hysteresis-capi/mpi_hyst.pc.in > $(CAPI)/lib/pkgconfig/mpi_hyst.pc
+
+header: ## write the header of the C library anew from its sources
+	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header
+
+soak: ## 1e9 mixed samples through an inverse and its actuator: no drift; 1e7 of every loop: no drive beyond limits or slew
 	cargo run --quiet --release -p soak -- $(SAMPLES)
 
 picture: $(PACKAGE) ## draw the pictures of the README

@@ -170,7 +170,7 @@ def test_all_axes_hold_and_stop_together() -> None:
     axes.hold = True
     assert axes.hold and axes.step([3.0, 3.0], [0.0, 0.0]).tolist() == drives.tolist()
     axes.hold = False
-    with pytest.raises(ValueError, match=r"^rest_drives: expected a number from -560.0 to"):
+    with pytest.raises(ValueError, match=r"^rest_drives\[1\]: expected a number from -560.0 to"):
         axes.stop(1e7, [0.0, 561.0])
     axes.stop(1e7, [5.0, -5.0])
     for _ in range(20):

@@ -204,7 +204,7 @@ THREE = type("Three", (), {"read": lambda _: [0.0] * 3, "write": lambda _, __: N
                 [*controllers(1), *controllers(1, preview=mh.control.Preview([0.5, 0.5], 1))]
             ),
             ValueError,
-            r"controllers\[1\]: expected 0.0, the length of the preview of",
+            r"controllers\[1\]: expected 0, the length of the preview of",
         ),
         (
             lambda: Axes(controllers(2), [[1.0, 1.0], [1.0, 1.0]]),

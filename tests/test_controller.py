@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 import pickle
 from collections.abc import Callable
@@ -40,6 +41,7 @@ def moving(samples: int = 300, **keywords: Any) -> mh.control.HybridController:
         ),
         ({"feedforward": 3.0}, "feedforward: expected model.inverse(limits), stage.inverse(dt), m"),
         ({"limits": 5.0}, "limits: expected two numbers (low, high), got 5.0"),
+        ({"preview": 5.0}, "preview: expected a mh.control.Preview, got 5.0"),
     ],
 )
 def test_arguments_of_another_type_are_named(arguments: dict[str, Any], message: str) -> None:
@@ -80,7 +82,7 @@ def test_a_preview_that_is_none_is_named() -> None:
     for arguments, message in [
         (([], 0), "coefficients: expected at least one element, got none"),
         (([1.0, math.inf], 0), "coefficients[1]: expected a finite number"),
-        (([1.0, 2.0], 2), "ahead: expected a whole number from 0 to 1, got 2.0"),
+        (([1.0, 2.0], 2), "ahead: expected a whole number from 0 to 1, got 2"),
         (([1.0], -1), "ahead: expected a whole number of at least zero, got -1"),
     ]:
         with pytest.raises(ValueError) as caught:
@@ -234,6 +236,27 @@ def test_a_state_that_is_none_is_refused_and_changes_nothing() -> None:
         other = made(MODEL.inverse(keywords["limits"]), preview=preview, **keywords)
         with pytest.raises(ValueError, match=rf"^state\.{next(iter(options))}[.\w]*: expected"):
             other.state = before
+
+
+def test_a_state_belongs_to_its_preview() -> None:
+    plain = mh.control.Preview([0.25, 0.5, 0.25], 1)
+    controller = made(MODEL.inverse(LIMITS), preview=plain)
+    for k in range(10):
+        controller.step(0.1 * k, 0.1 * k)
+    saved = json.loads(json.dumps(controller.state))
+    same = made(MODEL.inverse(LIMITS), preview=mh.control.Preview([0.25, 0.5, 0.25], 1))
+    same.state = saved
+    assert same.step(1.0, 0.9) == controller.step(1.0, 0.9)
+    others = [mh.control.Preview([0.25, 0.5, 0.25], 0), mh.control.Preview([0.3, 0.4, 0.3], 1)]
+    for other in [made(MODEL.inverse(LIMITS), preview=preview) for preview in others]:
+        before = other.state
+        with pytest.raises(ValueError, match=r"^state: expected the state of a preview with the s"):
+            other.state = saved
+        assert other.state == before
+    # nobody could tell whether a state that does not name its preview belongs here
+    del saved["preview"]["window"]
+    with pytest.raises(ValueError, match=r"^state: expected what \.state returned; .*`window`"):
+        same.state = saved
 
 
 def test_reset_keeps_the_drive_unless_the_amplifier_has_another() -> None:

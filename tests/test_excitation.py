@@ -211,7 +211,7 @@ def test_what_is_made_cannot_be_changed() -> None:
         ({"start": 2.1}, "start: expected a number from low = -2.0 to high = 2.0, got 2.1"),
         ({"cycles": 0}, "cycles: expected a whole number of at least one, got 0"),
         ({"cycles": 2.5}, "cycles: expected a whole number of at least one, got 2.5"),
-        ({"cycles": 10**6}, "cycles: expected a whole number from 1 to 16384, got 1000000.0"),
+        ({"cycles": 10**6}, "cycles: expected a whole number from 1 to 16384, got 1000000"),
         ({"shape": "square"}, 'shape: expected "triangle" or "sine", got "square"'),
     ],
 )

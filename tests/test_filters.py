@@ -123,7 +123,7 @@ def test_the_terms_show_what_the_filters_make_of_the_error() -> None:
         (
             lambda: controller(filters=[mh.control.LowPass(100.0)] * 7),
             ValueError,
-            "sections: expected at most 6 sections, got 7.0",
+            "sections: expected at most 6 sections, got 7",
         ),
         (lambda: controller(kp=-0.1), ValueError, "kp: expected a finite number >= 0, got -0.1"),
         (

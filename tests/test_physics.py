@@ -16,8 +16,10 @@ PERIOD = 1000  # samples of a raster
 # % of the stroke, rms, on a raster that was not seen: in the class of the model, and beside it.
 INSIDE, BESIDE = 0.10, 0.40
 BESIDE_CLASS = ("Bouc-Wen, slow amplifier", "thresholds that grow with speed")
-# % of the stroke, rms: with feedback, and in the tenth period of learning.
+# % of the stroke, rms: with feedback, and in the tenth period of learning. No weights follow
+# thresholds that grow with speed.
 FEEDBACK, LEARNED = 0.03, 0.01
+FEEDBACK_BESIDE = {"thresholds that grow with speed": 0.05}
 
 
 @cache
@@ -47,7 +49,7 @@ def test_an_experiment_tells_the_whole_stage(name: str) -> None:
 def test_feedback_and_learning_follow_a_raster(name: str) -> None:
     stage = identified(name).stage.replace(limits=(0.0, HIGH))
     with_feedback = loop_errors(stage, STAGES[name], periods=3)
-    assert with_feedback[-1] < FEEDBACK
+    assert with_feedback[-1] < FEEDBACK_BESIDE.get(name, FEEDBACK)
     learned = loop_errors(stage, STAGES[name], periods=10, learns=True)
     assert learned[-1] < LEARNED
 
@@ -77,13 +79,22 @@ def loop_errors(
     """Return the error of every period of a raster with preview and feedback."""
     controller, bench = stage.controller(DT, feedforward="preview"), Bench(truth, DT)
     assert controller.preview is not None
-    ahead = controller.preview.ahead
-    wave = raster(1)
+    ahead, wave = controller.preview.ahead, raster(1)
     learning = stage.iterative_learning(wave, DT) if learns else None
-    way = np.r_[np.linspace(0.0, wave[0], 1000), np.full(300 + ahead, wave[0])]
-    for reference in way:
-        bench.write(controller.step(reference, bench.read()))
-    target, errors = wave, []
-    for _ in range(periods):
-        ...
+    way = np.r_[np.linspace(0.0, wave[0], PERIOD), np.full(300, wave[0])]
+    coming = np.r_[way, np.tile(wave, periods + 1)]
+    for k in range(way.size):
+        bench.write(controller.step(coming[k + ahead], bench.read()))
+    errors = []
+    for period in range(periods):
+        start = way.size + period * PERIOD
+        measured, position = np.empty(PERIOD), np.empty(PERIOD)
+        correction = learning.correction if learning is not None else np.zeros(PERIOD)
+        for k in range(PERIOD):
+            measured[k], position[k] = bench.read(), bench.position
+            reference = coming[start + k + ahead]
+            bench.write(controller.step(reference, measured[k], correction=correction[k]))
+        errors.append(error(position, wave))
+        if learning is not None:
+            learning.update(wave - measured)
     return errors

@@ -269,7 +269,7 @@ def test_linear_parts_are_their_responses() -> None:
         ({"creep": 0.01}, TypeError, "creep: expected a Creep, got 0.01"),
         ({"dead_time": -1.0}, ValueError, "dead_time: expected"),
         ({"noise": math.nan}, ValueError, "noise: expected a finite number >= 0, got NaN"),
-        ({"dac_bits": 33}, ValueError, "dac_bits: expected a number from 1.0 to 32.0, got 33.0"),
+        ({"dac_bits": 33}, ValueError, "dac_bits: expected a whole number from 1 to 32, got 33"),
         ({"dac_bits": 0}, ValueError, "dac_bits: expected a whole number of at least one, got 0"),
         ({"dac_bits": 8, "limits": None}, ValueError, "limits: expected .low, high. for the 8"),
         ({"adc_bits": 16.5}, ValueError, "adc_bits: expected a whole number of at least one, got"),

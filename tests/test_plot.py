@@ -49,6 +49,10 @@ def test_axes_of_ones_own_are_drawn_on(tuning: mh.control.Tuning) -> None:
 def test_wrong_arguments_are_named(tuning: mh.control.Tuning) -> None:
     with pytest.raises(TypeError, match=r"^tuning: expected a Tuning, got 3$"):
         mh.plot.tuning(3)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"^axes: expected three matplotlib axes, got 5$"):
+        mh.plot.tuning(tuning, 5)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"^axes\[1\]: expected matplotlib axes, got 7$"):
+        mh.plot.tuning(tuning, [Figure().subplots(), 7, 8])  # type: ignore[list-item]
     with pytest.raises(ValueError, match=r"^axes: expected three axes, got 2$"):
         mh.plot.tuning(tuning, Figure().subplots(2, 1))
 

@@ -280,10 +280,16 @@ def test_what_no_scan_can_have_is_named(make: Any, message: str) -> None:
     ("make", "message"),
     [
         (lambda: Raster("3", 2.0, 4, line_rate=1.0), "width: expected a number, got '3'"),  # type: ignore[arg-type]
-        (lambda: Raster(**{**RASTER, "center": 1.0}), "center: expected two numbers"),
-        (lambda: Spiral(**{**SPIRAL, "center": (1, 2, 3)}), "center: expected two numbers"),
-        (lambda: Lissajous(**{**FIGURE, "amplitudes": 3.0}), "amplitudes: expected two numbers"),
-        (lambda: Lissajous(**{**FIGURE, "frequencies": "ab"}), "frequencies: expected two number"),
+        (lambda: Raster(**{**RASTER, "center": 1.0}), "center: expected two numbers (x, y)"),
+        (lambda: Spiral(**{**SPIRAL, "center": (1, 2, 3)}), "center: expected two numbers (x, y)"),
+        (
+            lambda: Lissajous(**{**FIGURE, "amplitudes": 3.0}),
+            "amplitudes: expected two numbers (x, y), got 3.0",
+        ),
+        (
+            lambda: Lissajous(**{**FIGURE, "frequencies": "ab"}),
+            "frequencies: expected two numbers (x, y), got 'ab'",
+        ),
     ],
 )
 def test_what_is_of_another_kind_is_named(make: Any, message: str) -> None:

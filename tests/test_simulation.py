@@ -285,7 +285,17 @@ def test_the_printed_law_hits_the_rail() -> None:
             ValueError,
             "model_update_interval: expected a whole number of at least one",
         ),
-        ({"observer": 3}, TypeError, ""),
+        ({"observer": 3}, TypeError, "observer: expected a mh.control.Observer, got 3"),
+        (
+            {"repetitive": "yes"},
+            TypeError,
+            "repetitive: expected a mh.control.RepetitiveControl, got 'yes'",
+        ),
+        (
+            {"identifier": mh.paper.table_1()},
+            TypeError,
+            "identifier: expected a mh.RecursiveIdentifier, got <",
+        ),
         (
             {"identifier": mh.RecursiveIdentifier(mh.paper.table_2())},
             ValueError,

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{Stage, StageParts};
-use hysteresis_control::{Observer, ObserverOptions};
+use hysteresis_control::{Observer, ObserverOptions, StageController};
 use hysteresis_core::{
     CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, ModifiedPrandtlIshlinskii,
     PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
@@ -112,8 +112,7 @@ fn stage(compiled: &CompiledModel) -> QuasiStatic {
 /// A controller whose measurement lags by a sample: the error never rests. An observer may stand before its feedback.
 #[derive(Clone)]
 struct Tracking {
-    controller: HybridController,
-    observer: Option<Observer>,
+    controller: StageController,
     last: f64,
 }
 
@@ -124,7 +123,7 @@ impl Tracking {
         let set = ControllerOptions::new(5.0, 6e3, DT, limits);
         let options = ControllerOptions { slew: Some(1e7), filters, ..set };
         let controller = HybridController::new(inverse.into(), None, &options).expect("the options are valid");
-        Self { controller, observer: None, last: 0.0 }
+        Self { controller: controller.into(), last: 0.0 }
     }
 
     /// With a notch, two more sections, and the observer of a stage with a mode of 800 Hz and a sample of dead time.
@@ -139,16 +138,15 @@ impl Tracking {
         let stage = Stage::new(parts).expect("the parts are valid");
         let observer = Observer::new(&stage, DT, &ObserverOptions { noise: 0.01, drift: 0.5 }).expect("it settles");
         let filters = sections(&filters, DT).expect("below half the sampling rate");
-        Self { observer: Some(observer), ..Self::new(compiled, filters) }
+        let Self { controller, last } = Self::new(compiled, filters);
+        Self { controller: controller.with_observer(observer).expect("the same interval"), last }
     }
 }
 
 impl Process for Tracking {
     fn step(&mut self, reference: f64) -> f64 {
         let measurement = core::mem::replace(&mut self.last, reference);
-        let drive = self.controller.drive();
-        let seen = self.observer.as_mut().map_or(measurement, |observer| observer.step(drive, measurement));
-        self.controller.step(reference.into(), seen)
+        self.controller.step(reference.into(), measurement)
     }
 
     fn peek(&self, reference: f64) -> f64 {
@@ -156,10 +154,7 @@ impl Process for Tracking {
     }
 
     fn reset(&mut self) {
-        self.controller.reset();
-        if let Some(observer) = &mut self.observer {
-            observer.reset();
-        }
+        self.controller.reset(None).expect("a start at the present drive");
     }
 }
 

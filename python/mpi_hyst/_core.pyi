@@ -1324,7 +1324,8 @@ class IterativeLearning:
         Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
         loop. Call `update` for them too.
     on_demand : bool
-        The motion is repeated on demand, from rest to rest. If not, one period follows the other.
+        The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its ends, up
+        to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
 
     Raises
     ------
@@ -2205,6 +2206,12 @@ class HybridController:
         The drive that the amplifier has at the start: by default zero or the limit nearest to it.
     filters : Notch, LowPass, Lead, Biquad, or a list of them
         F shapes the error before both gains. At most 6.
+    observer : Observer, optional
+        The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
+        implausible it stands in. The controller goes on with a copy, memory included.
+    repetitive : RepetitiveControl, optional
+        Learns a correction of the target from the errors of the last period, while the feedback is on. The controller goes on with a
+        copy.
 
     Raises
     ------
@@ -2249,6 +2256,8 @@ class HybridController:
         preview: Preview | None = None,
         start_drive: float | None = None,
         filters: _Filter | Sequence[_Filter] = (),
+        observer: Observer | None = None,
+        repetitive: RepetitiveControl | None = None,
     ) -> HybridController: ...
     @property
     def filters(self) -> tuple[Biquad, ...]:
@@ -2262,6 +2271,12 @@ class HybridController:
     @property
     def preview(self) -> Preview | None:
         """The preview, or None."""
+    @property
+    def observer(self) -> Observer | None:
+        """The observer before the feedback, as a copy in its present state, or None."""
+    @property
+    def repetitive(self) -> RepetitiveControl | None:
+        """Learning in the loop, as a copy in its present state, or None."""
     def step(
         self,
         reference: float,
@@ -2269,12 +2284,14 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """Takes a sample and returns the drive in volts.
 
         `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
         volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
-        is to reach, if not the reference or what the preview makes of it.
+        is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
+        `IterativeLearning.correction`.
         """
     def run(
         self, references: ArrayLike, measurements: ArrayLike, out: _Vector | None = None
@@ -2287,6 +2304,7 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """The drive that `step` would return, without taking the sample."""
     def plan(
@@ -2296,6 +2314,7 @@ class HybridController:
         feedforward: float | None = None,
         *,
         target: float | None = None,
+        correction: float = 0.0,
     ) -> float:
         """The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
         leave it; memory and terms are still those of the drive that is there.
@@ -3490,8 +3509,11 @@ class Stage:
         ki: float | None = None,
         ahead: int | None = None,
         smoothing: float | Literal["modes"] | None = None,
+        drift: float | None = None,
+        period: int | None = None,
     ) -> HybridController:
-        """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+        """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
+        and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
 
         Parameters
         ----------
@@ -3510,6 +3532,10 @@ class Stage:
         smoothing : float or "modes", optional
             References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
             earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
+        drift : float, optional
+            Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
+        period : int, optional
+            Learns a reference that repeats after so many samples, by `RepetitiveControl`.
 
         Examples
         --------
@@ -3527,6 +3553,13 @@ class Stage:
         >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
         >>> bool(max(run.position) < 1.005), bool(max(abs(run.position[130:] - 1.0)) < 1e-3)
         (True, True)
+        >>> whole = light.replace(noise=0.002).controller(1e-4, feedforward="preview", drift=0.5, period=500)
+        >>> wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)  # ten periods
+        >>> worn = mh.plant.Plant(1.05 * mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+        >>> run = mh.plant.simulate(whole, worn, wave)
+        >>> error = abs(run.position - wave)
+        >>> bool(max(error[-500:]) < 0.2 * max(error[1000:1500]))
+        True
         """
     def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
         """An observer of this stage: as `control.Observer`."""
@@ -4463,12 +4496,13 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
 
         `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
-        `targets` of the axes, if the feed-forward is to reach something else; `feedforward`: volts of the actuators that replace its output.
+        `targets` of the axes, if the feed-forward is to reach something else; `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
         """
     def peek(
         self,
@@ -4477,6 +4511,7 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """The drives that `step` would return, without taking the sample."""
@@ -4487,6 +4522,7 @@ class MultiAxisController:
         out: _Vector | None = None,
         *,
         targets: ArrayLike | None = None,
+        corrections: ArrayLike | None = None,
         feedforward: ArrayLike | None = None,
     ) -> _Vector:
         """The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
@@ -4515,22 +4551,61 @@ class MultiAxisController:
     def limits(self) -> _Matrix:
         """The limits of the drives in volts, an array of shape (N, 2)."""
     @property
-    def terms(self) -> tuple[ControllerTerms, ...]: ...
+    def terms(self) -> tuple[ControllerTerms, ...]:
+        """What the last samples of the actuators that were acted upon were made of, N ControllerTerms."""
     @property
-    def lead_in(self) -> float: ...
+    def lead_in(self) -> float:
+        """For how many seconds at most the drives are not yet those of the law, from the next sample on: until the windows of the
+        previews are full and the bumpless terms are gone.
+        """
     @property
-    def kp(self) -> _Vector: ...
+    def kp(self) -> _Vector:
+        """The proportional gains of the actuators in V/um, an array of N."""
     @property
-    def ki(self) -> _Vector: ...
+    def ki(self) -> _Vector:
+        """The integral gains of the actuators in V/um/s, an array of N."""
     @property
     def dt(self) -> float:
         """The sampling interval in seconds."""
-    def set_gains(self, axis: int, kp: float, ki: float) -> None: ...
-    def set_filters(self, axis: int, filters: _Filter | Sequence[_Filter]) -> None: ...
-    def set_model(self, axis: int, model: _Model) -> None: ...
-    def set_feedforward(self, axis: int, feedforward: _FeedForward) -> None: ...
+    def set_gains(self, axis: int, kp: float, ki: float) -> None:
+        """Changes the gains of actuator `axis`, counted from 0, without a jump: as `HybridController.set_gains`.
+
+        A change of one actuator drops what is planned for all. What is refused leaves all as it was.
+        """
+    def set_filters(self, axis: int, filters: _Filter | Sequence[_Filter]) -> None:
+        """Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`."""
+    def set_model(self, axis: int, model: _Model) -> None:
+        """Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same operators,
+        without a jump: as `HybridController.set_model`.
+
+        Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; all is as before
+        then.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> model, limits = mh.paper.table_1_recovered(), (-500.0, 500.0)
+        >>> single = mh.control.HybridController(model.inverse(limits), kp=5.0, ki=6e3, dt=1e-4, limits=limits)
+        >>> axes = mh.control.MultiAxisController([single, single])
+        >>> for _ in range(60):
+        ...     before = axes.step([1.0, 0.5], [1.0, 0.5])
+        >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.ra, model.rb, model.rc)
+        >>> axes.set_model(0, stiffer)
+        >>> axes.set_gains(1, kp=4.0, ki=5e3)
+        >>> bool(abs(axes.step([1.0, 0.5], [1.0, 0.5]) - before).max() < 1.0)  # V: no jump
+        True
+        >>> axes.kp.tolist(), axes.mode
+        ([5.0, 4.0], ('run', 'run'))
+        """
+    def set_feedforward(self, axis: int, feedforward: _FeedForward) -> None:
+        """Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as `HybridController.set_feedforward`."""
     @property
-    def mode(self) -> tuple[Literal["run", "feedforward", "hold", "stop"], ...]: ...
+    def mode(self) -> tuple[Literal["run", "feedforward", "hold", "stop"], ...]:
+        """What each actuator does with its samples, N words: "run"; "feedforward": the proportional term is off, the integral is
+        frozen and stays part of the drive; "hold": the drive stays and nothing advances; "stop", which `stop` begins.
+
+        Set one of the first three at any time, or a list of N of them: no change of mode is a jump.
+        """
     @mode.setter
     def mode(
         self,
@@ -4552,8 +4627,13 @@ class MultiAxisController:
         from the drives that are reached then.
         """
     def reset(self, drives: ArrayLike | None = None) -> None:
-        """All axes back to the start, in mode "run", with all counters at zero. The drives stay."""
-    def follow(self, drives: ArrayLike) -> None: ...
+        """All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
+        amplifiers have others now.
+        """
+    def follow(self, drives: ArrayLike) -> None:
+        """Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling interval; the
+        next motion starts from the last row.
+        """
     def start_at(self, drives: ArrayLike) -> None:
         """Goes on from other drives that the amplifiers have, with everything that is remembered."""
     @property
@@ -4644,10 +4724,10 @@ def simulate(  # type: ignore[overload-overlap]
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.
@@ -4743,10 +4823,10 @@ def simulate(
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.
@@ -4803,6 +4883,7 @@ def simulate(
     reference: ArrayLike,
     *,
     target: ArrayLike | None = None,
+    correction: ArrayLike | None = None,
     observer: Observer | None = None,
     repetitive: RepetitiveControl | None = None,
     identifier: RecursiveIdentifier | None = None,
@@ -4846,10 +4927,10 @@ def simulate(
         Where the position should be, um, at the plant's sampling interval.
     target : array of n floats, optional
         Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-    observer : Observer, optional
-        The feedback sees its estimate instead of the measurement.
-    repetitive : RepetitiveControl, optional
-        Corrects the target in the loop. With a preview, give `target` too.
+    correction : array of n floats, optional
+        What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+    observer, repetitive : Observer, RepetitiveControl, optional
+        As parts of the controller for this run: see `HybridController`. They remember it.
     identifier : RecursiveIdentifier, optional
         Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
         For an exact inverse as feed-forward.

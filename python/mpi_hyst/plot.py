@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from mpi_hyst._core import Tuning
@@ -52,14 +52,21 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
     if not isinstance(tuning, Tuning):
         raise TypeError(f"tuning: expected a Tuning, got {tuning!r}")
     try:
+        from matplotlib import axes as matplotlib_axes
+
         from mpi_hyst._report import canvas, loop
     except ModuleNotFoundError as error:
         raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
     if axes is None:
         return loop.figure(tuning)
+    if not isinstance(axes, Iterable):
+        raise TypeError(f"axes: expected three matplotlib axes, got {axes!r}")
     panels = list(axes)
     if len(panels) != 3:
         raise ValueError(f"axes: expected three axes, got {len(panels)}")
+    for i, panel in enumerate(panels):
+        if not isinstance(panel, matplotlib_axes.Axes):
+            raise TypeError(f"axes[{i}]: expected matplotlib axes, got {panel!r}")
     loop.draw(tuning, panels)
     canvas.legend(panels[2])
     return loop.root(panels[0])

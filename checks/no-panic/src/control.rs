@@ -7,9 +7,9 @@ use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOp
 use hysteresis_control::linear::{
     Block, Creep, CreepBlock, Delay, DelayBlock, FirstOrder, LinearBlock, LinearDynamics, SecondOrder, Stream,
 };
-use hysteresis_control::stage::{Stage, StageForward, StageParts};
-use hysteresis_control::{Observer, ObserverOptions};
-use hysteresis_core::{Error as CoreError, ModifiedPrandtlIshlinskii, Process, Sections};
+use hysteresis_control::stage::{FeedForwardKind, Stage, StageForward, StageParts};
+use hysteresis_control::{Observer, ObserverOptions, StageController};
+use hysteresis_core::{Command, ControllerOptions, Error as CoreError, ModifiedPrandtlIshlinskii, Process, Sections};
 use no_panic::no_panic;
 
 #[no_panic]
@@ -90,6 +90,25 @@ fn repetitive_reset(repetitive: &mut RepetitiveControl) {
     repetitive.reset();
 }
 
+#[no_panic]
+#[inline(never)]
+fn whole_step(controller: &mut StageController, command: Command, measurement: f64) -> [f64; 3] {
+    let (peeked, planned) = (controller.peek(command, measurement), controller.plan(command, measurement));
+    controller.commit();
+    [peeked, planned, controller.step(command, measurement)]
+}
+
+#[no_panic]
+#[inline(never)]
+fn whole_run(
+    controller: &mut StageController,
+    r: &[f64],
+    y: &[f64],
+    drives: &mut [f64],
+) -> Result<(), CoreError> {
+    controller.run(r, y, drives)
+}
+
 /// Takes every path of the above once.
 pub(crate) fn run(model: &ModifiedPrandtlIshlinskii) -> Result<(), Box<dyn Error>> {
     let samples = black_box([0.0, 3.0, -1.0, f64::NAN, 90.0, 1e90, f64::INFINITY, 2.0]);
@@ -101,6 +120,8 @@ pub(crate) fn run(model: &ModifiedPrandtlIshlinskii) -> Result<(), Box<dyn Error
         black_box((delay_block(&mut delay, sample), creep_block(&mut creep, sample)));
         black_box(linear_stream(&mut stream, sample));
     }
+    crate::run(&mut stream, &samples, &mut [0.0; 8])?;
+    crate::reset(&mut stream);
     for mut block in [dynamics.block(1e-4)?, LinearDynamics::none().block(1e-4)?] {
         for sample in samples {
             black_box((linear_block(&mut block, sample), linear_settle(&mut block, sample)));
@@ -114,7 +135,32 @@ pub(crate) fn run(model: &ModifiedPrandtlIshlinskii) -> Result<(), Box<dyn Error
         for sample in samples.iter().cycle().take(1000) {
             black_box(repetitive_step(&mut repetitive, *sample));
         }
+        whole(model, &repetitive, &samples)?;
         repetitive_reset(&mut repetitive);
+    }
+    Ok(())
+}
+
+fn whole(
+    model: &ModifiedPrandtlIshlinskii,
+    repetitive: &RepetitiveControl,
+    samples: &[f64; 8],
+) -> Result<(), Box<dyn Error>> {
+    let stage = Stage::new(StageParts { limits: Some((-50.0, 50.0)), ..StageParts::new(model.clone()) })?;
+    let observer = Observer::new(&stage, 1e-4, &ObserverOptions { noise: 0.016, drift: 0.5 })?;
+    let plain = stage.controller(FeedForwardKind::Inverse, &ControllerOptions::new(1.0, 10.0, 1e-4, (-50.0, 50.0)))?;
+    let observed = StageController::from(plain.clone()).with_observer(observer)?;
+    let both = observed.clone().with_repetitive(repetitive.clone())?;
+    for mut controller in black_box([plain.into(), observed, both]) {
+        for reference in samples {
+            for measurement in samples {
+                let command = Command { correction: 0.5, ..(*reference).into() };
+                black_box(whole_step(&mut controller, command, *measurement));
+            }
+        }
+        let mut drives = [0.0; 8];
+        whole_run(&mut controller, samples, samples, &mut drives)?;
+        black_box(drives);
     }
     Ok(())
 }
@@ -124,8 +170,9 @@ fn stages(
     dynamics: &LinearDynamics,
     samples: &[f64; 8],
 ) -> Result<(), Box<dyn Error>> {
-    let plain =
-        StageParts { limits: Some((-50.0, 50.0)), dynamics: dynamics.clone(), ..StageParts::new(model.clone()) };
+    let modes = dynamics.clone().with_dead_time(0.0)?;
+    let parts = StageParts { dynamics: modes, dead_time: 2.5e-4, ..StageParts::new(model.clone()) };
+    let plain = StageParts { limits: Some((-50.0, 50.0)), ..parts };
     let amplified = StageParts { amplifier: Some(FirstOrder::new(279.0)?), ..plain.clone() };
     let crept = StageParts { creep: Some(Creep::new(&[0.01], &[0.1])?), ..plain.clone() };
     for parts in black_box([plain, amplified, crept]) {
@@ -140,6 +187,8 @@ fn stages(
             }
         }
         let mut positions = [0.0; 8];
+        crate::run(&mut forward, samples, &mut positions)?;
+        crate::reset(&mut forward);
         observer_run(&mut observer, samples, samples, &mut positions)?;
         observer_reset(&mut observer);
         black_box(positions);

@@ -33,7 +33,7 @@ fn reset(stream: &mut impl Process) {
 
 #[no_panic]
 #[inline(never)]
-fn forward_run(stream: &mut Forward, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
+fn run(stream: &mut impl Process, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
     stream.run(samples, output)
 }
 
@@ -47,12 +47,6 @@ fn inverse_step(stream: &mut Inverse, sample: f64) -> f64 {
 #[inline(never)]
 fn inverse_peek(stream: &Inverse, sample: f64) -> f64 {
     stream.peek(sample)
-}
-
-#[no_panic]
-#[inline(never)]
-fn inverse_run(stream: &mut Inverse, samples: &[f64], output: &mut [f64]) -> Result<(), Error> {
-    stream.run(samples, output)
 }
 
 #[no_panic]
@@ -195,6 +189,10 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
         black_box(quasi_static_inverse(&mut inverse, *sample));
         black_box(bracket_step(&mut bracket, *sample));
     }
+    let mut output = vec![0.0; samples.len()];
+    run(&mut forward, samples, &mut output)?;
+    run(&mut inverse, samples, &mut output)?;
+    black_box(output);
     reset(&mut forward);
     reset(&mut inverse);
     Ok(())
@@ -257,7 +255,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for sample in samples {
             black_box((forward_peek(&stream, sample), forward_step(&mut stream, sample)));
         }
-        forward_run(&mut stream, &samples, &mut output)?;
+        run(&mut stream, &samples, &mut output)?;
         reset(&mut stream);
     }
     for mut stream in [Inverse::new(&compiled, None)?, Inverse::with_initial(&compiled, Some((-500.0, 500.0)), &zeros)?]
@@ -265,7 +263,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for sample in samples {
             black_box((inverse_peek(&stream, sample), inverse_step(&mut stream, sample)));
         }
-        inverse_run(&mut stream, &samples, &mut output)?;
+        run(&mut stream, &samples, &mut output)?;
         inverse_follow(&mut stream, &samples[..4])?;
         reset(&mut stream);
     }
@@ -275,6 +273,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for sample in samples {
         black_box(filter(&mut filtered, sample));
     }
+    run(&mut filtered, &samples, &mut output)?;
     reset(&mut filtered);
     controllers(&compiled, &Sections::new(&sections)?)?;
     several::actuators(&compiled)?;

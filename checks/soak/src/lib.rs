@@ -5,9 +5,14 @@
 //! engine. At a checkpoint a fresh bank of operators is fed the reduced history, and both streams must equal it to
 //! [`TOLERANCE`], now and for every move that may come next.
 
+//!
+//! [`loops`] are what runs around the inverse: controllers with filters, smoothed previews, observers and learning, of one
+//! axis, of several and of arrays, with plants that show and do anything. No drive ever leaves limits or slew rate.
+
 #![forbid(unsafe_code)]
 
 mod history;
+pub mod loops;
 mod signal;
 mod soak;
 

@@ -27,8 +27,20 @@ impl Random {
         2.0 * self.unit() - 1.0
     }
 
+    /// Uniform in low..high.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in 0..count.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below count")]
+    #[expect(clippy::cast_precision_loss, reason = "a small number")]
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+
     /// True once in `mean` times.
-    fn once_in(&mut self, mean: f64) -> bool {
+    pub fn once_in(&mut self, mean: f64) -> bool {
         self.unit() * mean < 1.0
     }
 }

@@ -12,7 +12,9 @@ mod observer;
 pub mod sampling;
 mod saved;
 pub mod stage;
+mod stage_controller;
 pub mod trajectory;
 pub mod tuning;
 
 pub use observer::{Observer, ObserverOptions, ObserverState};
+pub use stage_controller::{StageController, StageControllerState};

@@ -28,6 +28,15 @@ pub enum Error {
         /// The number that came.
         got: f64,
     },
+    /// A whole number outside its domain.
+    Whole {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// The domain in words.
+        expected: Cow<'static, str>,
+        /// The number that came.
+        got: u32,
+    },
     /// More than [`MAX_SAMPLES`] samples.
     TooLarge {
         /// The name of the argument that asks for so many.
@@ -50,13 +59,19 @@ impl Error {
         Self::Domain { parameter, expected: expected.into(), got }
     }
 
+    /// A whole number outside its domain.
+    pub fn whole(parameter: &'static str, expected: impl Into<Cow<'static, str>>, got: u32) -> Self {
+        Self::Whole { parameter, expected: expected.into(), got }
+    }
+
     /// The name of the argument.
     #[must_use]
     pub fn parameter(&self) -> &'static str {
         match self {
-            Self::Domain { parameter, .. } | Self::TooLarge { parameter, .. } | Self::OutOfMemory { parameter, .. } => {
-                parameter
-            }
+            Self::Domain { parameter, .. }
+            | Self::Whole { parameter, .. }
+            | Self::TooLarge { parameter, .. }
+            | Self::OutOfMemory { parameter, .. } => parameter,
         }
     }
 }
@@ -65,6 +80,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Domain { parameter, expected, got } => write!(f, "{parameter}: expected {expected}, got {got:?}"),
+            Self::Whole { parameter, expected, got } => write!(f, "{parameter}: expected {expected}, got {got}"),
             Self::TooLarge { parameter, samples } => {
                 write!(f, "{parameter}: expected at most {MAX_SAMPLES} samples (2^27), got {samples}")
             }

@@ -340,11 +340,11 @@ fn what_cannot_be_inverted_is_named() {
         change(&mut options);
         PreviewCoefficients::new(&stage, DT, &options).unwrap_err().to_string()
     };
-    assert_eq!(preview(&|o| o.ahead = 1001), "ahead: expected at most 1000 samples, got 1001.0");
-    assert_eq!(preview(&|o| o.window = Some(0)), "window: expected 1 to 1000 samples, got 0.0");
-    assert_eq!(preview(&|o| o.window = Some(4)), "window: expected more references than lie ahead, got 4.0");
+    assert_eq!(preview(&|o| o.ahead = 1001), "ahead: expected at most 1000 samples, got 1001");
+    assert_eq!(preview(&|o| o.window = Some(0)), "window: expected 1 to 1000 samples, got 0");
+    assert_eq!(preview(&|o| o.window = Some(4)), "window: expected more references than lie ahead, got 4");
     let degree = "degree: expected less than the number of references in the window, at most 12";
-    assert_eq!(preview(&|o| o.degree = Some(8)), format!("{degree}, got 8.0"));
+    assert_eq!(preview(&|o| o.degree = Some(8)), format!("{degree}, got 8"));
     let band = "band: expected a frequency above 0 and at most half the sampling rate, got";
     assert_eq!(preview(&|o| o.band = Some(5001.0)), format!("{band} 5001.0"));
     assert_eq!(preview(&|o| o.band = Some(f64::NAN)), format!("{band} NaN"));

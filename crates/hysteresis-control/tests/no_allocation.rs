@@ -5,9 +5,9 @@ mod models;
 
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
-use hysteresis_control::stage::{LoopShift, Stage, StageParts};
-use hysteresis_control::{Observer, ObserverOptions};
-use hysteresis_core::{Process, Sections};
+use hysteresis_control::stage::{FeedForwardKind, LoopShift, Stage, StageParts};
+use hysteresis_control::{Observer, ObserverOptions, StageController};
+use hysteresis_core::{ControllerOptions, Process, Sections};
 
 #[test]
 fn linear_streams_never_allocate() {
@@ -60,4 +60,16 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     assert_eq!((count, repetitive.rejected(), observer.rejected()), (0, 11, 11));
     repetitive.reset();
     observer.reset();
+    let options = ControllerOptions::new(60.0, 6000.0, 1e-4, (-500.0, 500.0));
+    let controller = stage.controller(FeedForwardKind::Preview { ahead: 6, smoothing: 0.0 }, &options).unwrap();
+    let joined = StageController::from(controller).with_observer(observer).unwrap();
+    let mut joined = joined.with_repetitive(repetitive).unwrap();
+    let count = allocations::count(|| {
+        for k in 0..1000 {
+            let x = if k % 97 == 0 { f64::NAN } else { f64::from(k % 13) };
+            std::hint::black_box((joined.plan(x.into(), 0.1 * x), joined.peek(x.into(), x), joined.commit()));
+            std::hint::black_box(joined.step(x.into(), 0.1 * x));
+        }
+    });
+    assert_eq!(count, 0);
 }

@@ -214,3 +214,16 @@ fn a_state_is_taken_over_bit_for_bit_or_refused_by_name() {
     let parts = StageParts { creep: None, ..stage.parts().clone() };
     assert_eq!(refused(made(&Stage::new(parts).unwrap(), DT, USUAL)), "state.model");
 }
+
+#[test]
+fn a_state_is_taken_back_whatever_the_sensor_has_shown() {
+    let dynamics = SecondOrder::new(800.0, 0.02).unwrap();
+    let mut observer = observer(dynamics, ObserverOptions { noise: 1e-3, drift: 5.0 });
+    for k in 0..1000 {
+        let y = if k % 50 < 20 { 1e100 } else { -1e100 };
+        assert!(observer.step(0.0, if k % 7 == 0 { f64::NAN } else { y }).is_finite());
+        let state = observer.state();
+        observer.set_state(&state).unwrap();
+        assert_eq!(observer.state(), state);
+    }
+}

@@ -296,7 +296,7 @@ fn what_no_scan_can_have_is_named() {
         (raster(RasterOptions { width: 0.0, ..plain }), "width: expected a finite number above 0, got 0.0"),
         (raster(RasterOptions { height: -1.0, ..plain }), "height: expected a finite number, 0 or more, got -1.0"),
         (raster(RasterOptions { height: f64::NAN, ..plain }), "height: expected a finite number, 0 or more, got NaN"),
-        (raster(RasterOptions { lines: 0, ..plain }), "lines: expected 1 to 2^27, got 0.0"),
+        (raster(RasterOptions { lines: 0, ..plain }), "lines: expected 1 to 2^27, got 0"),
         (raster(RasterOptions { lines: u32::MAX, ..plain }), "lines: expected 1 to 2^27"),
         (raster(RasterOptions { line_rate: 0.0, ..plain }), "line_rate: expected a finite number above 0, got 0.0"),
         (raster(RasterOptions { line_rate: 1e-320, ..plain }), "line_rate: expected a number that leaves all deriv"),

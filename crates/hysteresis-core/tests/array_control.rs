@@ -131,8 +131,8 @@ fn what_cannot_be_is_named() {
         max_difference: max_difference.to_vec(),
         ..set()
     };
-    assert_eq!(named(pairs(&[(0, 2)], &[1.0])), "neighbours[0]: expected a whole number from 0 to 1, got 2.0");
-    assert_eq!(named(pairs(&[(0, 1), (1, 1)], &[1.0])), "neighbours[1]: expected two different actuators, got 1.0");
+    assert_eq!(named(pairs(&[(0, 2)], &[1.0])), "neighbours[0]: expected a whole number from 0 to 1, got 2");
+    assert_eq!(named(pairs(&[(0, 1), (1, 1)], &[1.0])), "neighbours[1]: expected two different actuators, got 1");
     assert_eq!(named(pairs(&[(0, 1)], &[])), "max_difference: expected 1 elements, got 0");
     assert_eq!(named(pairs(&[(0, 1)], &[0.0])), "max_difference: expected a finite number > 0, got 0.0");
     let matrix = |reconstruction| ArrayOptions { reconstruction: Some(reconstruction), ..set() };

@@ -189,7 +189,7 @@ fn what_does_not_fit_is_named() {
     let window = hysteresis_core::Preview::new(&[0.5, 0.5], 1).unwrap();
     let options = ControllerOptions::new(2.0, 500.0, DT, (-10.0, 10.0));
     let ahead = HybridController::new(hysteresis_core::FeedForward::None, Some(window), &options).unwrap();
-    let expected = "controllers[1]: expected 0.0, the length of the preview of the first one, got 2.0";
+    let expected = "controllers[1]: expected 0, the length of the preview of the first one, got 2";
     assert_eq!(message(vec![feedback(DT), ahead], None), expected);
     assert_eq!(message(two(), Some(&[1.0, 0.0])), "decoupling: expected 4 elements, got 2");
     assert!(message(two(), Some(&[1.0, f64::NAN, 0.0, 1.0])).starts_with("decoupling[1]: expected a finite number"));

@@ -301,7 +301,7 @@ fn a_smoothed_preview_is_that_of_a_smoothed_reference() {
     }
     assert!(smoothed.clone().smoothed(&kernel).is_err());
     let refused = |kernel: &[f64]| Preview::new(&[1.0], 0).unwrap().smoothed(kernel).unwrap_err().to_string();
-    assert_eq!(refused(&[0.5, 0.5]), "kernel: expected an odd number of weights, got 2.0");
+    assert_eq!(refused(&[0.5, 0.5]), "kernel: expected an odd number of weights, got 2");
     assert!(refused(&[0.5]).starts_with("kernel: expected"));
     assert!(refused(&[f64::NAN]).starts_with("kernel[0]: expected a finite"));
 }

@@ -59,7 +59,7 @@ fn options_out_of_their_domain_are_named() {
     let nowhere = ControllerOptions { limits: (f64::NEG_INFINITY, 5.0), ..set };
     assert!(message(nowhere).starts_with("limits[0]: expected a finite number"));
     assert_eq!(Preview::new(&[], 0).unwrap_err().to_string(), "coefficients: expected at least one element, got none");
-    assert_eq!(Preview::new(&[1.0], 1).unwrap_err().to_string(), "ahead: expected a whole number from 0 to 0, got 1.0");
+    assert_eq!(Preview::new(&[1.0], 1).unwrap_err().to_string(), "ahead: expected a whole number from 0 to 0, got 1");
     assert!(
         Preview::new(&[1.0, f64::NAN], 1).unwrap_err().to_string().starts_with("coefficients[1]: expected a finite")
     );
@@ -201,6 +201,10 @@ fn a_state_that_is_none_of_this_controller_is_refused_and_changes_nothing() {
     );
     assert!(refused(&|s| s.preview = None).contains("a preview if, and only if"));
     assert!(refused(&|s| s.preview.as_mut().unwrap().past.push(1.0)).contains("expected 1 elements, got 2"));
+    assert!(
+        refused(&|s| s.preview.as_mut().unwrap().window += 1)
+            .ends_with("the state of a preview with the same coefficients, samples ahead and smoothing")
+    );
     assert!(refused(&|s| s.preview.as_mut().unwrap().past[0] = f64::NAN).contains("past[0]: expected a finite number"));
     assert!(refused(&|s| s.feedforward = None).contains("a feed-forward of the kind"));
     let spoil = |s: &mut ControllerState, spoil: &dyn Fn(&mut StreamState)| match &mut s.feedforward {
@@ -212,4 +216,29 @@ fn a_state_that_is_none_of_this_controller_is_refused_and_changes_nothing() {
         refused(&|s| spoil(s, &|f| f.model += 1)).starts_with("state.model: expected the fingerprint of this model")
     );
     controller.set_state(&good).unwrap();
+}
+
+#[test]
+fn a_state_of_another_preview_of_the_same_length_is_refused() {
+    let options = ControllerOptions::new(5.0, 6e3, DT, LIMITS);
+    let behind = |preview: Preview| HybridController::new(FeedForward::None, Some(preview), &options).unwrap();
+    let plain = Preview::new(&[0.25, 0.5, 0.25], 1).unwrap();
+    let mut controller = behind(plain.clone());
+    controller.step(1.0.into(), 0.0);
+    let saved = controller.state();
+    behind(plain).set_state(&saved).unwrap();
+    let others = [
+        Preview::new(&[0.25, 0.5, 0.25], 0).unwrap(),
+        Preview::new(&[0.25, 0.5, 0.250_000_1], 1).unwrap(),
+        Preview::new(&[1.0], 0).unwrap().smoothed(&[0.25, 0.5, 0.25]).unwrap(),
+    ];
+    let [_, _, smoothed] = &others;
+    assert_eq!((smoothed.coefficients(), smoothed.ahead()), (&[0.25, 0.5, 0.25][..], 1), "the smoothing alone differs");
+    for other in others {
+        let mut other = behind(other);
+        let before = other.state();
+        let message = other.set_state(&saved).unwrap_err().to_string();
+        assert!(message.contains("a preview with the same coefficients, samples ahead and smoothing"), "{message}");
+        assert_eq!(other.state(), before);
+    }
 }

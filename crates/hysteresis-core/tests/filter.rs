@@ -130,7 +130,7 @@ fn wrong_sections_and_states_are_refused() {
     assert!(says(one, [0.0, -1.0]).starts_with("a[1]: expected a stable section"));
     assert!(Biquad::new(one, [-1.97, 0.98]).is_ok());
     let too_many = Sections::new(&[Biquad::IDENTITY; MAX_SECTIONS + 1]).unwrap_err().to_string();
-    assert_eq!(too_many, "sections: expected at most 6 sections, got 7.0");
+    assert_eq!(too_many, "sections: expected at most 6 sections, got 7");
     let mut filter = Filter::new(&[Biquad::IDENTITY]).unwrap();
     let fine = filter.state();
     for spoil in [

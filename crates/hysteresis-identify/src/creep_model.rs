@@ -84,7 +84,7 @@ impl CreepBasis {
         }
         let terms = terms.unwrap_or_else(|| terms_of(start, end));
         let count = u16::try_from(terms).ok().filter(|terms| (1..=200).contains(terms));
-        let count = count.ok_or_else(|| domain("1 to 200 terms", as_f64(terms)))?;
+        let count = count.ok_or_else(|| Error::whole("creep", "1 to 200 terms", terms))?;
         let unit = Creep::logarithmic(1.0, start, end, count)?;
         Ok(Self { time_constants: unit.time_constants().to_vec(), directions: vec![unit.amplitudes().to_vec()] })
     }
@@ -147,7 +147,6 @@ impl CreepModel {
 
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
-        let domain = |expected, got| Error::domain("creep", None, expected, got);
         let own = |time_constants: Vec<f64>| {
             let terms = time_constants.len();
             let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
@@ -177,13 +176,13 @@ impl CreepModel {
                 if fits {
                     Ok(own((0..*terms).map(|k| slowest * decades(k)).collect()))
                 } else {
-                    Err(domain(expected, as_f64(*terms)))
+                    Err(Error::whole("creep", expected, *terms))
                 }
             }
             Self::TimeConstants(time_constants) => {
                 let terms = time_constants.len();
                 if terms > MAX_AMPLITUDES {
-                    return Err(domain("at most 12 time constants", as_f64(terms)));
+                    return Err(Error::whole("creep", "at most 12 time constants", terms));
                 }
                 Creep::new(&vec![0.0; terms], time_constants).map_err(as_creep)?;
                 Ok(own(time_constants.clone()))
@@ -204,6 +203,7 @@ fn as_creep(error: hysteresis_core::Error) -> Error {
         hysteresis_core::Error::Domain { index, got, .. } => {
             Error::domain("creep", index, "time constants in seconds, finite, above 0 and strictly increasing", got)
         }
+        hysteresis_core::Error::Whole { got: 0, .. } => Error::whole("creep", "at least one time constant", 0),
         other => other.into(),
     }
 }

@@ -162,6 +162,11 @@ impl Error {
         Self::Core(hysteresis_core::Error::domain(parameter, index, expected, got))
     }
 
+    /// An option that is a count, outside its domain.
+    pub(crate) fn whole(parameter: &'static str, expected: &'static str, got: usize) -> Self {
+        Self::Core(hysteresis_core::Error::whole(parameter, None, expected, got))
+    }
+
     /// The name of the parameter that is wrong, if it is one.
     #[must_use]
     pub fn parameter(&self) -> Option<&'static str> {

@@ -1,7 +1,6 @@
 //! How many modes to fit behind the hysteresis.
 
 use crate::error::Error;
-use crate::numeric::as_f64;
 
 /// The most modes that are fitted.
 pub(crate) const MAX_MODES: usize = 3;
@@ -43,11 +42,10 @@ impl ModesModel {
     pub(crate) fn check(self, may_have_modes: bool) -> Result<(), Error> {
         let Self::Number(number) = self else { return Ok(()) };
         if !(1..=MAX_MODES).contains(&number) {
-            return Err(Error::domain("modes", None, "1, 2 or 3", as_f64(number)));
+            return Err(Error::whole("modes", "1, 2 or 3", number));
         }
         if number > 1 && !may_have_modes {
-            let expected = "1 without second-order dynamics (dynamics 2)";
-            return Err(Error::domain("modes", None, expected, as_f64(number)));
+            return Err(Error::whole("modes", "1 without second-order dynamics (dynamics 2)", number));
         }
         Ok(())
     }

@@ -283,10 +283,8 @@ impl Options {
         if self.operators() == 0 && !self.thresholds.are_counted_by_validation() {
             return Err(Error::NoOperators);
         }
-        #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if self.operators() > MAX_OPERATORS {
-            let got = self.operators() as f64;
-            return Err(Error::domain("operators", None, "at most 4096", got));
+            return Err(Error::whole("operators", "at most 4096", self.operators()));
         }
         if self.weights == WeightLaw::Split && self.model == ModelKind::Conventional {
             return Err(Error::SplitConventional);

@@ -127,8 +127,9 @@ impl Run {
         Self { record, limits, period }
     }
 
-    /// With the limits that count for it.
-    pub(crate) fn within(self, limits: (f64, f64)) -> Self {
+    /// Of a controller with limits of its own: those of the plant or its own, whichever are tighter.
+    pub(crate) fn within(self, own: (f64, f64)) -> Self {
+        let limits = self.limits.map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
         Self { limits: Some(limits), ..self }
     }
 

@@ -105,15 +105,12 @@ impl<'a> MultiAxisTask<'a> {
         }
         let step = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
             let targets = targets.map(|targets| &targets[k * self.axes..][..self.axes]);
-            let command = AxesCommand { references: self.row(k + ahead), targets, corrections: None, feedforward: None };
+            let command =
+                AxesCommand { references: self.row(k + ahead), targets, corrections: None, feedforward: None };
             act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
         let runs = self.run_with(plant, step, watch)?;
-        let within = |(run, controller): (Run, &HybridController)| {
-            let own = controller.options().limits;
-            let limits = run.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
-            run.within(limits)
-        };
+        let within = |(run, controller): (Run, &HybridController)| run.within(controller.options().limits);
         Ok(runs.into_iter().zip(axes.controllers()).map(within).collect())
     }
 

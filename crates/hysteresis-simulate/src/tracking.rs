@@ -1,15 +1,13 @@
 //! A hybrid controller in its loop, with what may surround it.
 
+use hysteresis_control::StageController;
 use hysteresis_core::{Command, HybridController};
 
 use crate::closed_loop::TrackingTask;
 use crate::driven::Driven;
 use crate::metrics::Run;
-use hysteresis_control::Observer;
-use hysteresis_control::learning::RepetitiveControl;
 
-/// A controller and what may help it: targets of the feed-forward known beforehand, a filter for the measurement,
-/// learning in the loop.
+/// A controller, and targets of its feed-forward that are known beforehand.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, HybridController};
@@ -21,7 +19,7 @@ use hysteresis_control::learning::RepetitiveControl;
 /// let reference = sine(Wave { amplitude: 3.3, frequency: 20.0, rate: 1e4, offset: 0.0 }, 0.15)?;
 /// let gains = Benchmark::A1.gains();
 /// let options = ControllerOptions::new(gains.kp, gains.ki, 1e-4, (-560.0, 560.0));
-/// let mut controller = HybridController::new(paper::table_2().forward().into(), None, &options)?;
+/// let mut controller = HybridController::new(paper::table_2().forward().into(), None, &options)?.into();
 /// let task = TrackingTask::new(&reference, Some(500.0))?;
 /// let run = Tracking::of(&mut controller).run(&task, &mut Benchmark::A1.plant(0), |_| Ok::<_, core::fmt::Error>(()))?;
 /// assert!((run.metrics().max_error / 0.293 - 1.0).abs() < 0.1); // as published
@@ -29,20 +27,18 @@ use hysteresis_control::learning::RepetitiveControl;
 /// ```
 #[derive(Debug)]
 pub struct Tracking<'a> {
-    /// What gives the drive of every sample.
-    pub controller: &'a mut HybridController,
+    /// What gives the drive of every sample, with an observer and learning of its own if it has them.
+    pub controller: &'a mut StageController,
     /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of it.
     pub targets: Option<&'a [f64]>,
-    /// What turns the measurement into what the feedback sees.
-    pub observer: Option<&'a mut Observer>,
-    /// What corrects the targets; the reference where there are none, also behind a preview.
-    pub repetitive: Option<&'a mut RepetitiveControl>,
+    /// What is added to the target at every sample.
+    pub corrections: Option<&'a [f64]>,
 }
 
 impl<'a> Tracking<'a> {
     /// The controller alone.
-    pub fn of(controller: &'a mut HybridController) -> Self {
-        Self { controller, targets: None, observer: None, repetitive: None }
+    pub fn of(controller: &'a mut StageController) -> Self {
+        Self { controller, targets: None, corrections: None }
     }
 
     /// Lets the plant follow the reference of the task; see [`TrackingTask::run`] for `watch`.
@@ -51,8 +47,7 @@ impl<'a> Tracking<'a> {
     /// the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or of the
     /// plant, whichever are tighter.
     ///
-    /// Where a write of the plant fails, the controller is as before that sample. Observer and repetitive control have taken
-    /// its measurement.
+    /// Where a write of the plant fails, the controller is as before that sample.
     ///
     /// # Errors
     /// Those of the plant and the watch, which end the run; controller and plant stay where they are then.
@@ -71,42 +66,41 @@ impl<'a> Tracking<'a> {
     /// # Errors
     /// Those of the plant, of `adapt` and of the watch, which end the run; controller and plant stay where they are then.
     pub fn run_with<E, P: Driven<E>>(
-        mut self,
+        self,
         task: &TrackingTask<'_>,
         plant: &mut P,
         mut adapt: impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let (filling, ahead) = lead_in(self.controller);
-        let own = self.controller.options().limits;
-        let limits = plant.limits().map_or(own, |(low, high)| (low.max(own.0), high.min(own.1)));
+        let (filling, ahead) = lead_in(self.controller.controller());
+        let own = self.controller.controller().options().limits;
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
         for k in 0..filling + ahead {
             let measured = plant.read(None)?.measured;
-            let seen = self.see(measured);
-            act(self.controller, plant, None, (coming(k.saturating_sub(filling)).into(), seen))?;
-            adapt(self.controller, self.controller.drive(), measured)?;
+            act(self.controller, plant, None, (coming(k.saturating_sub(filling)).into(), measured))?;
+            adapt_to(&mut adapt, self.controller, measured)?;
         }
         let step = |plant: &mut P, k: usize, measured: f64| {
-            let seen = self.see(measured);
-            let correction = self.repetitive.as_mut().map(|repetitive| repetitive.step(reference[k] - measured));
-            let given = self.targets.map(|targets| targets[k]);
-            let target = correction.map(|v| v + given.unwrap_or(reference[k])).or(given);
-            let command = Command { reference: coming(k + ahead), target, feedforward: None };
-            let put_out = act(self.controller, plant, Some(k), (command, seen))?;
-            adapt(self.controller, self.controller.drive(), measured)?;
+            let target = self.targets.map(|targets| targets[k]);
+            let correction = self.corrections.map_or(0.0, |corrections| corrections[k]);
+            let command = Command { target, correction, ..coming(k + ahead).into() };
+            let put_out = act(self.controller, plant, Some(k), (command, measured))?;
+            adapt_to(&mut adapt, self.controller, measured)?;
             Ok(put_out)
         };
-        Ok(task.run_with(plant, step, watch)?.within(limits))
+        Ok(task.run_with(plant, step, watch)?.within(own))
     }
+}
 
-    /// What the feedback sees of a measurement.
-    fn see(&mut self, measured: f64) -> f64 {
-        let drive = self.controller.drive();
-        self.observer.as_mut().map_or(measured, |observer| observer.step(drive, measured))
-    }
+fn adapt_to<E>(
+    adapt: &mut impl FnMut(&mut HybridController, f64, f64) -> Result<(), E>,
+    controller: &mut StageController,
+    measured: f64,
+) -> Result<(), E> {
+    let drive = controller.controller().drive();
+    adapt(controller.controller_mut(), drive, measured)
 }
 
 /// How many samples the window of a preview takes to fill, and how far it looks ahead.
@@ -116,12 +110,12 @@ pub(crate) fn lead_in(controller: &HybridController) -> (usize, usize) {
 
 /// Writes the drive for a sample, and returns what is really put out. A controller moves on only if the write succeeds.
 fn act<E, P: Driven<E>>(
-    controller: &mut HybridController,
+    controller: &mut StageController,
     plant: &mut P,
     sample: Option<usize>,
-    (command, seen): (Command, f64),
+    (command, measured): (Command, f64),
 ) -> Result<f64, E> {
-    let drive = if P::WRITE_MAY_FAIL { controller.plan(command, seen) } else { controller.step(command, seen) };
+    let drive = if P::WRITE_MAY_FAIL { controller.plan(command, measured) } else { controller.step(command, measured) };
     plant.write(sample, drive)?;
     if P::WRITE_MAY_FAIL {
         controller.commit();

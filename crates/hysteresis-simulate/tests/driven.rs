@@ -2,6 +2,7 @@
 
 use core::convert::Infallible;
 
+use hysteresis_control::StageController;
 use hysteresis_core::{ControllerOptions, HybridController, MultiAxisController};
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::driven::{Driven, Reading};
@@ -50,18 +51,22 @@ impl Driven<usize> for Bench {
     }
 }
 
-fn controller() -> HybridController {
+fn hybrid() -> HybridController {
     let gains = Benchmark::A1.gains();
     let options = ControllerOptions::new(gains.kp, gains.ki, 1e-4, (-560.0, 560.0));
     HybridController::new(table_2().forward().into(), None, &options).unwrap()
+}
+
+fn controller() -> StageController {
+    hybrid().into()
 }
 
 fn reference() -> Vec<f64> {
     (0..400).map(|k| 3.0 * (0.012 * f64::from(k)).sin()).collect()
 }
 
-fn shown(controller: &HybridController) -> String {
-    format!("{:?}", controller.state())
+fn shown(controller: &StageController) -> String {
+    format!("{:?}", controller.controller().state())
 }
 
 #[test]
@@ -96,7 +101,7 @@ fn samples_without_a_reading_are_left_out_of_the_measured_errors() {
     let (reference, mut one) = (reference(), controller());
     let task = TrackingTask::new(&reference, Some(390.0)).unwrap();
     let run = Tracking::of(&mut one).run(&task, &mut Bench::new(None, 380), |_| Ok(())).unwrap();
-    assert_eq!(one.counters().missing_count, 20);
+    assert_eq!(one.controller().counters().missing_count, 20);
     assert!(run.record().measured[380..].iter().all(|y| y.is_nan()));
     let (all, settled) = (run.metrics(), run.settled().unwrap());
     assert_eq!((all.samples, all.missing_count, settled.missing_count), (400, 20, 10));
@@ -117,7 +122,7 @@ fn axes_that_do_not_move_each_other_are_loops_of_their_own() {
     let rows: Vec<f64> = x.iter().flat_map(|x| [*x, -0.5 * x]).collect();
     let identity = [1.0, 0.0, 0.0, 1.0];
     let mut plant = MultiAxisPlant::new(vec![Benchmark::A1.plant(1), Benchmark::A1.plant(2)], &identity).unwrap();
-    let mut axes = MultiAxisController::new(vec![controller(); 2], None).unwrap();
+    let mut axes = MultiAxisController::new(vec![hybrid(); 2], None).unwrap();
     let task = MultiAxisTask::new(&rows, 2, Some(100.0)).unwrap();
     let Ok(runs) = task.track(&mut plant, &mut axes, None, |_| Ok::<_, Infallible>(()));
     for (i, (run, seed)) in runs.into_iter().zip([1, 2]).enumerate() {
@@ -126,7 +131,7 @@ fn axes_that_do_not_move_each_other_are_loops_of_their_own() {
         let mut single = controller();
         let Ok(own) = Tracking::of(&mut single).run(&task, &mut Benchmark::A1.plant(seed), |_| Ok::<_, Infallible>(()));
         assert_eq!(run, own);
-        assert_eq!(shown(&axes.controllers()[i]), shown(&single));
+        assert_eq!(shown(&axes.controllers()[i].clone().into()), shown(&single));
     }
 }
 

@@ -126,11 +126,9 @@ impl DynamicsInverse {
         check_all_finite("start", &[start]).map_err(|error| error.renamed("start", start))?;
         let (beyond, last) = beyond(reference);
         let mut inputs = Vec::new();
-        #[expect(clippy::cast_precision_loss, reason = "only shown")]
-        inputs.try_reserve_exact(reference.len() + beyond.len()).map_err(|_| {
-            let (expected, got) = ("as many samples as memory holds", reference.len() as f64);
-            Error::domain("reference", None, expected, got)
-        })?;
+        inputs
+            .try_reserve_exact(reference.len() + beyond.len())
+            .map_err(|_| Error::whole("reference", None, "as many samples as memory holds", reference.len()))?;
         inputs.resize(reference.len() + beyond.len(), 0.0);
         // Counted from the last sample, rest there is zero, now and ever after.
         let path = |k: usize| reference.get(k).or_else(|| beyond.get(k - reference.len())).copied().unwrap_or(last);

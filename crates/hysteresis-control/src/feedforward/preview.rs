@@ -109,19 +109,24 @@ impl PreviewCoefficients {
         let sampled = dynamics.sampled(dt)?;
         let PreviewOptions { ahead, window, degree, band } = *options;
         if ahead > MAX_WINDOW {
-            return Err(wrong("ahead", "at most 1000 samples", ahead));
+            return Err(Error::whole("ahead", None, "at most 1000 samples", ahead));
         }
         let passed = sampled.dead_time.whole + usize::from(sampled.dead_time.share >= 0.5);
         let window = window.unwrap_or_else(|| (2 * ahead.saturating_sub(passed)).max(ahead + 1).max(4));
         if !(1..=MAX_WINDOW).contains(&window) {
-            return Err(wrong("window", "1 to 1000 samples", window));
+            return Err(Error::whole("window", None, "1 to 1000 samples", window));
         }
         if window <= ahead {
-            return Err(wrong("window", "more references than lie ahead", window));
+            return Err(Error::whole("window", None, "more references than lie ahead", window));
         }
         let degree = degree.unwrap_or(DEGREE.min(window - 1));
         if degree >= window || degree > MAX_DEGREE {
-            return Err(wrong("degree", "less than the number of references in the window, at most 12", degree));
+            return Err(Error::whole(
+                "degree",
+                None,
+                "less than the number of references in the window, at most 12",
+                degree,
+            ));
         }
         let cycles = band.map_or(BAND, |band| band * dt);
         if !(1e-9..=0.5).contains(&cycles) {
@@ -180,11 +185,6 @@ impl PreviewCoefficients {
         let window = self.coefficients.iter().zip(place).map(|(c, x)| Complex::cis(TAU * cycles * x) * *c);
         (window.sum::<Complex<f64>>() * self.transfer.at_cycles(cycles) - 1.0).norm()
     }
-}
-
-fn wrong(parameter: &'static str, expected: &'static str, got: usize) -> Error {
-    #[expect(clippy::cast_precision_loss, reason = "only shown")]
-    Error::domain(parameter, None, expected, got as f64)
 }
 
 /// The samples at which the references of a window lie, counted from the present.

@@ -10,7 +10,7 @@ use super::options::{LearningOptions, Trial};
 use super::spectra::as_f64;
 use super::state::{IterativeState, check_beliefs};
 use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same};
+use crate::saved::{check_model, check_numbers, check_same, check_same_count};
 
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
@@ -22,8 +22,15 @@ const TRUSTED: f64 = 0.9;
 const PATIENCE: usize = 5;
 const HELPS: f64 = 0.99;
 
+/// A target that moves by less than this share of its range is at rest.
+const SAME_PLACE: f64 = 1e-6;
+
 /// An error that has grown by this factor since shows that something has changed.
 const GROWN: f64 = 1.25;
+
+/// No error may be larger: variances are squares of it, and must stay admissible. The code of an overflow that many instruments
+/// send, 9.9e37, is still one.
+const MAX_ERROR: f64 = 1e40;
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
@@ -78,12 +85,11 @@ impl IterativeLearning {
     /// not finite.
     pub fn new(feedback: &FeedbackLoop, target: &[f64], options: &LearningOptions) -> Result<Self, Error> {
         options.check()?;
-        let error = |index, expected, got| Err(Error::domain("target", index, expected, got));
         if target.len() < 2 {
-            return error(None, "at least two samples of a period", as_f64(target.len()));
+            return Err(Error::whole("target", None, "at least two samples of a period", target.len()));
         }
         if let Some((index, got)) = target.iter().enumerate().find(|(_, y)| !is_admissible(**y)) {
-            return error(Some(index), "a finite number (at most 1e100 in magnitude)", *got);
+            return Err(Error::domain("target", Some(index), "a finite number (at most 1e100 in magnitude)", *got));
         }
         let mut learning = Self {
             harmonics: Harmonics::new(feedback, target.len(), options)?,
@@ -137,19 +143,12 @@ impl IterativeLearning {
     ///
     /// # Errors
     /// [`CoreError::Length`] unless it has as many samples as the target, [`CoreError::Domain`] for one that is not
-    /// finite; nothing is learned then.
+    /// finite or beyond 1e40 in magnitude; nothing is learned then.
     pub fn update(&mut self, error: &[f64]) -> Result<Trial, CoreError> {
         if error.len() != self.base.len() {
             return Err(CoreError::Length { parameter: "error", expected: self.base.len(), got: error.len() });
         }
-        if let Some((index, got)) = error.iter().enumerate().find(|(_, e)| !is_admissible(**e)) {
-            return Err(CoreError::Domain {
-                parameter: "error",
-                index: Some(index),
-                expected: Bound::Finite,
-                got: *got,
-            });
-        }
+        check_error(error)?;
         let (max_error, rmse) = magnitude(error);
         let settled = self.settling == 0;
         // The best target itself no longer does what it did: it is not learning that made it worse.
@@ -257,7 +256,7 @@ impl IterativeLearning {
             return Err(Error::domain("state.noise", None, "a finite number >= 0", state.noise));
         }
         if state.since > state.trials.len() {
-            return Err(Error::domain("state.since", None, "at most the number of trials", as_f64(state.since)));
+            return Err(Error::whole("state.since", None, "at most the number of trials", state.since));
         }
         check_beliefs(&state.beliefs, self.harmonics.len())?;
         self.target.clone_from(&state.target);
@@ -282,8 +281,8 @@ impl IterativeLearning {
         let limits = |options: &LearningOptions| options.target_limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         check_same("state.target_limits", limits(own).0, limits(saved).0)?;
         check_same("state.target_limits", limits(own).1, limits(saved).1)?;
-        check_same("state.settle", own.settle.into(), saved.settle.into())?;
-        check_same("state.on_demand", own.on_demand.into(), saved.on_demand.into())
+        check_same_count("state.settle", own.settle as usize, saved.settle as usize)?;
+        check_same_count("state.on_demand", own.on_demand.into(), saved.on_demand.into())
     }
 
     /// Of the filters, and so of the loop, and of the target to begin with.
@@ -298,11 +297,21 @@ impl IterativeLearning {
     /// The goal moves towards the target that promises the least error, by the share that is trusted.
     fn learn(&mut self, error: &[f64]) {
         let correction: Vec<f64> = self.goal.iter().zip(&self.base).map(|(goal, base)| goal - base).collect();
-        let next = self.harmonics.learn(error, &correction, &self.options);
+        let mut next = self.harmonics.learn(error, &correction, &self.options);
+        self.fade_at_rest(&mut next);
         for ((goal, base), (old, new)) in self.goal.iter_mut().zip(&self.base).zip(correction.iter().zip(next)) {
             *goal = base + old + self.trust * (new - old);
         }
         self.keep_within_limits();
+    }
+
+    /// On demand nothing is corrected before and behind the motion: where it rests at its ends, the correction comes and goes smoothly.
+    fn fade_at_rest(&self, correction: &mut [f64]) {
+        if !self.options.on_demand {
+            return;
+        }
+        fade_in(correction.iter_mut(), resting(self.base.iter()));
+        fade_in(correction.iter_mut().rev(), resting(self.base.iter().rev()));
     }
 
     fn keep_within_limits(&mut self) {
@@ -331,6 +340,30 @@ impl fmt::Debug for IterativeLearning {
             .field("trials", trials)
             .finish_non_exhaustive()
     }
+}
+
+/// For how many samples a target stays where it begins, at most a tenth of it.
+fn resting<'a>(target: impl ExactSizeIterator<Item = &'a f64> + Clone) -> usize {
+    let (low, high) =
+        target.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (y.min(low), y.max(high)));
+    let (most, first) = (target.len() / 10, target.clone().next().copied().unwrap_or_default());
+    target.take(most).take_while(|y| (**y - first).abs() <= SAME_PLACE * (high - low)).count()
+}
+
+/// Lets what comes rise from zero over so many samples.
+fn fade_in<'a>(samples: impl Iterator<Item = &'a mut f64>, fade: usize) {
+    for (k, sample) in samples.take(fade).enumerate() {
+        *sample *= 0.5 * (1.0 - (core::f64::consts::PI * as_f64(k) / as_f64(fade)).cos());
+    }
+}
+
+fn check_error(error: &[f64]) -> Result<(), CoreError> {
+    let Some((index, got)) = error.iter().enumerate().find(|(_, e)| e.is_nan() || e.abs() > MAX_ERROR) else {
+        return Ok(());
+    };
+    let within = Bound::Between { low: -MAX_ERROR, high: MAX_ERROR };
+    let expected = if is_admissible(*got) { within } else { Bound::Finite };
+    Err(CoreError::Domain { parameter: "error", index: Some(index), expected, got: *got })
 }
 
 fn magnitude(error: &[f64]) -> (f64, f64) {

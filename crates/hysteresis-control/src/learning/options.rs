@@ -31,7 +31,8 @@ pub struct LearningOptions {
     /// So many periods pass before the first one that is learned from, and after each change of the target. A lightly damped loop needs
     /// one: what rings after a change belongs to no period.
     pub settle: u32,
-    /// Whether the motion is repeated on demand, from rest to rest. If not, one period follows the other.
+    /// Whether the motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its
+    /// ends, up to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
     pub on_demand: bool,
 }
 

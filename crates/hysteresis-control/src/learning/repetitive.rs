@@ -10,7 +10,7 @@ use super::spectra::{as_f64, response};
 use super::state::RepetitiveState;
 use super::taps::dot;
 use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same};
+use crate::saved::{check_model, check_numbers, check_same, check_same_count, check_terms};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
@@ -69,7 +69,7 @@ impl RepetitiveControl {
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
         options.check()?;
         if !(8..=MAX_PERIOD).contains(&period) {
-            return Err(Error::domain("period", None, "8 to 2^22 samples", as_f64(period)));
+            return Err(Error::whole("period", None, "8 to 2^22 samples", period));
         }
         let design = RepetitiveDesign::new(feedback, period, options)?;
         let (bandwidth, filters) = match options.bandwidth {
@@ -94,7 +94,7 @@ impl RepetitiveControl {
     /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this sample's
     /// target wants. An error that is not finite teaches nothing and is counted.
     pub fn step(&mut self, error: f64) -> f64 {
-        let correction = self.correction();
+        let correction = self.peek();
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
         let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
@@ -106,7 +106,9 @@ impl RepetitiveControl {
         correction
     }
 
-    fn correction(&self) -> f64 {
+    /// The correction that [`step`](Self::step) would return: it comes from the past alone.
+    #[must_use]
+    pub fn peek(&self) -> f64 {
         let Filters { low_pass, learning } = &self.filters;
         let half_width = low_pass.len() / 2;
         // The window around the sample one period before the one to come.
@@ -116,7 +118,7 @@ impl RepetitiveControl {
         let mean = self.sum / as_f64(self.period);
         let correction = kept + self.options.gain * learned - mean;
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
-        if correction.is_finite() { correction.max(-limit).min(limit) } else { 0.0 }
+        if is_admissible(correction) { correction.max(-limit).min(limit) } else { 0.0 }
     }
 
     /// Up to which frequency it learns, in Hz.
@@ -159,18 +161,18 @@ impl RepetitiveControl {
     /// [`Error`] that names what differs, or a number that is not finite; nothing changes then.
     pub fn set_state(&mut self, state: &RepetitiveState) -> Result<(), Error> {
         check_same("state.dt", self.dt, state.dt)?;
-        check_same("state.period", as_f64(self.period), as_f64(state.period))?;
+        check_same_count("state.period", self.period, state.period)?;
         let (own, saved) = (&self.options, &state.options);
         let or_none = |number: Option<f64>| number.unwrap_or(f64::INFINITY);
         check_same("state.bandwidth", or_none(own.bandwidth), or_none(saved.bandwidth))?;
         check_same("state.gain", own.gain, saved.gain)?;
-        check_same("state.settle", own.settle.into(), saved.settle.into())?;
+        check_same_count("state.settle", own.settle as usize, saved.settle as usize)?;
         check_same("state.limit", or_none(own.limit), or_none(saved.limit))?;
         check_model(self.fingerprint(), state.model)?;
         let samples = self.corrections.oldest_first().len();
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
-        check_numbers("state.sum", 1, &[state.sum])?;
+        check_terms("state.sum", 1, &[state.sum])?;
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);

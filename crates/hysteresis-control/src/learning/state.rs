@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;
 use super::options::{LearningOptions, RepetitiveOptions, Trial};
-use super::spectra::as_f64;
 use crate::linear::Error;
 
 /// Everything that an [`IterativeLearning`](super::IterativeLearning) remembers: restored, it continues bit for bit.
@@ -71,7 +70,7 @@ pub struct RepetitiveState {
 pub(super) fn check_beliefs(beliefs: &[Belief], harmonics: usize) -> Result<(), Error> {
     if !(beliefs.is_empty() || beliefs.len() == harmonics) {
         let expected = "one for every harmonic, or none";
-        return Err(Error::domain("state.beliefs", None, expected, as_f64(beliefs.len())));
+        return Err(Error::whole("state.beliefs", None, expected, beliefs.len()));
     }
     for (index, belief) in beliefs.iter().enumerate() {
         let [.., error_variance, response_variance] = belief.numbers();

@@ -81,10 +81,9 @@ impl LinearBlock {
         for (parameter, got, expected) in
             [("deviation", deviation.len(), self.deviation.len()), ("past", past.len(), self.past.len())]
         {
-            #[expect(clippy::cast_precision_loss, reason = "only shown")]
             if got != expected {
                 let expected = "as many numbers as these dynamics have";
-                return Err(Error::domain(parameter, None, expected, got as f64));
+                return Err(Error::whole(parameter, None, expected, got));
             }
         }
         check_all_finite("deviation", deviation)?;

@@ -38,11 +38,9 @@ impl Creep {
     /// [`Error`] unless there is a time constant for every amplitude and at least one of each, amplitudes are finite,
     /// and time constants are finite, above 0 and strictly increase.
     pub fn new(amplitudes: &[f64], time_constants: &[f64]) -> Result<Self, Error> {
-        #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 elements")]
         if time_constants.len() != amplitudes.len() || amplitudes.is_empty() {
             let expected = "as many as there are amplitudes, and at least one";
-            let got = time_constants.len() as f64;
-            return Err(Error::domain("time_constants", None, expected, got));
+            return Err(Error::whole("time_constants", None, expected, time_constants.len()));
         }
         check_all_finite("amplitudes", amplitudes)?;
         check_time_constants(time_constants)?;
@@ -78,7 +76,7 @@ impl Creep {
             return Err(Error::domain("end", None, "a time after start", end));
         }
         if terms == 0 {
-            return Err(Error::domain("terms", None, "at least one", 0.0));
+            return Err(Error::whole("terms", None, "at least one", 0));
         }
         if gamma.abs().partial_cmp(&1e90).is_none_or(core::cmp::Ordering::is_gt) {
             let expected = "a finite number (at most 1e90 in magnitude)";
@@ -169,10 +167,8 @@ impl CreepBlock {
     /// # Errors
     /// [`Error`] if there are not as many as terms, or one is not finite; then nothing changes.
     pub fn restore(&mut self, lags: &[f64]) -> Result<(), Error> {
-        #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if lags.len() != self.terms.len() {
-            let (expected, got) = ("as many as creep has terms", lags.len() as f64);
-            return Err(Error::domain("lags", None, expected, got));
+            return Err(Error::whole("lags", None, "as many as creep has terms", lags.len()));
         }
         check_all_finite("lags", lags)?;
         for (term, lag) in self.terms.iter_mut().zip(lags) {

@@ -249,10 +249,8 @@ impl LinearDynamics {
 
     pub(crate) fn sampled(&self, dt: f64) -> Result<Discrete, Error> {
         check_positive("dt", None, dt)?;
-        #[expect(clippy::cast_precision_loss, reason = "only shown")]
         if self.order() > MAX_STATES {
-            let (expected, got) = ("at most 64 poles", self.order() as f64);
-            return Err(Error::domain("dynamics", None, expected, got));
+            return Err(Error::whole("dynamics", None, "at most 64 poles", self.order()));
         }
         Discrete::new(&self.state_space().balanced(), self.dead_time, dt)
     }

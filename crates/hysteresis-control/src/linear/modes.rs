@@ -34,8 +34,7 @@ impl Modes {
     pub fn new(gains: &[f64], modes: &[SecondOrder]) -> Result<Self, Error> {
         if gains.len() != modes.len() || !(1..=32).contains(&gains.len()) {
             let expected = "one for each mode, 1 to 32";
-            #[expect(clippy::cast_precision_loss, reason = "only shown")]
-            return Err(Error::domain("gains", None, expected, gains.len() as f64));
+            return Err(Error::whole("gains", None, expected, gains.len()));
         }
         check_all_finite("gains", gains)?;
         let (sum, size) = (gains.iter().sum::<f64>(), gains.iter().map(|gain| gain.abs()).sum::<f64>());

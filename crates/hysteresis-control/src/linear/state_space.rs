@@ -58,9 +58,8 @@ impl StateSpace {
             ("b", b.len() == n, "as many entries as a has rows", b.len()),
             ("c", c.len() == n, "as many entries as a has rows", c.len()),
         ] {
-            #[expect(clippy::cast_precision_loss, reason = "only shown")]
             if !fits {
-                return Err(Error::domain(parameter, None, expected, got as f64));
+                return Err(Error::whole(parameter, None, expected, got));
             }
         }
         check_all_finite("a", a.as_slice())?;

@@ -3,7 +3,7 @@ use hysteresis_core::{Error as CoreError, check_length, is_admissible};
 use super::filter::Filter;
 use super::options::ObserverOptions;
 use super::state::ObserverState;
-use crate::saved::{check_numbers, check_same};
+use crate::saved::{check_numbers, check_same, check_terms};
 use crate::stage::{Error, Stage, StageForward};
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
@@ -61,31 +61,43 @@ impl Observer {
     /// counted.
     #[inline]
     pub fn step(&mut self, drive: f64, measurement: f64) -> f64 {
-        self.predict(drive);
-        self.correct(measurement)
+        self.count(is_admissible(drive) && is_admissible(measurement));
+        self.move_on(drive);
+        self.take(measurement)
     }
 
     /// Takes the drive that is held until the next measurement, as soon as it is put out. Once for each measurement: what comes
     /// again changes nothing.
     #[inline]
     pub fn predict(&mut self, drive: f64) {
+        self.count(is_admissible(drive));
+        self.move_on(drive);
+    }
+
+    /// Takes the measurement of now and returns the position of now, after [`predict`](Self::predict).
+    #[inline]
+    pub fn correct(&mut self, measurement: f64) -> f64 {
+        self.count(is_admissible(measurement));
+        self.take(measurement)
+    }
+
+    #[inline]
+    fn count(&mut self, admissible: bool) {
+        self.rejected = self.rejected.saturating_add(u64::from(!admissible));
+    }
+
+    #[inline]
+    fn move_on(&mut self, drive: f64) {
         if self.predicted {
             return;
-        }
-        if !is_admissible(drive) {
-            self.rejected = self.rejected.saturating_add(1);
         }
         self.model.advance(if is_admissible(drive) { drive } else { self.model.drive() });
         self.filter.advance();
         self.predicted = true;
     }
 
-    /// Takes the measurement of now and returns the position of now, after [`predict`](Self::predict).
     #[inline]
-    pub fn correct(&mut self, measurement: f64) -> f64 {
-        if !is_admissible(measurement) {
-            self.rejected = self.rejected.saturating_add(1);
-        }
+    fn take(&mut self, measurement: f64) -> f64 {
         self.filter.correct(self.difference(measurement));
         self.predicted = false;
         self.model.output() + self.filter.output()
@@ -188,7 +200,7 @@ impl Observer {
         let mut model = self.model.clone();
         model.set_state(&state.stage)?;
         let order = self.filter.state().len();
-        check_numbers("state.unknown", order, &state.unknown)?;
+        check_terms("state.unknown", order, &state.unknown)?;
         if let Some(covariance) = &state.covariance {
             check_numbers("state.covariance", order * order, covariance)?;
         }

@@ -207,11 +207,9 @@ fn lead_in_samples(seconds: f64, dt: f64) -> Result<usize, Error> {
 }
 
 fn reserve(path: &mut Vec<f64>, samples: usize, parameter: &'static str) -> Result<(), Error> {
-    #[expect(clippy::cast_precision_loss, reason = "only shown")]
-    let got = samples as f64;
     path.try_reserve_exact(samples).map_err(|_| {
         let expected = "as many samples as there is memory for";
-        CoreError::domain(parameter, None, expected, got).into()
+        CoreError::whole(parameter, None, expected, samples).into()
     })
 }
 

@@ -66,7 +66,7 @@ impl PointToPoint {
     pub fn new(points: &[f64], limits: MotionLimits, dwell: f64) -> Result<Self, Error> {
         limits.check()?;
         if points.is_empty() {
-            return Err(Error::domain("points", "at least one point", 0.0));
+            return Err(Error::whole("points", "at least one point", 0));
         }
         points.iter().try_for_each(|point| check_finite("points", *point))?;
         if !(0.0..=MAX_DWELL).contains(&dwell) {

@@ -50,7 +50,7 @@ impl RasterOptions {
             return Err(Error::domain("height", "a finite number, 0 or more", self.height));
         }
         if !(1..=MAX_SAMPLES).contains(&self.lines) {
-            return Err(Error::domain("lines", "1 to 2^27", f64::from(self.lines)));
+            return Err(Error::whole("lines", "1 to 2^27", self.lines));
         }
         check_positive("line_rate", self.line_rate)?;
         if !(self.turnaround > 0.0 && self.turnaround < 1.0) {

@@ -75,9 +75,9 @@ impl Problem {
         let is_good = |trial: &Trial| admitted(trial) && trial.gains.ki_dt >= AS_GOOD * greatest;
         // The greatest is good, and without a wanted structure there is always one.
         let Some(chosen) = trials.iter().position(is_good) else {
-            let damps =
-                wanted == Some(Structure::ActiveDamping) && tried.iter().any(|(one, _)| *one == Structure::LowPass);
-            return Err(if damps { damps_nothing() } else { without_modes() });
+            let wanted = wanted.unwrap_or(Structure::ProportionalIntegral);
+            let damps = wanted == Structure::ActiveDamping && tried.iter().any(|(one, _)| *one == Structure::LowPass);
+            return Err(if damps { damps_nothing() } else { without_modes(wanted) });
         };
         let Trial { structure, filters, gains } = trials.swap_remove(chosen);
         let sign = if gains.kp < 0.0 { -1.0 } else { 1.0 };
@@ -136,14 +136,17 @@ impl Problem {
 }
 
 /// Filters were asked for where there is nothing to filter.
-pub(super) fn without_modes() -> Error {
-    let expected = "modes for filters, with a damping ratio below 0.5 and below 0.45 of the sampling rate";
-    Error::domain("structure", None, expected, 0.0)
+pub(super) fn without_modes(wanted: Structure) -> Error {
+    let expected = "\"proportional-integral\" for dynamics without modes for filters, with a damping ratio below 0.5 and below \
+                    0.45 of the sampling rate";
+    Error::Choice { parameter: "structure", expected, got: wanted.name() }
 }
 
 /// Active damping was asked for where the best gains do not damp.
 fn damps_nothing() -> Error {
-    Error::domain("structure", None, "for active damping a best proportional gain below 0", 0.0)
+    let expected =
+        "\"proportional-integral\", \"low-pass\" or \"notch\" where the best proportional gain is not below 0";
+    Error::Choice { parameter: "structure", expected, got: Structure::ActiveDamping.name() }
 }
 
 /// The same points behind filters.

@@ -67,7 +67,7 @@ pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning
         Problem { slopes, static_gain, limit, dt: options.dt, members: members.into_iter().map(|one| one.0).collect() };
     let modes = light_modes(dynamics);
     match options.structure {
-        Some(wanted) if modes.is_empty() && wanted != Structure::ProportionalIntegral => Err(without_modes()),
+        Some(wanted) if modes.is_empty() && wanted != Structure::ProportionalIntegral => Err(without_modes(wanted)),
         _ if modes.is_empty() => problem.without_filters(),
         wanted => problem.with_filters(&modes, wanted),
     }

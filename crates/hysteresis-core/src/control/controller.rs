@@ -252,6 +252,20 @@ impl HybridController {
         now
     }
 
+    /// Whether the feedback would take a measurement now: not one that is missing or implausible.
+    #[must_use]
+    #[inline]
+    pub fn believes(&self, measurement: f64) -> bool {
+        self.gate.read(measurement, &self.now).is_plausible()
+    }
+
+    /// What the coming measurement is compared with if this is the next reference: itself, or what the preview has for now.
+    #[must_use]
+    #[inline]
+    pub fn reference_of_now(&self, reference: f64) -> f64 {
+        self.preview.as_ref().map_or(reference, |preview| preview.look(reference).reference)
+    }
+
     /// The present drive: what the amplifier has.
     #[must_use]
     pub fn drive(&self) -> f64 {

@@ -10,6 +10,11 @@ use crate::filter::{FilterState, Sections};
 /// smaller, and sums of such terms stay finite.
 const LARGEST_TERM: f64 = 1e250;
 
+pub(super) fn check_terms(terms: &[f64]) -> Result<(), Error> {
+    let expected = "finite terms, at most 1e250 in magnitude";
+    if terms.iter().all(|term| term.abs() <= LARGEST_TERM) { Ok(()) } else { Err(Error::State { expected }) }
+}
+
 /// Where a stop goes, and how fast.
 ///
 /// ```
@@ -136,9 +141,7 @@ impl LoopState {
         check_finite("state.feedback_loop.last_measurement", None, self.last_measurement.unwrap_or(0.0))?;
         let terms =
             [error, filtered_error, feedforward, proportional, integral, bumpless, unlimited_drive, self.integral];
-        if !terms.into_iter().all(|term| term.abs() <= LARGEST_TERM) {
-            return Err(Error::State { expected: "finite terms, at most 1e250 in magnitude" });
-        }
+        check_terms(&terms)?;
         if !matches!(self.resumes, Mode::Run | Mode::Feedforward)
             || ![self.resumes, Mode::Hold, Mode::Stop].contains(&self.mode)
         {

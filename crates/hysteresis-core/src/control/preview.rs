@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_finite};
+use crate::fingerprint::Fingerprint;
 
 /// A target for the feed-forward made of references that are known beforehand, by a fixed window:
 ///
@@ -42,7 +43,7 @@ pub struct Preview {
     samples: usize,
 }
 
-/// The references that a [`Preview`] remembers.
+/// The references that a [`Preview`] remembers. It belongs to previews with the same coefficients, samples ahead and smoothing.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
@@ -57,6 +58,8 @@ pub struct Preview {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct PreviewState {
+    /// The fingerprint of the window: its coefficients, the samples ahead and the smoothing.
+    pub window: u64,
     /// The last references, one fewer than there are coefficients, newest first.
     pub past: Vec<f64>,
     /// How many references came since the window began to fill, up to the number of coefficients.
@@ -79,15 +82,16 @@ impl Preview {
     /// A window of as many references as there are coefficients.
     ///
     /// # Errors
-    /// [`Error::Empty`] without a coefficient, [`Error::Domain`] unless all are finite and `ahead` lies in the window.
+    /// [`Error::Empty`] without a coefficient, [`Error::Domain`] unless all are finite, [`Error::Whole`] unless `ahead` lies in the
+    /// window.
     pub fn new(coefficients: &[f64], ahead: usize) -> Result<Self, Error> {
         let last = coefficients.len().checked_sub(1).ok_or(Error::Empty { parameter: "coefficients" })?;
         for (j, c) in coefficients.iter().enumerate() {
             check_finite("coefficients", Some(j), *c)?;
         }
         if ahead > last {
-            let expected = Bound::UpTo { last };
-            return Err(Error::Domain { parameter: "ahead", index: None, expected, got: count_as_f64(ahead) });
+            let expected = Bound::FromTo { first: 0, last };
+            return Err(Error::Whole { parameter: "ahead", index: None, expected, got: ahead as u64 });
         }
         let past = vec![0.0; last].into();
         Ok(Self { coefficients: coefficients.into(), ahead, smooth: Box::default(), past, newest: 0, samples: 0 })
@@ -114,22 +118,22 @@ impl Preview {
     /// ```
     ///
     /// # Errors
-    /// [`Error::State`] for a preview that is smoothed already; [`Error::Domain`] for a number of weights that is not odd, weights that
-    /// are not finite, or that do not sum to 1 within 1e-9.
+    /// [`Error::State`] for a preview that is smoothed already; [`Error::Whole`] for a number of weights that is not odd,
+    /// [`Error::Domain`] for weights that are not finite, or that do not sum to 1 within 1e-9.
     pub fn smoothed(self, kernel: &[f64]) -> Result<Self, Error> {
-        let error = |expected, got| Err(Error::Domain { parameter: "kernel", index: None, expected, got });
         if !self.smooth.is_empty() {
             return Err(Error::State { expected: "a preview that is not smoothed yet" });
         }
         if kernel.len().is_multiple_of(2) {
-            return error(Bound::Words("an odd number of weights"), count_as_f64(kernel.len()));
+            return Err(Error::whole("kernel", None, "an odd number of weights", kernel.len()));
         }
         for (i, weight) in kernel.iter().enumerate() {
             check_finite("kernel", Some(i), *weight)?;
         }
         let sum: f64 = kernel.iter().sum();
         if !(1.0 - SUM_TOLERANCE..=1.0 + SUM_TOLERANCE).contains(&sum) {
-            return error(Bound::Between { low: 1.0 - SUM_TOLERANCE, high: 1.0 + SUM_TOLERANCE }, sum);
+            let expected = Bound::Between { low: 1.0 - SUM_TOLERANCE, high: 1.0 + SUM_TOLERANCE };
+            return Err(Error::Domain { parameter: "kernel", index: None, expected, got: sum });
         }
         let size = self.coefficients.len() + kernel.len() - 1;
         let (mut coefficients, mut smooth) = (vec![0.0; size], vec![0.0; size]);
@@ -221,7 +225,15 @@ impl Preview {
     }
 
     pub(super) fn state(&self) -> PreviewState {
-        PreviewState { past: self.past().collect(), samples: self.samples }
+        PreviewState { window: self.fingerprint(), past: self.past().collect(), samples: self.samples }
+    }
+
+    fn fingerprint(&self) -> u64 {
+        let mut fingerprint = Fingerprint::new();
+        fingerprint.numbers(&self.coefficients);
+        fingerprint.numbers(&self.smooth);
+        fingerprint.count(self.ahead);
+        fingerprint.finish()
     }
 
     pub(super) fn check(&self, state: &PreviewState) -> Result<(), Error> {
@@ -229,13 +241,17 @@ impl Preview {
         if got != expected {
             return Err(Error::Length { parameter: "state.preview.past", expected, got });
         }
+        if state.window != self.fingerprint() {
+            let expected = "the state of a preview with the same coefficients, samples ahead and smoothing";
+            return Err(Error::State { expected });
+        }
         for (j, r) in state.past.iter().enumerate() {
             check_finite("state.preview.past", Some(j), *r)?;
         }
         let last = self.coefficients.len();
         if state.samples > last {
-            let (parameter, got) = ("state.preview.samples", count_as_f64(state.samples));
-            return Err(Error::Domain { parameter, index: None, expected: Bound::UpTo { last }, got });
+            let (parameter, got) = ("state.preview.samples", state.samples as u64);
+            return Err(Error::Whole { parameter, index: None, expected: Bound::FromTo { first: 0, last }, got });
         }
         Ok(())
     }

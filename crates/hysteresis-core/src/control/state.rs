@@ -29,8 +29,8 @@ pub struct DriveLimits {
 
 /// Everything that a [`HybridController`](super::HybridController) remembers: restored, it continues bit for bit.
 ///
-/// It also names the gains, the filters, the sampling interval, the limits and the model of its controller: a controller with others
-/// refuses it. The other options and the coefficients of the preview are not part of it.
+/// It also names the gains, the filters, the sampling interval, the limits, the model and the preview of its controller: a controller
+/// with others refuses it. The other options are not part of it.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};

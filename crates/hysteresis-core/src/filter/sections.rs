@@ -52,12 +52,11 @@ impl Sections {
     /// These sections, the first of them in front.
     ///
     /// # Errors
-    /// [`Error::Domain`] for more than [`MAX_SECTIONS`], or for some that may amplify by more than 1e40.
+    /// [`Error::Whole`] for more than [`MAX_SECTIONS`], [`Error::Domain`] for some that may amplify by more than 1e40.
     pub fn new(sections: &[Biquad]) -> Result<Self, Error> {
         let mut found = Self { count: sections.len(), ..Self::default() };
         if sections.len() > MAX_SECTIONS {
-            #[expect(clippy::cast_precision_loss, reason = "a few sections")]
-            return Err(Error::domain("sections", None, "at most 6 sections", sections.len() as f64));
+            return Err(Error::whole("sections", None, "at most 6 sections", sections.len()));
         }
         for (place, section) in found.sections.iter_mut().zip(sections) {
             *place = *section;

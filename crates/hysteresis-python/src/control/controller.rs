@@ -1,5 +1,6 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
+use hysteresis_control::StageController;
 use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -7,12 +8,14 @@ use pyo3::types::PyTuple;
 
 use super::controller_options::{Given, as_keywords, mode_name, mode_of};
 use super::filters::as_tuple;
+use super::observer::Observer;
 use super::preview::Preview;
+use super::repetitive::RepetitiveControl;
 use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{exclusive, instance, shared};
 use crate::convert::pickling::{Reduced, reduce};
 use crate::stream::blocks::run_both;
 
@@ -65,6 +68,12 @@ use crate::stream::blocks::run_both;
 ///     The drive that the amplifier has at the start: by default zero or the limit nearest to it.
 /// filters : Notch, LowPass, Lead, Biquad, or a list of them
 ///     F shapes the error before both gains. At most 6.
+/// observer : Observer, optional
+///     The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
+///     implausible it stands in. The controller goes on with a copy, memory included.
+/// repetitive : RepetitiveControl, optional
+///     Learns a correction of the target from the errors of the last period, while the feedback is on. The controller goes on with a
+///     copy.
 ///
 /// Raises
 /// ------
@@ -90,10 +99,12 @@ use crate::stream::blocks::run_both;
 /// (True, True)
 #[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct HybridController {
-    pub(crate) controller: core::HybridController,
-    /// What the feed-forward and the preview were made of.
+    pub(crate) stage_controller: StageController,
+    /// What the feed-forward, the preview, the observer and the learning were made of.
     pub(super) source: Option<Py<PyAny>>,
     pub(super) preview: Option<Py<Preview>>,
+    pub(super) observer: Option<Py<Observer>>,
+    pub(super) repetitive: Option<Py<RepetitiveControl>>,
 }
 
 impl HybridController {
@@ -107,7 +118,16 @@ impl HybridController {
         check_interval("preview", preview.as_ref().and_then(|made| made.get().dt()), options.dt)?;
         let window = preview.as_ref().map(|made| made.get().preview.clone());
         let controller = core::HybridController::new(feedforward, window, options).map_err(raise)?;
-        Ok(Self { controller, source, preview })
+        Ok(Self { stage_controller: controller.into(), source, preview, observer: None, repetitive: None })
+    }
+
+    /// Feed-forward and feedback, with what they offer to look at.
+    pub(crate) fn controller(&self) -> &core::HybridController {
+        self.stage_controller.controller()
+    }
+
+    pub(super) fn controller_mut(&mut self) -> &mut core::HybridController {
+        self.stage_controller.controller_mut()
     }
 }
 
@@ -116,12 +136,13 @@ impl HybridController {
     #[new]
     #[pyo3(signature = (feedforward, *, kp, ki, dt, limits, slew=None, law=None, anti_windup=None, tracking_time=None,
         bumpless_time=None, max_missing=None, measurement_range=None, max_measurement_step=None, preview=None,
-        start_drive=None, filters=None),
+        start_drive=None, filters=None, observer=None, repetitive=None),
         text_signature = "(feedforward, *, kp, ki, dt, limits, slew=None, law='positional', anti_windup='conditional', \
         tracking_time=None, bumpless_time=0.005, max_missing=10, measurement_range=None, max_measurement_step=None, \
-        preview=None, start_drive=None, filters=())")]
+        preview=None, start_drive=None, filters=(), observer=None, repetitive=None)")]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new<'py>(
+        py: Python<'py>,
         feedforward: Option<&Bound<'py, PyAny>>,
         kp: &Bound<'py, PyAny>,
         ki: &Bound<'py, PyAny>,
@@ -135,9 +156,11 @@ impl HybridController {
         max_missing: Option<Bound<'py, PyAny>>,
         measurement_range: Option<Bound<'py, PyAny>>,
         max_measurement_step: Option<Bound<'py, PyAny>>,
-        preview: Option<Py<Preview>>,
+        preview: Option<Bound<'py, PyAny>>,
         start_drive: Option<Bound<'py, PyAny>>,
         filters: Option<Bound<'py, PyAny>>,
+        observer: Option<Bound<'py, PyAny>>,
+        repetitive: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, dt);
         let given = Given {
@@ -153,25 +176,33 @@ impl HybridController {
             start_drive,
         };
         let options = given.over(&ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
-        Self::of(feedforward, preview, &options)
+        let preview = preview.map(|given| instance("preview", "a mh.control.Preview", &given).cloned()).transpose()?;
+        let observer = observer.map(|given| instance("observer", "a mh.control.Observer", &given).cloned());
+        let expected = "a mh.control.RepetitiveControl";
+        let repetitive = repetitive.map(|given| instance("repetitive", expected, &given).cloned());
+        Self::of(feedforward, preview.map(Bound::unbind), &options)?.with_parts(
+            py,
+            observer.transpose()?.map(Bound::unbind),
+            repetitive.transpose()?.map(Bound::unbind),
+        )
     }
 
     /// The filters of the feedback, as sections.
     #[getter]
     fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        as_tuple(py, &self.controller.options().filters)
+        as_tuple(py, &self.controller().options().filters)
     }
 
     /// Measurements outside this range (low, high) count as missing; None without such a gate.
     #[getter]
     fn measurement_range(&self) -> Option<(f64, f64)> {
-        self.controller.options().measurement_range
+        self.controller().options().measurement_range
     }
 
     /// Measurements farther than this from the last good one count as missing; None without such a gate.
     #[getter]
     fn max_measurement_step(&self) -> Option<f64> {
-        self.controller.options().max_measurement_step
+        self.controller().options().max_measurement_step
     }
 
     /// The preview, or None.
@@ -184,16 +215,18 @@ impl HybridController {
     ///
     /// `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
     /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
-    /// is to reach, if not the reference or what the preview makes of it.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
+    /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
+    /// `IterativeLearning.correction`.
+    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
     fn step(
         slf: &Bound<'_, Self>,
         reference: f64,
         measurement: f64,
         feedforward: Option<f64>,
         target: Option<f64>,
+        correction: f64,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.controller.step(Command { reference, target, feedforward }, measurement))
+        Ok(exclusive(slf)?.stage_controller.step(Command { reference, target, correction, feedforward }, measurement))
     }
 
     /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
@@ -205,52 +238,54 @@ impl HybridController {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         run_both([("references", references), ("measurements", measurements)], out, |x, y, drives| {
-            exclusive(slf)?.controller.run(x, y, drives).map_err(raise)
+            exclusive(slf)?.stage_controller.run(x, y, drives).map_err(raise)
         })
     }
 
     /// The drive that `step` would return, without taking the sample.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
+    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
     fn peek(
         slf: &Bound<'_, Self>,
         reference: f64,
         measurement: f64,
         feedforward: Option<f64>,
         target: Option<f64>,
+        correction: f64,
     ) -> PyResult<f64> {
-        Ok(shared(slf)?.controller.peek(Command { reference, target, feedforward }, measurement))
+        Ok(shared(slf)?.stage_controller.peek(Command { reference, target, correction, feedforward }, measurement))
     }
 
     /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
     /// leave it; memory and terms are still those of the drive that is there.
     ///
     /// A plan replaces the one before; any change of the controller drops it.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None))]
+    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
     fn plan(
         slf: &Bound<'_, Self>,
         reference: f64,
         measurement: f64,
         feedforward: Option<f64>,
         target: Option<f64>,
+        correction: f64,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.controller.plan(Command { reference, target, feedforward }, measurement))
+        Ok(exclusive(slf)?.stage_controller.plan(Command { reference, target, correction, feedforward }, measurement))
     }
 
     /// Takes the sample that was planned; False if there is none.
     fn commit(&mut self) -> bool {
-        self.controller.commit()
+        self.stage_controller.commit()
     }
 
     /// The present drive in volts: what the amplifier has.
     #[getter]
     fn drive(&self) -> f64 {
-        self.controller.drive()
+        self.controller().drive()
     }
 
     /// What the last sample that was acted upon was made of.
     #[getter]
     fn terms(&self) -> ControllerTerms {
-        self.controller.terms().into()
+        self.controller().terms().into()
     }
 
     /// "run"; "feedforward": the proportional term is off, the integral is frozen and stays part of the drive; "hold": the
@@ -258,27 +293,27 @@ impl HybridController {
     /// mode is a jump.
     #[getter]
     fn mode(&self) -> &'static str {
-        mode_name(self.controller.mode())
+        mode_name(self.controller().mode())
     }
 
     #[setter]
     fn set_mode(&mut self, mode: &str) -> PyResult<()> {
-        self.controller.set_mode(mode_of("mode", mode)?).map_err(raise)
+        self.controller_mut().set_mode(mode_of("mode", mode)?).map_err(raise)
     }
 
     /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
     /// stop.
     #[getter]
     fn hold(&self) -> bool {
-        self.controller.mode() == Mode::Hold
+        self.controller().mode() == Mode::Hold
     }
 
     #[setter]
     fn set_hold(&mut self, hold: bool) {
         if hold {
-            self.controller.hold();
+            self.controller_mut().hold();
         } else {
-            self.controller.release();
+            self.controller_mut().release();
         }
     }
 
@@ -286,67 +321,69 @@ impl HybridController {
     /// preview is full and the bumpless term is gone.
     #[getter]
     fn lead_in(&self) -> f64 {
-        self.controller.lead_in()
+        self.controller().lead_in()
     }
 
     /// The proportional gain in V/um.
     #[getter]
     fn kp(&self) -> f64 {
-        self.controller.options().kp
+        self.controller().options().kp
     }
 
     /// The integral gain in V/um/s.
     #[getter]
     fn ki(&self) -> f64 {
-        self.controller.options().ki
+        self.controller().options().ki
     }
 
     /// The limits of the drive (low, high) in volts.
     #[getter]
     fn limits(&self) -> (f64, f64) {
-        self.controller.options().limits
+        self.controller().options().limits
     }
 
     /// The sampling interval in seconds.
     #[getter]
     fn dt(&self) -> f64 {
-        self.controller.options().dt
+        self.controller().options().dt
     }
 
     /// How many references, targets or given feed-forwards were not finite, or beyond 1e100, or missing.
     #[getter]
     fn rejected_count(&self) -> u64 {
-        self.controller.counters().rejected_count
+        self.controller().counters().rejected_count
     }
 
     /// How many measurements were not finite, or beyond 1e100.
     #[getter]
     fn missing_count(&self) -> u64 {
-        self.controller.counters().missing_count
+        self.controller().counters().missing_count
     }
 
     /// How many measurements were finite but out of their range, or too far from the last one.
     #[getter]
     fn implausible_count(&self) -> u64 {
-        self.controller.counters().implausible_count
+        self.controller().counters().implausible_count
     }
 
     /// How many samples asked for a drive beyond the limits.
     #[getter]
     fn saturated_count(&self) -> u64 {
-        self.controller.counters().saturated_count
+        self.controller().counters().saturated_count
     }
 
     /// How many samples asked for a faster move than the slew allows.
     #[getter]
     fn slewing_count(&self) -> u64 {
-        self.controller.counters().slewing_count
+        self.controller().counters().slewing_count
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let keywords = as_keywords(py, this.controller.options())?;
+        let keywords = as_keywords(py, this.controller().options())?;
         keywords.set_item("preview", &this.preview)?;
+        keywords.set_item("observer", &this.observer)?;
+        keywords.set_item("repetitive", &this.repetitive)?;
         let state = this.state(py)?;
         reduce(py.get_type::<Self>().into_any(), (&this.source,), keywords, Some(state))
     }
@@ -356,7 +393,7 @@ impl HybridController {
     }
 
     fn __repr__(&self) -> String {
-        let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.controller.options();
+        let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.controller().options();
         format!("<HybridController kp {kp}, ki {ki}, limits ({low}, {high}), mode {}>", self.mode())
     }
 }

@@ -1,6 +1,5 @@
 //! Changes of a running controller: gains, model, feed-forward, stops, histories and states.
 
-use hysteresis_core as core;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -23,9 +22,11 @@ impl HybridController {
             Ok::<_, PyErr>(py.import(intern!(py, "copy"))?.call_method1(intern!(py, "copy"), (source,))?.unbind())
         };
         Ok(Self {
-            controller: self.controller.clone(),
+            stage_controller: self.stage_controller.clone(),
             source: self.source.as_ref().map(copy).transpose()?,
             preview: self.preview.as_ref().map(|preview| preview.clone_ref(py)),
+            observer: self.observer.as_ref().map(|observer| observer.clone_ref(py)),
+            repetitive: self.repetitive.as_ref().map(|repetitive| repetitive.clone_ref(py)),
         })
     }
 
@@ -41,14 +42,14 @@ impl HybridController {
     /// Changes the gains without a jump. The integral is kept in volts.
     fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(kp, ki);
-        exclusive(slf)?.controller.set_gains(kp, ki).map_err(raise)
+        exclusive(slf)?.controller_mut().set_gains(kp, ki).map_err(raise)
     }
 
     /// Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there.
     fn set_filters(slf: &Bound<'_, Self>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut this = exclusive(slf)?;
-        let sections = sections(filters, this.controller.options().dt)?;
-        this.controller.set_filters(&sections).map_err(raise)
+        let sections = sections(filters, this.controller().options().dt)?;
+        this.controller_mut().set_filters(&sections).map_err(raise)
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
@@ -59,17 +60,17 @@ impl HybridController {
     fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.controller.set_model(&compiled).map_err(raise)?;
+        this.controller_mut().set_model(&compiled).map_err(raise)?;
         this.remember_model(model)
     }
 
     /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
     /// first moves to the last target; a change to "given" repeats the drive for one sample.
     fn set_feedforward(slf: &Bound<'_, Self>, feedforward: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let dt = shared(slf)?.controller.options().dt;
+        let dt = shared(slf)?.controller().options().dt;
         let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
-        this.controller.set_feedforward(feedforward).map_err(raise)?;
+        this.controller_mut().set_feedforward(feedforward).map_err(raise)?;
         this.source = source;
         Ok(())
     }
@@ -79,12 +80,7 @@ impl HybridController {
     #[pyo3(signature = (drive=None))]
     fn reset(slf: &Bound<'_, Self>, drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         numbers!(drive);
-        let mut controller = exclusive(slf)?;
-        match drive {
-            Some(drive) => controller.controller.reset_at(drive).map_err(raise)?,
-            None => controller.controller.reset(),
-        }
-        Ok(())
+        exclusive(slf)?.stage_controller.reset(drive).map_err(raise)
     }
 
     /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
@@ -94,13 +90,13 @@ impl HybridController {
     #[pyo3(signature = (rate, rest_drive=None), text_signature = "($self, rate, rest_drive=0.0)")]
     fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         numbers!(rate, rest_drive = 0.0);
-        exclusive(slf)?.controller.stop(rate, rest_drive).map_err(raise)
+        exclusive(slf)?.controller_mut().stop(rate, rest_drive).map_err(raise)
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
     fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
-        exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
+        exclusive(slf)?.stage_controller.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// Goes on from another drive that the amplifier has, with everything that is remembered.
@@ -108,20 +104,25 @@ impl HybridController {
     /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
     fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(drive);
-        exclusive(slf)?.controller.start_at(drive).map_err(raise)
+        exclusive(slf)?.controller_mut().start_at(drive).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
     /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
     #[getter]
     pub(super) fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.controller.state())?)
+        let state = self.stage_controller.state();
+        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        Ok(if is_plain { pythonize(py, &state.controller) } else { pythonize(py, &state) }?)
     }
 
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let plain: core::ControllerState = plain_state(state)?;
-        exclusive(slf)?.controller.set_state(&plain).map_err(raise)
+        let mut this = exclusive(slf)?;
+        if this.observer.is_none() && this.repetitive.is_none() {
+            return this.controller_mut().set_state(&plain_state(state)?).map_err(raise);
+        }
+        this.stage_controller.set_state(&plain_state(state)?).map_err(raise)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::convert::errors::{self, Place};
 use crate::convert::pickling::keywords;
 
 /// A word that is none of those expected.
-fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
+pub(super) fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
     Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
 }
 

@@ -58,7 +58,8 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 ///     Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
 ///     loop. Call `update` for them too.
 /// on_demand : bool
-///     The motion is repeated on demand, from rest to rest. If not, one period follows the other.
+///     The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its ends, up
+///     to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
 ///
 /// Raises
 /// ------

@@ -6,6 +6,7 @@ mod array_controller_made;
 pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;
+mod controller_parts;
 pub(crate) mod feedback_loop;
 pub(crate) mod filter_stream;
 pub(crate) mod filters;

@@ -8,7 +8,7 @@ use pyo3::types::PyTuple;
 
 use super::controller::HybridController;
 use super::terms::ControllerTerms;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::{self, Place, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::plant::multi_axis::{as_matrix, list_of, square};
@@ -81,6 +81,7 @@ struct Asked<'py> {
     references: PyReadonlyArray1<'py, f64>,
     measurements: PyReadonlyArray1<'py, f64>,
     targets: Option<PyReadonlyArray1<'py, f64>>,
+    corrections: Option<PyReadonlyArray1<'py, f64>>,
     feedforward: Option<PyReadonlyArray1<'py, f64>>,
 }
 
@@ -88,12 +89,13 @@ struct Asked<'py> {
 type Act<'a> = &'a mut dyn FnMut(AxesCommand<'_>, &[f64], &mut [f64]) -> Result<(), core::Error>;
 
 impl<'py> Asked<'py> {
-    /// The arguments references, measurements, targets and feedforward.
-    fn new(axes: usize, [r, y]: [&Bound<'py, PyAny>; 2], [t, f]: [Option<&Bound<'py, PyAny>>; 2]) -> PyResult<Self> {
+    /// The arguments references, measurements, targets, corrections and feedforward.
+    fn new(axes: usize, [r, y]: [&Bound<'py, PyAny>; 2], [t, c, f]: [Option<&Bound<'py, PyAny>>; 3]) -> PyResult<Self> {
         Ok(Self {
             references: one_each("references", r, axes)?,
             measurements: one_each("measurements", y, axes)?,
             targets: t.map(|targets| one_each("targets", targets, axes)).transpose()?,
+            corrections: c.map(|corrections| one_each("corrections", corrections, axes)).transpose()?,
             feedforward: f.map(|volts| one_each("feedforward", volts, axes)).transpose()?,
         })
     }
@@ -104,11 +106,16 @@ impl<'py> Asked<'py> {
             given.map(|given| given.as_slice().map(<[f64]>::to_vec)).transpose()
         };
         let measurements = self.measurements.as_slice()?.to_vec();
-        let (targets, feedforward) = (copy(self.targets)?, copy(self.feedforward)?);
+        let (targets, corrections, feedforward) =
+            (copy(self.targets)?, copy(self.corrections)?, copy(self.feedforward)?);
         drop(self.measurements);
         let references = self.references.as_slice()?.to_vec();
-        let asked =
-            AxesCommand { references: &references, targets: targets.as_deref(), feedforward: feedforward.as_deref() };
+        let asked = AxesCommand {
+            references: &references,
+            targets: targets.as_deref(),
+            corrections: corrections.as_deref(),
+            feedforward: feedforward.as_deref(),
+        };
         apply(self.references, out, |block| {
             let (Block::Apart(_, drives) | Block::InPlace(drives)) = block;
             act(asked, &measurements, drives).map_err(raise)
@@ -135,7 +142,14 @@ impl MultiAxisController {
         let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
         let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
         let copies = given.iter().map(|one| shared(one)?.duplicate(one.py())).collect::<PyResult<Vec<_>>>()?;
-        let single = copies.iter().map(|one| one.controller.clone()).collect();
+        for (i, one) in copies.iter().enumerate() {
+            if one.observer.is_some() || one.repetitive.is_some() {
+                let place = format!("controllers[{i}]");
+                let expected = "expected a controller without observer and learning of its own";
+                return Err(errors::value(Place::part("controllers", &place), expected));
+            }
+        }
+        let single = copies.iter().map(|one| one.controller().clone()).collect();
         let controller = core::MultiAxisController::new(single, decoupling.as_deref()).map_err(raise)?;
         let made_of = copies.into_iter().map(|one| Py::new(controllers.py(), one)).collect::<PyResult<_>>()?;
         Ok(Self { controller, made_of })
@@ -144,32 +158,34 @@ impl MultiAxisController {
     /// Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
     ///
     /// `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
-    /// `targets` of the axes, if the feed-forward is to reach something else; `feedforward`: volts of the actuators that replace its output.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    /// `targets` of the axes, if the feed-forward is to reach something else; `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
         references: &Bound<'py, PyAny>,
         measurements: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         targets: Option<&Bound<'py, PyAny>>,
+        corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
         let mut this = exclusive(slf)?;
         asked.through(out, &mut |command, y, drives| this.controller.step(command, y, drives))
     }
 
     /// The drives that `step` would return, without taking the sample.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn peek<'py>(
         slf: &Bound<'py, Self>,
         references: &Bound<'py, PyAny>,
         measurements: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         targets: Option<&Bound<'py, PyAny>>,
+        corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
         let this = shared(slf)?;
         asked.through(out, &mut |command, y, drives| this.controller.peek(command, y, drives))
     }
@@ -178,16 +194,17 @@ impl MultiAxisController {
     /// it.
     ///
     /// A plan replaces the one before; any change of a controller drops it.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, feedforward=None))]
+    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn plan<'py>(
         slf: &Bound<'py, Self>,
         references: &Bound<'py, PyAny>,
         measurements: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         targets: Option<&Bound<'py, PyAny>>,
+        corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, feedforward])?;
+        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
         let mut this = exclusive(slf)?;
         asked.through(out, &mut |command, y, drives| this.controller.plan(command, y, drives))
     }
@@ -244,7 +261,7 @@ impl MultiAxisController {
     fn controllers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let copies = self.made_of.iter().zip(self.controller.controllers()).map(|(made, controller)| {
             let copy = made.borrow(py).duplicate(py)?;
-            Bound::new(py, HybridController { controller: controller.clone(), ..copy })
+            Bound::new(py, HybridController { stage_controller: controller.clone().into(), ..copy })
         });
         PyTuple::new(py, copies.collect::<PyResult<Vec<_>>>()?)
     }

@@ -54,7 +54,7 @@ impl MultiAxisController {
     /// >>> axes = mh.control.MultiAxisController([single, single])
     /// >>> for _ in range(60):
     /// ...     before = axes.step([1.0, 0.5], [1.0, 0.5])
-    /// >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.rb, model.ra, model.rc)
+    /// >>> stiffer = mh.ModifiedPrandtlIshlinskii(0.9 * model.weights, model.r, model.ra, model.rb, model.rc)
     /// >>> axes.set_model(0, stiffer)
     /// >>> axes.set_gains(1, kp=4.0, ki=5e3)
     /// >>> bool(abs(axes.step([1.0, 0.5], [1.0, 0.5]) - before).max() < 1.0)  # V: no jump

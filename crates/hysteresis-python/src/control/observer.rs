@@ -48,11 +48,12 @@ use crate::stream::blocks::run_both;
 /// >>> estimate = observer.step(0.0, 0.1)  # at rest, a first sample that is mostly noise
 /// >>> 0.0 < estimate < 0.02
 /// True
-#[pyclass(module = "mpi_hyst.control")]
+#[pyclass(module = "mpi_hyst.control", skip_from_py_object)]
+#[derive(Clone)]
 pub(crate) struct Observer {
     pub(crate) observer: hysteresis_control::Observer,
-    stage: stage::Stage,
-    options: ObserverOptions,
+    pub(super) stage: stage::Stage,
+    pub(super) options: ObserverOptions,
 }
 
 impl Observer {

@@ -53,11 +53,12 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 /// ...     y = target + decay * (y - target)
 /// >>> max(errors[:100]) > 0.1, max(errors[-100:]) < 2e-3
 /// (True, True)
-#[pyclass(module = "mpi_hyst.control")]
+#[pyclass(module = "mpi_hyst.control", skip_from_py_object)]
+#[derive(Clone)]
 pub(crate) struct RepetitiveControl {
     pub(crate) control: learning::RepetitiveControl,
-    feedback: FeedbackLoop,
-    options: RepetitiveOptions,
+    pub(super) feedback: FeedbackLoop,
+    pub(super) options: RepetitiveOptions,
 }
 
 impl RepetitiveControl {

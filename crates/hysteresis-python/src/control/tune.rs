@@ -3,10 +3,12 @@
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::Structure;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
+use super::controller_options::unknown;
 use super::tuning::Tuning;
 use crate::convert::arguments::{is_word, numbers};
-use crate::convert::errors::{raise, value, wrong_type};
+use crate::convert::errors::{raise, unexpected, wrong_type};
 use crate::convert::objects::shared;
 use crate::plant::plant::Plant;
 use crate::stage::parts::StageKeywords;
@@ -35,8 +37,12 @@ impl Demands<'_, '_> {
 fn structure_named(word: &Bound<'_, PyAny>) -> PyResult<Structure> {
     let found = Structure::ALL.into_iter().find(|structure| is_word(word, structure.name()));
     let Some(structure) = found else {
-        let names = Structure::ALL.map(|structure| format!("{:?}", structure.name())).join(", ");
-        return Err(value("structure", format_args!("expected one of {names}, got {}", word.repr()?)));
+        let [names @ .., last] = Structure::ALL.map(|structure| format!("{:?}", structure.name()));
+        let expected = format!("{} or {last}", names.join(", "));
+        return match word.cast::<PyString>() {
+            Ok(got) => unknown("structure", &expected, got.to_str()?),
+            Err(_) => Err(unexpected("structure", expected, word)),
+        };
     };
     Ok(structure)
 }

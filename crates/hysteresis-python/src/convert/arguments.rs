@@ -94,14 +94,24 @@ pub(crate) fn whole<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &B
 
 /// Limits from any two numbers.
 pub(crate) fn pair(name: &str, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    two(name, "(low, high)", limits)
+}
+
+/// One number for each axis of the plane.
+pub(crate) fn pair_of_axes(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    two(name, "(x, y)", value)
+}
+
+/// Any two numbers, which a message calls by these names.
+pub(crate) fn two(name: &str, called: &str, value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     // The length first: a range may be longer than memory.
-    if limits.len().is_ok_and(|numbers| numbers == 2)
-        && let Ok(numbers) = limits.extract::<Vec<f64>>()
-        && let [low, high] = numbers[..]
+    if value.len().is_ok_and(|numbers| numbers == 2)
+        && let Ok(numbers) = value.extract::<Vec<f64>>()
+        && let [first, second] = numbers[..]
     {
-        return Ok((low, high));
+        return Ok((first, second));
     }
-    Err(unexpected(name, "two numbers (low, high)", limits))
+    Err(unexpected(name, format_args!("two numbers {called}"), value))
 }
 
 /// A number of samples.

@@ -7,7 +7,7 @@ use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
-use super::errors::in_use;
+use super::errors::{in_use, unexpected};
 
 /// The object to read from.
 pub(crate) fn shared<'py, C: PyClass>(object: &Bound<'py, C>) -> PyResult<PyRef<'py, C>> {
@@ -17,6 +17,15 @@ pub(crate) fn shared<'py, C: PyClass>(object: &Bound<'py, C>) -> PyResult<PyRef<
 /// The object to change.
 pub(crate) fn exclusive<'py, C: PyClass<Frozen = False>>(object: &Bound<'py, C>) -> PyResult<PyRefMut<'py, C>> {
     object.try_borrow_mut().map_err(|_| busy(object))
+}
+
+/// The argument as an object of a class, or an error that says which was expected.
+pub(crate) fn instance<'a, 'py, C: PyClass>(
+    name: &str,
+    expected: &str,
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<&'a Bound<'py, C>> {
+    value.cast::<C>().map_err(|_| unexpected(name, expected, value))
 }
 
 fn busy<C: PyClass>(object: &Bound<'_, C>) -> PyErr {

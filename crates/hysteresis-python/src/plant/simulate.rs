@@ -1,5 +1,6 @@
 //! A controller, a plant and a reference.
 
+use hysteresis_control::StageController;
 use hysteresis_core::{
     CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
 };
@@ -21,7 +22,7 @@ use crate::control::source::check_interval;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, instance};
 use crate::identify::recursive::RecursiveIdentifier;
 
 /// Lets a plant follow a reference under a controller, from the state in which both are.
@@ -60,10 +61,10 @@ use crate::identify::recursive::RecursiveIdentifier;
 ///     Where the position should be, um, at the plant's sampling interval.
 /// target : array of n floats, optional
 ///     Of the feed-forward, if it is not the reference: what `invert_dynamics` makes of it.
-/// observer : Observer, optional
-///     The feedback sees its estimate instead of the measurement.
-/// repetitive : RepetitiveControl, optional
-///     Corrects the target in the loop. With a preview, give `target` too.
+/// correction : array of n floats, optional
+///     What is added to the target at every sample: `IterativeLearning.correction`, period after period.
+/// observer, repetitive : Observer, RepetitiveControl, optional
+///     As parts of the controller for this run: see `HybridController`. They remember it.
 /// identifier : RecursiveIdentifier, optional
 ///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
 ///     For an exact inverse as feed-forward.
@@ -113,9 +114,9 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// (True, 0)
 #[pyfunction]
 #[pyo3(signature = (
-    controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
+    controller, plant, reference, *, target=None, correction=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
     period=None, progress=None
-), text_signature = "(controller, plant, reference, *, target=None, observer=None, repetitive=None, identifier=None, \
+), text_signature = "(controller, plant, reference, *, target=None, correction=None, observer=None, repetitive=None, identifier=None, \
     model_update_interval=1000, period=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn simulate<'py>(
@@ -123,9 +124,10 @@ pub(crate) fn simulate<'py>(
     plant: &Bound<'py, PyAny>,
     reference: &Bound<'py, PyAny>,
     target: Option<&Bound<'py, PyAny>>,
-    observer: Option<PyRefMut<'py, Observer>>,
-    repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
-    identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
+    correction: Option<&Bound<'py, PyAny>>,
+    observer: Option<&Bound<'py, PyAny>>,
+    repetitive: Option<&Bound<'py, PyAny>>,
+    identifier: Option<&Bound<'py, PyAny>>,
     model_update_interval: Option<&Bound<'py, PyAny>>,
     period: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
@@ -134,8 +136,8 @@ pub(crate) fn simulate<'py>(
     let model_update_interval =
         model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
     if has_axes(controller, plant, reference) {
-        if observer.is_some() || repetitive.is_some() || identifier.is_some() {
-            let expected = "a HybridController of one axis beside observer, repetitive or identifier";
+        if correction.is_some() || observer.is_some() || repetitive.is_some() || identifier.is_some() {
+            let expected = "a HybridController of one axis beside correction, observer, repetitive or identifier";
             return Err(unexpected("controller", expected, controller));
         }
         return simulate_axes(controller, plant, (reference, target), period, progress);
@@ -143,9 +145,20 @@ pub(crate) fn simulate<'py>(
     // Copies: a controller or a progress function may change the arrays.
     let reference = numbers("reference", reference)?;
     let task = TrackingTask::new(&reference, period).map_err(raise)?;
-    let target = target.map(|target| checked_target(target, reference.len())).transpose()?;
+    let one_each = |name, given: Option<&Bound<'py, PyAny>>| {
+        given.map(|given| checked_samples(name, given, reference.len())).transpose()
+    };
+    let (target, correction) = (one_each("target", target)?, one_each("correction", correction)?);
+    let observer = observer.map(|given| instance("observer", "a mh.control.Observer", given)).transpose()?;
+    let expected = "a mh.control.RepetitiveControl";
+    let repetitive = repetitive.map(|given| instance("repetitive", expected, given)).transpose()?;
+    let expected = "a mh.RecursiveIdentifier";
+    let identifier = identifier.map(|given| instance("identifier", expected, given)).transpose()?;
     let watch = watch(plant.py(), reference.len(), progress);
-    let around = Around { target, observer, repetitive, identifier, model_update_interval };
+    let observer = observer.map(exclusive).transpose()?;
+    let repetitive = repetitive.map(exclusive).transpose()?;
+    let identifier = identifier.map(exclusive).transpose()?;
+    let around = Around { target, correction, observer, repetitive, identifier, model_update_interval };
     let run = if let Ok(plant) = plant.cast::<Plant>() {
         let plant = &mut exclusive(plant)?.plant;
         let dt = Some(plant.dt());
@@ -161,6 +174,7 @@ pub(crate) fn simulate<'py>(
 /// What may surround a hybrid controller.
 struct Around<'py> {
     target: Option<Vec<f64>>,
+    correction: Option<Vec<f64>>,
     observer: Option<PyRefMut<'py, Observer>>,
     repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
     identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
@@ -169,7 +183,8 @@ struct Around<'py> {
 
 impl Around<'_> {
     fn is_empty(&self) -> bool {
-        self.target.is_none() && self.observer.is_none() && self.repetitive.is_none() && self.identifier.is_none()
+        let alone = self.observer.is_none() && self.repetitive.is_none() && self.identifier.is_none();
+        alone && self.target.is_none() && self.correction.is_none()
     }
 
     /// With a controller of any kind.
@@ -181,10 +196,10 @@ impl Around<'_> {
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<metrics::Run> {
         match controller.cast::<HybridController>() {
-            Ok(hybrid) => self.run(&mut exclusive(hybrid)?.controller, task, plant, watch),
+            Ok(hybrid) => self.run(&mut exclusive(hybrid)?.stage_controller, task, plant, watch),
             Err(_) if self.is_empty() => run_object(controller, task, plant.0, watch),
             Err(_) => {
-                let expected = "a HybridController beside target, observer, repetitive or identifier";
+                let expected = "a HybridController beside target, correction, observer, repetitive or identifier";
                 Err(unexpected("controller", expected, controller))
             }
         }
@@ -193,30 +208,27 @@ impl Around<'_> {
     /// With a hybrid controller, and a plant whose sampling interval may be known.
     fn run<P: Driven<PyErr>>(
         mut self,
-        controller: &mut Controller,
+        controller: &mut StageController,
         task: &TrackingTask<'_>,
         (plant, dt): (&mut P, Option<f64>),
         watch: impl FnMut(usize) -> PyResult<()>,
     ) -> PyResult<metrics::Run> {
-        let own = controller.options().dt;
+        let own = controller.controller().options().dt;
         check_interval("controller", Some(own), dt.unwrap_or(own))?;
         let dt = dt.unwrap_or(own);
         check_interval("observer", self.observer.as_ref().map(|observer| observer.observer.dt()), dt)?;
         check_interval("repetitive", self.repetitive.as_ref().map(|repetitive| repetitive.control.dt()), dt)?;
-        check_limits(controller.options().limits, plant.limits())?;
-        if self.repetitive.is_some() && self.target.is_none() && controller.preview().is_some() {
-            return Err(errors::value("target", "expected one where repetitive corrects a preview, got None"));
-        }
+        check_limits(controller.controller().options().limits, plant.limits())?;
         if let Some(identifier) = &self.identifier {
             // What it would be refused for in the run is found out before.
-            let mut task = controller.clone();
+            let mut task = controller.controller().clone();
             task.set_model(&compiled(&identifier.0.model())).map_err(raise)?;
         }
+        let mut joined = self.joined_to(controller)?;
         let tracking = Tracking {
-            controller,
+            controller: &mut joined,
             targets: self.target.as_deref(),
-            observer: self.observer.as_mut().map(|observer| &mut observer.observer),
-            repetitive: self.repetitive.as_mut().map(|repetitive| &mut repetitive.control),
+            corrections: self.correction.as_deref(),
         };
         let (identifier, model_update_interval, mut updates) = (&mut self.identifier, self.model_update_interval, 0);
         let adapt = |controller: &mut Controller, drive: f64, measured: f64| {
@@ -228,7 +240,42 @@ impl Around<'_> {
             }
             Ok(())
         };
-        tracking.run_with(task, plant, adapt, watch)
+        let run = tracking.run_with(task, plant, adapt, watch);
+        *controller = self.taken_from(joined);
+        run
+    }
+
+    /// The controller with copies of an observer and learning that are not its own.
+    fn joined_to(&self, controller: &StageController) -> PyResult<StageController> {
+        let twice = |name, given: bool, own: bool| {
+            let message = "expected None for a controller that has one of its own";
+            if given && own { Err(errors::value(name, message)) } else { Ok(()) }
+        };
+        twice("observer", self.observer.is_some(), controller.observer().is_some())?;
+        twice("repetitive", self.repetitive.is_some(), controller.repetitive().is_some())?;
+        let mut joined = controller.clone();
+        if let Some(observer) = &self.observer {
+            joined = joined.with_observer(observer.observer.clone()).map_err(raise)?;
+        }
+        if let Some(repetitive) = &self.repetitive {
+            joined = joined.with_repetitive(repetitive.control.clone()).map_err(raise)?;
+        }
+        Ok(joined)
+    }
+
+    /// The controller after the run. Observer and learning that are not its own get what they came to.
+    fn taken_from(&mut self, mut joined: StageController) -> StageController {
+        if let Some(given) = &mut self.observer
+            && let Some(now) = joined.take_observer()
+        {
+            given.observer = now;
+        }
+        if let Some(given) = &mut self.repetitive
+            && let Some(now) = joined.take_repetitive()
+        {
+            given.control = now;
+        }
+        joined
     }
 }
 
@@ -269,14 +316,14 @@ fn run_object<P: Driven<PyErr>>(
 }
 
 /// As many finite numbers as there are samples.
-fn checked_target(target: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64>> {
-    let target = numbers("target", target)?;
-    if target.len() != samples {
-        let got = target.len();
-        return Err(errors::value("target", format_args!("expected {samples} samples as in the reference, got {got}")));
+fn checked_samples(name: &'static str, given: &Bound<'_, PyAny>, samples: usize) -> PyResult<Vec<f64>> {
+    let given = numbers(name, given)?;
+    if given.len() != samples {
+        let got = given.len();
+        return Err(errors::value(name, format_args!("expected {samples} samples as in the reference, got {got}")));
     }
-    check_all_finite("target", &target).map_err(raise)?;
-    Ok(target)
+    check_all_finite(name, &given).map_err(raise)?;
+    Ok(given)
 }
 
 /// Looks at signals and tells the fraction done.

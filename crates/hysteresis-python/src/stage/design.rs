@@ -8,11 +8,10 @@ use hysteresis_core::Sections;
 use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 
+use super::made_controller::{Aids, both};
 use super::object::Stage;
 use super::precompensate::checked_limits;
-use super::streams::StageInverse;
 use crate::control::controller::HybridController;
 use crate::control::feedback_loop::uncertainty;
 use crate::control::iterative::IterativeLearning;
@@ -24,76 +23,19 @@ use crate::control::repetitive::RepetitiveControl;
 use crate::control::tune::Demands;
 use crate::control::tuning::Tuning;
 use crate::convert::arguments::{count, numbers, pair, samples, whole};
-use crate::convert::errors::{self, raise, unexpected};
+use crate::convert::errors::{self, raise};
 use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
 
 impl Stage {
     /// How many samples a preview of this stage looks ahead, unless told.
-    fn ahead(&self, dt: f64) -> PyResult<usize> {
+    pub(super) fn ahead(&self, dt: f64) -> PyResult<usize> {
         self.0.preview_ahead(dt).map_err(raise)
     }
 
-    fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
+    pub(super) fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
         Preview::made(self.0.preview(dt, options).map_err(raise)?)
-    }
-
-    fn made_controller(
-        &self,
-        py: Python<'_>,
-        dt: f64,
-        limits: Option<(f64, f64)>,
-        feedforward: &str,
-        gains: (Option<f64>, Option<f64>),
-        (ahead, smoothing): (Option<usize>, f64),
-    ) -> PyResult<HybridController> {
-        if feedforward != "preview" {
-            let expected = "expected None without feedforward=\"preview\"";
-            if ahead.is_some() {
-                return Err(errors::value("ahead", expected));
-            }
-            if smoothing != 0.0 {
-                return Err(errors::value("smoothing", expected));
-            }
-        }
-        let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
-        if let Some((kp, ki)) = both(gains)? {
-            // Filters belong to the gains that were tuned with them.
-            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
-        }
-        let source = match feedforward {
-            "inverse" | "preview" => {
-                let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
-                Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
-            }
-            "given" => PyString::new(py, "given").into_any(),
-            other => {
-                let expected = "\"inverse\", \"preview\" or \"given\"";
-                return Err(errors::value("feedforward", format_args!("expected {expected}, got \"{other}\"")));
-            }
-        };
-        let preview = match feedforward {
-            "preview" => {
-                let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
-                let preview = self.made_preview(dt, &options)?;
-                Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
-            }
-            _ => None,
-        };
-        HybridController::of(Some(&source), preview, &options)
-    }
-
-    /// Seconds, or what the modes of this stage need.
-    fn smoothing(&self, smoothing: &Bound<'_, PyAny>) -> PyResult<f64> {
-        match smoothing.extract::<&str>() {
-            Ok("modes") => Ok(self.0.smoothing()),
-            Ok(_) => Err(unexpected("smoothing", "seconds or \"modes\"", smoothing)),
-            Err(_) => {
-                numbers!(smoothing);
-                Ok(smoothing)
-            }
-        }
     }
 
     /// Amplifier and modes in matrices.
@@ -110,16 +52,6 @@ impl Stage {
             ((tuned.kp, tuned.ki), sections(&tuned.filters, dt).map_err(raise)?)
         };
         self.0.feedback_loop(dt, gains, filters).map_err(raise)
-    }
-}
-
-/// Gains are found together: one of them beside a tuned other one may make the loop unstable.
-fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
-    match gains {
-        (Some(kp), Some(ki)) => Ok(Some((kp, ki))),
-        (None, None) => Ok(None),
-        (Some(kp), None) => Err(errors::value("ki", format_args!("expected a number beside kp = {kp:?}, got None"))),
-        (None, Some(ki)) => Err(errors::value("kp", format_args!("expected a number beside ki = {ki:?}, got None"))),
     }
 }
 
@@ -170,7 +102,8 @@ impl Stage {
         self.made_preview(dt, &options)
     }
 
-    /// A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+    /// A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
+    /// and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
     ///
     /// Parameters
     /// ----------
@@ -189,6 +122,10 @@ impl Stage {
     /// smoothing : float or "modes", optional
     ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
     ///     earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
+    /// drift : float, optional
+    ///     Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
+    /// period : int, optional
+    ///     Learns a reference that repeats after so many samples, by `RepetitiveControl`.
     ///
     /// Examples
     /// --------
@@ -206,7 +143,15 @@ impl Stage {
     /// >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
     /// >>> bool(max(run.position) < 1.005), bool(max(abs(run.position[130:] - 1.0)) < 1e-3)
     /// (True, True)
-    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None, smoothing=None))]
+    /// >>> whole = light.replace(noise=0.002).controller(1e-4, feedforward="preview", drift=0.5, period=500)
+    /// >>> wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)  # ten periods
+    /// >>> worn = light.replace(dynamics=mh.plant.SecondOrder(780.0, 0.03)).plant(1e-4)
+    /// >>> run = mh.plant.simulate(whole, worn, wave)
+    /// >>> worst = abs(run.position - wave).reshape(10, 500).max(axis=1)
+    /// >>> bool(worst[0] > 2e-3), bool(worst[8] < 1e-4)  # um, in the first and the ninth period
+    /// (True, True)
+    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None, smoothing=None, drift=None,
+        period=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn controller(
         &self,
@@ -218,12 +163,15 @@ impl Stage {
         ki: Option<&Bound<'_, PyAny>>,
         ahead: Option<&Bound<'_, PyAny>>,
         smoothing: Option<&Bound<'_, PyAny>>,
+        drift: Option<&Bound<'_, PyAny>>,
+        period: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<HybridController> {
-        numbers!(dt, kp, ki);
+        numbers!(dt, kp, ki, drift);
+        let aids = Aids { drift, period: period.map(|period| count("period", period)).transpose()? };
         let limits = checked_limits(&self.0, limits)?;
         let ahead = ahead.map(|ahead| samples("ahead", ahead)).transpose()?;
         let smoothing = smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?;
-        self.made_controller(py, dt, limits, feedforward, (kp, ki), (ahead, smoothing))
+        self.made_controller(py, dt, limits, feedforward, (kp, ki), (ahead, smoothing), aids)
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -352,10 +300,11 @@ impl Stage {
         if feedforward == "given" {
             return Err(errors::value("feedforward", "expected \"inverse\" or \"preview\", got \"given\""));
         }
-        let mut controller = self.made_controller(py, dt, limits, feedforward, (kp, ki), (None, 0.0))?;
+        let mut controller =
+            self.made_controller(py, dt, limits, feedforward, (kp, ki), (None, 0.0), Aids::default())?;
         let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
         let mut plant = Plant::of(&self.0, dt, &none)?;
-        let tracking = Tracking::of(&mut controller.controller);
+        let tracking = Tracking::of(&mut controller.stage_controller);
         tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
     }
 

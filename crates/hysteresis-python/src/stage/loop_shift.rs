@@ -3,7 +3,7 @@
 use hysteresis_control::stage;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::numbers;
+use crate::convert::arguments::{numbers, two};
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -63,7 +63,7 @@ impl LoopShift {
         limit: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         numbers!(center, half_range, time_constant, limit);
-        let amplitudes = two_amplitudes(amplitudes)?;
+        let amplitudes = two("amplitudes", "(c_1, c_2)", amplitudes)?.into();
         stage::LoopShift::new(center, half_range, amplitudes, time_constant, limit).map(Self).map_err(raise)
     }
 
@@ -122,16 +122,6 @@ impl LoopShift {
         let arguments = (self.center(), self.half_range(), self.amplitudes(), self.time_constant(), self.limit());
         reduce(py.get_type::<Self>().into_any(), arguments, keywords!(py), None)
     }
-}
-
-fn two_amplitudes(amplitudes: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
-    // The length first: a range may be longer than memory.
-    if amplitudes.len().is_ok_and(|numbers| numbers == 2)
-        && let Ok(numbers) = amplitudes.extract::<[f64; 2]>()
-    {
-        return Ok(numbers);
-    }
-    Err(unexpected("amplitudes", "two numbers (c_1, c_2)", amplitudes))
 }
 
 /// A loop shift from a Python object.

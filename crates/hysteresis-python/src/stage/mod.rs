@@ -3,6 +3,7 @@
 mod design;
 pub(crate) mod file;
 pub(crate) mod loop_shift;
+mod made_controller;
 pub(crate) mod object;
 pub(crate) mod parts;
 pub(crate) mod precompensate;

@@ -93,6 +93,9 @@ fn of_actuator(error: Error, actuator: usize) -> Error {
         Error::Domain { parameter, expected, got } => {
             Error::domain(parameter, format!("{expected} (of actuator {actuator})"), got)
         }
+        Error::Whole { parameter, expected, got } => {
+            Error::whole(parameter, format!("{expected} (of actuator {actuator})"), got)
+        }
         other => other,
     }
 }

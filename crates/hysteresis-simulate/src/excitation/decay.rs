@@ -135,7 +135,7 @@ impl ExcitationOptions {
         check_positive("rate", self.rate)?;
         if !(1..=MAX_CYCLES).contains(&self.cycles) {
             let expected = format!("a whole number from 1 to {MAX_CYCLES}");
-            return Err(Error::domain("cycles", expected, f64::from(self.cycles)));
+            return Err(Error::whole("cycles", expected, self.cycles));
         }
         Ok(())
     }
@@ -275,7 +275,7 @@ mod tests {
         );
         assert_eq!(
             named(ExcitationOptions { cycles: 0, ..OPTIONS }),
-            "cycles: expected a whole number from 1 to 16384, got 0.0"
+            "cycles: expected a whole number from 1 to 16384, got 0"
         );
         assert!(named(ExcitationOptions { cycles: u32::MAX, ..OPTIONS }).starts_with("cycles: expected "));
         // 60 V in 40 half cycles: 1.5 V between neighbours, 100 V/s

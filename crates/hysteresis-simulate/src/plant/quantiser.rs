@@ -46,10 +46,11 @@ impl Quantiser {
             let expected = Bound::Above { what: "the low end by enough for two levels", limit: low };
             return Err(Error::Domain { parameter: names[1], index: Some(1), expected, got: high });
         }
-        let most = most.min(f64::from(MAX_BITS));
-        if !(1.0..=most).contains(&f64::from(bits)) {
-            let expected = Bound::Between { low: 1.0, high: most };
-            return Err(Error::Domain { parameter: names[0], index: None, expected, got: f64::from(bits) });
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 32")]
+        let most = most.min(f64::from(MAX_BITS)) as u32;
+        if !(1..=most).contains(&bits) {
+            let (expected, got) = (Bound::FromTo { first: 1, last: most as usize }, u64::from(bits));
+            return Err(Error::Whole { parameter: names[0], index: None, expected, got });
         }
         let intervals = f64::from(u32::MAX >> (MAX_BITS - bits));
         Ok(Self { bits, low, high, intervals, step: (high - low) / intervals })

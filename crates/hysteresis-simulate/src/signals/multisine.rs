@@ -80,18 +80,18 @@ impl Multisine {
         check_finite("center", self.center)?;
         check_count("samples", f64::from(self.samples))?;
         if self.lines.is_empty() {
-            return Err(Error::domain("lines", "at least one line", 0.0));
+            return Err(Error::whole("lines", "at least one line", 0));
         }
         let mut seen = self.lines.clone();
         seen.sort_unstable();
         if let Some(twice) = seen.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(Error::domain("lines", "every line once", f64::from(twice[0])));
+            return Err(Error::whole("lines", "every line once", twice[0]));
         }
         match seen.iter().find(|line| **line == 0 || 2 * u64::from(**line) >= u64::from(self.samples)) {
             None => Ok(()),
             Some(line) => {
                 let expected = format!("whole numbers above 0, below half of the {} samples of a period", self.samples);
-                Err(Error::domain("lines", expected, f64::from(*line)))
+                Err(Error::whole("lines", expected, *line))
             }
         }
     }
@@ -188,10 +188,10 @@ mod tests {
         let named = |multisine: Multisine| multisine.sample().unwrap_err().to_string();
         let lines = |lines: Vec<u32>| named(Multisine { lines, ..multisine() });
         let range = "lines: expected whole numbers above 0, below half of the 1000 samples of a period, got ";
-        assert_eq!(lines(vec![0, 1]), format!("{range}0.0"));
-        assert_eq!(lines(vec![1, 500]), format!("{range}500.0"));
-        assert_eq!(lines(vec![7, 3, 7]), "lines: expected every line once, got 7.0");
-        assert_eq!(lines(Vec::new()), "lines: expected at least one line, got 0.0");
+        assert_eq!(lines(vec![0, 1]), format!("{range}0"));
+        assert_eq!(lines(vec![1, 500]), format!("{range}500"));
+        assert_eq!(lines(vec![7, 3, 7]), "lines: expected every line once, got 7");
+        assert_eq!(lines(Vec::new()), "lines: expected at least one line, got 0");
         assert!(named(Multisine { periods: 1 << 20, ..multisine() }).starts_with("periods: expected at most "));
         assert_eq!(
             named(Multisine { amplitude: f64::NAN, ..multisine() }),

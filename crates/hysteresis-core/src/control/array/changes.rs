@@ -8,7 +8,6 @@ use super::options::Gains;
 use crate::control::Mode;
 use crate::control::options::check_drives;
 use crate::engine::CompiledModel;
-use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_positive};
 use crate::stream::Inverse;
 
@@ -55,13 +54,13 @@ impl ArrayController {
     /// bumpless term takes the difference. Allocates nothing, and frees what the old model holds if no other clone of it is left.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
+    /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
     pub fn set_model(&mut self, actuator: usize, model: &CompiledModel) -> Result<(), Error> {
         let last = self.len().saturating_sub(1);
         let bumpless = self.now.bumpless.get_mut(actuator);
         let (Some(stream), Some(bumpless)) = (self.inverse.streams_mut().get_mut(actuator), bumpless) else {
-            let (expected, got) = (Bound::UpTo { last }, count_as_f64(actuator));
-            return Err(Error::Domain { parameter: "actuator", index: None, expected, got });
+            let (expected, got) = (Bound::FromTo { first: 0, last }, actuator as u64);
+            return Err(Error::Whole { parameter: "actuator", index: None, expected, got });
         };
         let before = stream.reached();
         stream.set_model(model)?;

@@ -6,12 +6,10 @@ use alloc::vec::Vec;
 
 use super::counters::ArrayCounters;
 use crate::control::Mode;
+use crate::control::loop_state::check_terms;
 use crate::control::options::check_drives;
 use crate::error::{Error, check_length, check_positive};
 use crate::stream::StreamState;
-
-/// A number of a saved state may be this large: products and sums of admissible numbers are smaller.
-const LARGEST_TERM: f64 = 1e250;
 
 /// Where a stop goes, and how fast.
 ///
@@ -162,9 +160,7 @@ impl ArrayControllerState {
         check_drives("state.drives", &self.drives, limits.iter().copied())?;
         for (parameter, terms) in [("state.integral", &self.integral), ("state.bumpless", &self.bumpless)] {
             check_length(parameter, actuators, terms.len())?;
-            if !terms.iter().all(|term| term.abs() <= LARGEST_TERM) {
-                return Err(Error::State { expected: "finite terms, at most 1e250 in magnitude" });
-            }
+            check_terms(terms)?;
         }
         match (self.mode, &self.stop) {
             (Mode::Stop, Some(stop)) => {

@@ -8,7 +8,6 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::options::{ArrayOptions, check_one_or_each, one_or_each};
-use crate::engine::count_as_f64;
 use crate::error::{Bound, Error};
 
 /// How often all pairs, or all actuators, are gone through in a sample that needs it. A fixed number: the time is bounded.
@@ -52,15 +51,15 @@ impl Pairs {
         for (pair, (first, second)) in neighbours.iter().copied().enumerate() {
             for (of, other) in [(first, second), (second, first)] {
                 let Some(links) = links.get_mut(of) else {
-                    let expected = Bound::UpTo { last: actuators.saturating_sub(1) };
-                    let got = count_as_f64(of);
-                    return Err(Error::Domain { parameter: "neighbours", index: Some(pair), expected, got });
+                    let expected = Bound::FromTo { first: 0, last: actuators.saturating_sub(1) };
+                    let got = of as u64;
+                    return Err(Error::Whole { parameter: "neighbours", index: Some(pair), expected, got });
                 };
                 links.push(Link { other, pair });
             }
             if first == second {
                 let expected = "two different actuators";
-                return Err(Error::domain("neighbours", Some(pair), expected, count_as_f64(first)));
+                return Err(Error::whole("neighbours", Some(pair), expected, first));
             }
             let most = one_or_each(max_difference, pair).unwrap_or(f64::INFINITY);
             pairs.push(Pair { first, second, most: most - MARGIN * most, allowed: most });

@@ -5,7 +5,6 @@ use alloc::vec::Vec;
 use super::controller::MultiAxisController;
 use crate::control::options::check_drives;
 use crate::control::{ControllerState, HybridController, Mode};
-use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_positive};
 
 /// Everything that a [`MultiAxisController`] remembers: restored, it continues bit for bit.
@@ -70,7 +69,7 @@ impl MultiAxisController {
     /// The controller of one actuator, to change it alone: its gains, filters, model or mode. A change drops what is planned.
     ///
     /// # Errors
-    /// [`Error::Domain`] that names `axis` unless there is such an actuator.
+    /// [`Error::Whole`] that names `axis` unless there is such an actuator.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, MultiAxisController};
@@ -84,12 +83,8 @@ impl MultiAxisController {
     /// ```
     pub fn controller_mut(&mut self, axis: usize) -> Result<&mut HybridController, Error> {
         let last = self.controllers.len().saturating_sub(1);
-        self.controllers.get_mut(axis).ok_or(Error::Domain {
-            parameter: "axis",
-            index: None,
-            expected: Bound::UpTo { last },
-            got: count_as_f64(axis),
-        })
+        let (expected, got) = (Bound::FromTo { first: 0, last }, axis as u64);
+        self.controllers.get_mut(axis).ok_or(Error::Whole { parameter: "axis", index: None, expected, got })
     }
 
     /// All axes as made, but for options and gains that were changed since and for the drives, which stay.

@@ -109,28 +109,28 @@ impl MultiAxisController {
     /// A controller for each actuator, and the decoupling row by row; none is the identity.
     ///
     /// # Errors
-    /// [`Error::Empty`] without a controller; [`Error::Domain`] for controllers of other sampling intervals or lengths of
+    /// [`Error::Empty`] without a controller; [`Error::Domain`] or [`Error::Whole`] for controllers of other sampling intervals or lengths of
     /// their previews than the first one; as [`AxisMatrix::new`] for the decoupling.
     pub fn new(controllers: Vec<HybridController>, decoupling: Option<&[f64]>) -> Result<Self, Error> {
         let parameter = "controllers";
         let Some(first) = controllers.first() else { return Err(Error::Empty { parameter }) };
         let (dt, window) = (first.options().dt, window(first));
         for (index, controller) in controllers.iter().enumerate() {
-            let differs = |value: f64, what, got: f64| {
-                let expected = Bound::EqualTo { value, what };
-                Error::Domain { parameter, index: Some(index), expected, got }
-            };
-            let [length, ahead] = self::window(controller);
+            let (length, ahead) = self::window(controller);
             let got = controller.options().dt;
             // Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
             if (got / dt - 1.0).abs() > 1e-9 {
-                return Err(differs(dt, "the sampling interval of the first one in seconds", got));
+                let expected = Bound::EqualTo { value: dt, what: "the sampling interval of the first one in seconds" };
+                return Err(Error::Domain { parameter, index: Some(index), expected, got });
             }
-            if length != window[0] {
-                return Err(differs(window[0], "the length of the preview of the first one", length));
-            }
-            if ahead != window[1] {
-                return Err(differs(window[1], "the samples ahead of the preview of the first one", ahead));
+            for (count, what, got) in [
+                (window.0, "the length of the preview of the first one", length),
+                (window.1, "the samples ahead of the preview of the first one", ahead),
+            ] {
+                if got != count {
+                    let (expected, got) = (Bound::Exactly { count, what }, got as u64);
+                    return Err(Error::Whole { parameter, index: Some(index), expected, got });
+                }
             }
         }
         let decoupling = match decoupling {
@@ -249,7 +249,6 @@ impl MultiAxisController {
 }
 
 /// The length of the preview of a controller, and how many samples it looks ahead; zeros without one.
-#[expect(clippy::cast_precision_loss, reason = "no window has 2^53 coefficients")]
-fn window(controller: &HybridController) -> [f64; 2] {
-    controller.preview().map_or([0.0; 2], |preview| [preview.coefficients().len() as f64, preview.ahead() as f64])
+fn window(controller: &HybridController) -> (usize, usize) {
+    controller.preview().map_or((0, 0), |preview| (preview.coefficients().len(), preview.ahead()))
 }

@@ -71,8 +71,9 @@ impl Creep {
         terms: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         numbers!(gamma, start, end);
-        let terms =
-            u16::try_from(count("terms", terms)?).map_err(|_| errors::value("terms", "expected at most 65535"))?;
+        let counted = count("terms", terms)?;
+        let terms = u16::try_from(counted)
+            .map_err(|_| errors::value("terms", format_args!("expected at most 65535, got {counted}")))?;
         linear::Creep::logarithmic(gamma, start, end, terms).map(Self).map_err(raise)
     }
 

@@ -7,7 +7,7 @@ use super::lissajous::Lissajous;
 use super::raster::Raster;
 use super::spiral::Spiral;
 use crate::control::trajectories::{Motions, sample};
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::{numbers, pair_of_axes};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// A scan of any kind.
@@ -145,5 +145,5 @@ pub(super) use scan_methods;
 
 /// The centre, (0, 0) unless given.
 pub(super) fn center_of(center: Option<&Bound<'_, PyAny>>) -> PyResult<(f64, f64)> {
-    center.map_or(Ok((0.0, 0.0)), |center| pair("center", center))
+    center.map_or(Ok((0.0, 0.0)), |center| pair_of_axes("center", center))
 }

@@ -4,7 +4,7 @@ use hysteresis_control::trajectory::{self, Scan};
 use pyo3::prelude::*;
 
 use super::axis::{center_of, scan_methods};
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::{numbers, pair_of_axes};
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -63,7 +63,8 @@ scan_methods!(Lissajous {
         center: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(seconds, phase = 0.0, lead_in);
-        let (amplitudes, frequencies) = (pair("amplitudes", amplitudes)?, pair("frequencies", frequencies)?);
+        let amplitudes = pair_of_axes("amplitudes", amplitudes)?;
+        let frequencies = pair_of_axes("frequencies", frequencies)?;
         let lead_in = lead_in.unwrap_or_else(|| trajectory::Lissajous::default_lead_in(frequencies));
         let center = center_of(center)?;
         trajectory::Lissajous::new(amplitudes, frequencies, phase, seconds, lead_in, center).map(Self).map_err(raise)

@@ -1,6 +1,10 @@
 //! What can go wrong, and what the message says: the parameter, what was expected, what came.
 
+mod bound;
+
 use core::fmt;
+
+pub use bound::Bound;
 
 /// The largest magnitude that any input, threshold, weight or offset may have: 1e100.
 ///
@@ -67,6 +71,26 @@ pub enum Error {
         /// The number that came.
         got: f64,
     },
+    /// A whole number, such as a count, lies outside its domain.
+    Whole {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// Where in the array, for arrays.
+        index: Option<usize>,
+        /// The domain in words.
+        expected: Bound,
+        /// The number that came.
+        got: u64,
+    },
+    /// A word is none of those that can be chosen here.
+    Choice {
+        /// The name of the argument.
+        parameter: &'static str,
+        /// What can be chosen.
+        expected: &'static str,
+        /// The word that came.
+        got: &'static str,
+    },
     /// The slope of the model is not positive everywhere, so one output may belong to several inputs.
     NotInvertible {
         /// Sum of the weights of operators whose thresholds are all zero: the slope right after a reversal. Of a split
@@ -120,84 +144,23 @@ pub enum Error {
     },
 }
 
-/// The domain that a number had to lie in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Bound {
-    /// Finite and at most [`MAX_MAGNITUDE`] in magnitude.
-    Finite,
-    /// Finite and not below zero.
-    NonNegative,
-    /// Finite and above zero.
-    Positive,
-    /// A whole number up to this one.
-    UpTo {
-        /// The largest.
-        last: usize,
-    },
-    /// `0 <= inner <= outer`: the inner threshold of a coupled play and the outer one that bounds it.
-    Within {
-        /// The name of the inner threshold.
-        inner: &'static str,
-        /// The name of the outer threshold.
-        outer: &'static str,
-        /// The outer threshold.
-        limit: f64,
-    },
-    /// What the words say.
-    Words(&'static str),
-    /// Between two numbers.
-    Between {
-        /// The least.
-        low: f64,
-        /// The most.
-        high: f64,
-    },
-    /// Equal to a number that is described in words.
-    EqualTo {
-        /// The number.
-        value: f64,
-        /// What it is.
-        what: &'static str,
-    },
-    /// Below another number, named in words.
-    Below {
-        /// What bounds it from above.
-        what: &'static str,
-        /// The bound.
-        limit: f64,
-    },
-    /// Above another number, named in words.
-    Above {
-        /// What bounds it from below.
-        what: &'static str,
-        /// The bound.
-        limit: f64,
-    },
-}
-
-impl fmt::Display for Bound {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
-            Self::NonNegative => write!(f, "a finite number >= 0"),
-            Self::Positive => write!(f, "a finite number > 0"),
-            Self::UpTo { last } => write!(f, "a whole number from 0 to {last}"),
-            Self::Words(words) => f.write_str(words),
-            Self::Within { inner, outer, limit } => write!(f, "0 <= {inner} <= {outer} = {limit:?}"),
-            Self::Between { low, high } => write!(f, "a number from {low:?} to {high:?}"),
-            Self::EqualTo { value, what } => write!(f, "{value:?}, {what}"),
-            Self::Below { what, limit } => write!(f, "a number below {what} = {limit:?}"),
-            Self::Above { what, limit } => write!(f, "a number above {what} = {limit:?}"),
-        }
-    }
-}
-
 impl Error {
     /// A number outside the domain that the words describe.
     #[must_use]
     pub fn domain(parameter: &'static str, index: Option<usize>, expected: &'static str, got: f64) -> Self {
         Self::Domain { parameter, index, expected: Bound::Words(expected), got }
+    }
+
+    /// A count, or another whole number, outside the domain that the words describe.
+    ///
+    /// ```
+    /// use hysteresis_core::Error;
+    /// let error = Error::whole("sections", None, "at most 6", 7);
+    /// assert_eq!(error.to_string(), "sections: expected at most 6, got 7");
+    /// ```
+    #[must_use]
+    pub fn whole(parameter: &'static str, index: Option<usize>, expected: &'static str, got: usize) -> Self {
+        Self::Whole { parameter, index, expected: Bound::Words(expected), got: got as u64 }
     }
 
     /// The same about a number with another name: what callers know it by.
@@ -216,7 +179,9 @@ impl Error {
             Self::Empty { parameter }
             | Self::Length { parameter, .. }
             | Self::Rows { parameter, .. }
-            | Self::Domain { parameter, .. } => Some(parameter),
+            | Self::Domain { parameter, .. }
+            | Self::Whole { parameter, .. }
+            | Self::Choice { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
             Self::OtherLimits { .. } => Some("feedforward"),
             Self::CannotFollow => Some("drives"),
@@ -243,6 +208,13 @@ impl fmt::Display for Error {
             Self::Domain { parameter, index: Some(index), expected, got } => {
                 write!(f, "{parameter}[{index}]: expected {expected}, got {got:?}")
             }
+            Self::Whole { parameter, index: None, expected, got } => {
+                write!(f, "{parameter}: expected {expected}, got {got}")
+            }
+            Self::Whole { parameter, index: Some(index), expected, got } => {
+                write!(f, "{parameter}[{index}]: expected {expected}, got {got}")
+            }
+            Self::Choice { parameter, expected, got } => write!(f, "{parameter}: expected {expected}, got {got:?}"),
             Self::NotInvertible { identity_weight, negative_sum } => write!(
                 f,
                 "the model is not invertible: its slope is only known to be positive if the weight of the identity \

@@ -1,0 +1,77 @@
+//! A million mixed samples through everything that a stage makes, and the SHA-256 of what comes out: the C interface and the
+//! Python package must give the same digests.
+//!
+//! With `s` a [`Mixed`] signal of seed 1, `d` one of seed 2 without its first 503 samples, so that both are seldom bad at once,
+//! and a sampling interval of 0.1 ms:
+//!
+//! ```text
+//! forward     position(k) = step(60 + 90 s(k))
+//! inverse     drive(k)    = step(14 + 18 s(k))
+//! controller  drive(k)    = step(14 + 18 s(k), y(k))            y(k) = advance(drive(k-1)) of a forward model; y(0) = 0
+//! observer    position(k) = step(drive(k-1), y(k))              where d(k) is not finite, y(k) is d(k)
+//! ```
+
+mod signal;
+
+use hysteresis_control::stage::{Error, FeedForwardKind, Stage};
+use hysteresis_control::{Observer, ObserverOptions};
+use hysteresis_core::Process;
+use sha2::{Digest, Sha256};
+
+pub use signal::Mixed;
+
+/// How many samples.
+pub const SAMPLES: usize = 1_000_000;
+
+/// The sampling interval in seconds.
+pub const DT: f64 = 1e-4;
+
+/// How fast the observer lets what the model does not know wander, in um per root of a second.
+pub const DRIFT: f64 = 0.5;
+
+/// By how many samples the second signal is ahead.
+const SHIFT: usize = 503;
+
+/// The names of the outputs, in their order.
+pub const NAMES: [&str; 4] = ["forward", "inverse", "controller", "observer"];
+
+/// The outputs for a stage with limits and a noise.
+///
+/// # Errors
+/// As for what is made from the stage.
+pub fn outputs(stage: &Stage) -> Result<[Vec<f64>; 4], Error> {
+    let mut forward = stage.forward(DT)?;
+    let positions = Mixed::new(1).map(|s| forward.step(60.0 + 90.0 * s)).take(SAMPLES).collect();
+    let mut inverse = stage.inverse(DT, None)?;
+    let drives = Mixed::new(1).map(|s| inverse.step(14.0 + 18.0 * s)).take(SAMPLES).collect();
+    let [controlled, observed] = closed_loop(stage)?;
+    Ok([positions, drives, controlled, observed])
+}
+
+fn closed_loop(stage: &Stage) -> Result<[Vec<f64>; 2], Error> {
+    let mut plant = stage.forward(DT)?;
+    let mut controller = stage.controller(FeedForwardKind::Inverse, &stage.controller_options(DT, None)?)?;
+    let options = ObserverOptions { noise: stage.parts().noise.ok_or(Error::NoNoise)?, drift: DRIFT };
+    let mut observer = Observer::new(stage, DT, &options)?;
+    let (mut drive, mut position) = (0.0, 0.0);
+    let rows = Mixed::new(1).zip(Mixed::new(2).skip(SHIFT)).take(SAMPLES).map(|(s, d)| {
+        let measured = if d.abs() < 1e100 { position } else { d };
+        let estimate = observer.step(drive, measured);
+        drive = controller.step((14.0 + 18.0 * s).into(), measured);
+        position = plant.advance(drive);
+        (drive, estimate)
+    });
+    let (drives, estimates) = rows.unzip();
+    Ok([drives, estimates])
+}
+
+/// The SHA-256 of numbers, little-endian, in hexadecimal digits.
+#[must_use]
+pub fn digest(numbers: &[f64]) -> String {
+    let mut hash = Sha256::new();
+    for number in numbers {
+        hash.update(number.to_le_bytes());
+    }
+    let digits = |byte: &u8| [byte >> 4, byte & 15].map(|digit| char::from_digit(digit.into(), 16).unwrap_or_default());
+    hash.finalize().iter().flat_map(digits).collect()
+}

@@ -1,0 +1,176 @@
+//! The forward model: a simulated stage.
+
+use core::ffi::{c_char, c_void};
+use core::mem::MaybeUninit;
+
+use hysteresis_control::stage::{StageForward, StageState};
+use hysteresis_core::Process;
+
+use crate::arrays::{check, each_row, history};
+use crate::memory::{Object, Owner, Place, end};
+use crate::stage::Stage;
+use crate::status::{Status, guard, there};
+use crate::text::{Buffer, Sampled, read, saved};
+
+/// The whole stage sample by sample, from the drive to the position: dead time, amplifier, maps, hysteresis, loop shift,
+/// creep and modes. A simulated plant, or the model beside a real one.
+pub struct Forward {
+    owner: Owner,
+    rest_drive: f64,
+    stream: StageForward,
+}
+
+impl Object for Forward {
+    fn owner(&mut self) -> &mut Owner {
+        &mut self.owner
+    }
+}
+
+/// How many bytes mpih_forward_new needs.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_size() -> usize {
+    size_of::<Forward>()
+}
+
+/// Of which number the address of the memory for mpih_forward_new must be a multiple.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_align() -> usize {
+    align_of::<Forward>()
+}
+
+/// Makes a forward model at rest for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap if
+/// `memory` is NULL. End it with mpih_forward_free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_new(
+    stage: Option<&Stage>,
+    dt: f64,
+    memory: *mut c_void,
+    bytes: usize,
+    forward: *mut *mut Forward,
+) -> Status {
+    let make = || {
+        let stage = &there("stage", stage)?.inner;
+        Ok(Forward { owner: Owner::Library, rest_drive: stage.rest_drive(), stream: stage.forward(dt)? })
+    };
+    // SAFETY: as the header asks of the caller.
+    guard(|| unsafe { Place { memory, bytes }.put(make, forward) })
+}
+
+/// Ends a forward model: frees what it holds, and itself unless it lies in memory of the caller. Nothing for NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_free(forward: *mut Forward) {
+    // SAFETY: as the header asks of the caller.
+    unsafe { end(forward) }
+}
+
+/// A row of a record: puts out a drive and returns the position at this moment, t_k. The drive is then held until t_(k+1).
+///
+/// A drive beyond the limits of the stage is clamped and counted. One that is not finite leaves the position as it is and is
+/// counted. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_step(forward: Option<&mut Forward>, drive: f64) -> f64 {
+    forward.map_or(f64::NAN, |forward| forward.stream.step(drive))
+}
+
+/// A plant in a loop: holds a drive for one sampling interval and returns the position at its end, just before the next
+/// drive. That is what a controller reads next. Bad drives are as for mpih_forward_step. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_advance(forward: Option<&mut Forward>, drive: f64) -> f64 {
+    forward.map_or(f64::NAN, |forward| forward.stream.advance(drive))
+}
+
+/// The position that mpih_forward_step would return; nothing changes. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_peek(forward: Option<&Forward>, drive: f64) -> f64 {
+    forward.map_or(f64::NAN, |forward| forward.stream.peek(drive))
+}
+
+/// mpih_forward_step for `n` drives, bit for bit. Both arrays may be the same.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_run(
+    forward: Option<&mut Forward>,
+    drives: *const f64,
+    positions: *mut f64,
+    n: usize,
+) -> Status {
+    let Some(forward) = forward else { return guard(|| there("forward", None)) };
+    let status = check(n, [("drives", drives), ("positions", positions)]);
+    if status == Status::Ok {
+        // SAFETY: as the header asks of the caller.
+        unsafe { each_row(n, [drives], positions, |[drive]| forward.stream.step(drive)) }
+    }
+    status
+}
+
+/// The last position. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_position(forward: Option<&Forward>) -> f64 {
+    forward.map_or(f64::NAN, |forward| forward.stream.output())
+}
+
+/// How many drives were not finite (or beyond 1e100).
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_rejected(forward: Option<&Forward>) -> u64 {
+    forward.map_or(0, |forward| forward.stream.rejected())
+}
+
+/// How many drives lay beyond the limits of the stage and were clamped.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_clamped(forward: Option<&Forward>) -> u64 {
+    forward.map_or(0, |forward| forward.stream.clamped())
+}
+
+/// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there. Returns the
+/// position. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_settle(forward: Option<&mut Forward>, drive: f64) -> f64 {
+    forward.map_or(f64::NAN, |forward| forward.stream.settle(drive))
+}
+
+/// As made: at rest at the rest drive of the stage, all counts zero.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_forward_reset(forward: Option<&mut Forward>) {
+    if let Some(forward) = forward {
+        forward.stream.reset();
+        forward.stream.settle(forward.rest_drive);
+    }
+}
+
+/// Takes over what was driven before, oldest drive first, one per sampling interval.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_follow(forward: Option<&mut Forward>, drives: *const f64, n: usize) -> Status {
+    guard(|| {
+        let forward = there("forward", forward)?;
+        // SAFETY: as the header asks of the caller.
+        Ok(forward.stream.follow(unsafe { history("drives", n, drives) }?)?)
+    })
+}
+
+/// Writes everything that the model remembers to `text`, as JSON with a closing zero byte, and the bytes that this takes to
+/// `needed`. With NULL for `text` it only tells how many; `needed` may be NULL otherwise. Allocates.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_save(
+    forward: Option<&Forward>,
+    text: *mut c_char,
+    bytes: usize,
+    needed: Option<&mut MaybeUninit<usize>>,
+) -> Status {
+    guard(|| {
+        let stream = &there("forward", forward)?.stream;
+        let state = Sampled { dt: stream.dt(), stream: stream.state() };
+        // SAFETY: as the header asks of the caller.
+        unsafe { Buffer { text, bytes, needed }.save(&state) }
+    })
+}
+
+/// Goes on, bit for bit, from what mpih_forward_save wrote for a model of the same stage and sampling interval. If it fails
+/// the model is as before.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_forward_load(forward: Option<&mut Forward>, text: *const c_char) -> Status {
+    guard(|| {
+        let stream = &mut there("forward", forward)?.stream;
+        // SAFETY: as the header asks of the caller.
+        let state: Sampled<StageState> = saved(unsafe { read("text", text) }?)?;
+        Ok(stream.set_state(&state.at(stream.dt())?)?)
+    })
+}

@@ -1,0 +1,53 @@
+//! The C interface: the stage file in, and from it the forward model, the exact inverse, the controller and the observer.
+//!
+//! The header `include/mpi_hyst.h` is made from these files, so their documentation is that of C: `docs/c.md` is where to
+//! begin. Nothing is computed here. `status` has what can go wrong, `memory` where objects lie, `text` the strings,
+//! `arrays` the loops of `run`; every other file is one object.
+//!
+//! # Pointers
+//! A pointer to an object is an `Option` of a reference, which C sees as a pointer that may be NULL. So the functions of the
+//! loop are safe code. What else C must keep is at the top of the header.
+
+mod arrays;
+mod controller;
+mod controller_changes;
+mod controller_options;
+mod controller_terms;
+mod forward;
+mod inverse;
+mod memory;
+mod observer;
+mod stage;
+mod status;
+mod text;
+
+use core::ffi::{CStr, c_char};
+
+pub use controller::*;
+pub use controller_changes::*;
+pub use controller_options::*;
+pub use controller_terms::*;
+pub use forward::*;
+pub use inverse::*;
+pub use observer::*;
+pub use stage::*;
+pub use status::{Status, mpih_last_error, mpih_status_name};
+
+/// The number of this interface. It changes when a function or a struct changes in a way that compiled programs notice.
+pub const MPIH_ABI: u32 = 1;
+
+/// The number of the interface that the library has: compare it with MPIH_ABI, that of the header.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_abi() -> u32 {
+    MPIH_ABI
+}
+
+/// The version of the library, such as "0.1.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_version() -> *const c_char {
+    const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+        Ok(version) => version,
+        Err(_) => panic!("a version has no zero byte"),
+    };
+    VERSION.as_ptr()
+}

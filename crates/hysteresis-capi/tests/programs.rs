@@ -1,0 +1,91 @@
+//! The examples in C and C++: compiled without a warning, run, and the same bits as in Rust.
+
+use std::io::{Write, stderr};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hysteresis_control::stage::Stage;
+// Else cargo does not build the libraries for this test.
+use mpi_hyst as _;
+use same_bits::{NAMES, SAMPLES, digest, outputs};
+
+const HERE: &str = env!("CARGO_MANIFEST_DIR");
+const C: [&str; 2] = ["cc", "-std=c99"];
+const CPP: [&str; 2] = ["c++", "-std=c++17"];
+/// What a program needs that holds the static library: as in mpi_hyst.pc.in.
+const SYSTEM: &[&str] = if cfg!(target_os = "linux") {
+    &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"]
+} else {
+    &["-lm"]
+};
+
+fn stage() -> PathBuf {
+    Path::new(HERE).join("examples/stage.json")
+}
+
+/// The folder of this test, where cargo puts the libraries too.
+fn libraries() -> PathBuf {
+    std::env::current_exe().unwrap().parent().unwrap().to_owned()
+}
+
+fn succeeded(program: &str, output: &Output) {
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{program}: {}\n{out}\n{err}", output.status);
+}
+
+/// Compiles an example; nothing, with a word about it, on a machine without the compiler.
+fn compiled([compiler, standard]: [&str; 2], source: &str, library: &[&str]) -> Option<PathBuf> {
+    if Command::new(compiler).arg("--version").output().is_err() {
+        let mut told = stderr(); // not `eprintln!`: the test harness would keep that to itself
+        writeln!(told, "SKIPPED: {source} was not compiled, as there is no {compiler} on this machine").unwrap();
+        return None;
+    }
+    let name = source.replace(['/', '.'], "_");
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let mut command = Command::new(compiler);
+    // Without contraction a product and a sum are two roundings, as in Rust.
+    command.args([standard, "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-I"]);
+    command.arg(Path::new(HERE).join("include")).arg(Path::new(HERE).join("examples").join(source));
+    command.arg("-o").arg(&program).arg("-L").arg(libraries()).args(library).arg("-lm");
+    command.arg(format!("-Wl,-rpath,{}", libraries().display()));
+    succeeded(source, &command.output().unwrap());
+    Some(program)
+}
+
+fn run(program: &Path, arguments: &[&Path]) -> Output {
+    let output = Command::new(program).args(arguments).output().unwrap();
+    succeeded(&program.display().to_string(), &output);
+    output
+}
+
+#[test]
+fn the_closed_loop_runs_in_c_with_the_static_library() {
+    let library = libraries().join("libmpi_hyst.a");
+    let library: Vec<&str> = library.to_str().into_iter().chain(SYSTEM.iter().copied()).collect();
+    let Some(program) = compiled(C, "c/closed_loop.c", &library) else { return };
+    let said = String::from_utf8(run(&program, &[&stage()]).stdout).unwrap();
+    assert!(said.contains("drives from -30 to 150 V") && said.contains("stopped at 0"), "{said}");
+}
+
+#[test]
+fn the_closed_loop_runs_in_cpp_with_the_shared_library() {
+    let Some(program) = compiled(CPP, "cpp/closed_loop.cpp", &["-lmpi_hyst"]) else { return };
+    let said = String::from_utf8(run(&program, &[&stage()]).stdout).unwrap();
+    let refused = "MPIH_STATUS_ARGUMENT: dt: expected a finite number above 0";
+    assert!(said.contains(refused), "{said}");
+}
+
+#[test]
+fn a_million_mixed_samples_give_the_same_bits_in_c_as_in_rust() {
+    let Some(program) = compiled(C, "c/same_bits.c", &["-lmpi_hyst"]) else { return };
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("same_bits.f64");
+    run(&program, &[&stage(), &file]);
+    let bytes = std::fs::read(&file).unwrap();
+    let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect();
+    assert_eq!(numbers.len(), NAMES.len() * SAMPLES);
+    let stage = Stage::from_json(&std::fs::read_to_string(stage()).unwrap()).unwrap();
+    for ((name, rust), c) in NAMES.iter().zip(&outputs(&stage).unwrap()).zip(numbers.chunks(SAMPLES)) {
+        assert!(rust.iter().all(|number| number.is_finite()), "{name}");
+        assert_eq!(digest(c), digest(rust), "{name}");
+    }
+}

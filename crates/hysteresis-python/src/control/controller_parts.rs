@@ -1,0 +1,49 @@
+//! What a controller may have beside feed-forward and feedback.
+
+use pyo3::prelude::*;
+
+use super::controller::HybridController;
+use super::observer::Observer;
+use super::repetitive::RepetitiveControl;
+use crate::convert::errors::raise;
+use crate::convert::objects::shared;
+
+impl HybridController {
+    /// With copies of an observer before the feedback and of learning before the feed-forward.
+    pub(crate) fn with_parts(
+        mut self,
+        py: Python<'_>,
+        observer: Option<Py<Observer>>,
+        repetitive: Option<Py<RepetitiveControl>>,
+    ) -> PyResult<Self> {
+        let observer = observer.map(|given| Py::new(py, shared(given.bind(py))?.clone())).transpose()?;
+        let repetitive = repetitive.map(|given| Py::new(py, shared(given.bind(py))?.clone())).transpose()?;
+        if let Some(own) = &observer {
+            let copy = own.borrow(py).observer.clone();
+            self.stage_controller = self.stage_controller.with_observer(copy).map_err(raise)?;
+        }
+        if let Some(own) = &repetitive {
+            let copy = own.borrow(py).control.clone();
+            self.stage_controller = self.stage_controller.with_repetitive(copy).map_err(raise)?;
+        }
+        (self.observer, self.repetitive) = (observer, repetitive);
+        Ok(self)
+    }
+}
+
+#[pymethods]
+impl HybridController {
+    /// The observer before the feedback, as a copy in its present state, or None.
+    #[getter]
+    fn observer(&self, py: Python<'_>) -> Option<Observer> {
+        let (made, now) = (self.observer.as_ref()?, self.stage_controller.observer()?);
+        Some(Observer { observer: now.clone(), ..made.borrow(py).clone() })
+    }
+
+    /// Learning in the loop, as a copy in its present state, or None.
+    #[getter]
+    fn repetitive(&self, py: Python<'_>) -> Option<RepetitiveControl> {
+        let (made, now) = (self.repetitive.as_ref()?, self.stage_controller.repetitive()?);
+        Some(RepetitiveControl { control: now.clone(), ..made.borrow(py).clone() })
+    }
+}

@@ -1,0 +1,103 @@
+//! A controller made from a stage.
+
+use hysteresis_control::feedforward::PreviewOptions;
+use hysteresis_control::learning::RepetitiveOptions;
+use hysteresis_core::Sections;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::object::Stage;
+use super::streams::StageInverse;
+use crate::control::controller::HybridController;
+use crate::control::feedback_loop::uncertainty;
+use crate::control::observer::Observer;
+use crate::control::repetitive::RepetitiveControl;
+use crate::convert::arguments::numbers;
+use crate::convert::errors::{self, raise, unexpected};
+
+impl Stage {
+    pub(super) fn made_controller(
+        &self,
+        py: Python<'_>,
+        dt: f64,
+        limits: Option<(f64, f64)>,
+        feedforward: &str,
+        gains: (Option<f64>, Option<f64>),
+        (ahead, smoothing): (Option<usize>, f64),
+        aids: Aids,
+    ) -> PyResult<HybridController> {
+        if feedforward != "preview" {
+            let expected = "expected None without feedforward=\"preview\"";
+            if ahead.is_some() {
+                return Err(errors::value("ahead", expected));
+            }
+            if smoothing != 0.0 {
+                return Err(errors::value("smoothing", expected));
+            }
+        }
+        let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
+        if let Some((kp, ki)) = both(gains)? {
+            // Filters belong to the gains that were tuned with them.
+            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
+        }
+        let source = match feedforward {
+            "inverse" | "preview" => {
+                let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
+                Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
+            }
+            "given" => PyString::new(py, "given").into_any(),
+            other => {
+                let expected = "\"inverse\", \"preview\" or \"given\"";
+                return Err(errors::value("feedforward", format_args!("expected {expected}, got \"{other}\"")));
+            }
+        };
+        let preview = match feedforward {
+            "preview" => {
+                let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
+                let preview = self.made_preview(dt, &options)?;
+                Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
+            }
+            _ => None,
+        };
+        let observer =
+            aids.drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
+        let repetitive = aids.period.map(|period| {
+            let feedback = self.0.feedback_loop(dt, (options.kp, options.ki), options.filters).map_err(raise)?;
+            let uncertainty = uncertainty(None, None, Some(self.0.slope_uncertainty()));
+            let learning = RepetitiveOptions { uncertainty, ..RepetitiveOptions::default() };
+            Py::new(py, RepetitiveControl::of(feedback, period, learning)?)
+        });
+        HybridController::of(Some(&source), preview, &options)?.with_parts(py, observer, repetitive.transpose()?)
+    }
+
+    /// Seconds, or what the modes of this stage need.
+    pub(super) fn smoothing(&self, smoothing: &Bound<'_, PyAny>) -> PyResult<f64> {
+        match smoothing.extract::<&str>() {
+            Ok("modes") => Ok(self.0.smoothing()),
+            Ok(_) => Err(unexpected("smoothing", "seconds or \"modes\"", smoothing)),
+            Err(_) => {
+                numbers!(smoothing);
+                Ok(smoothing)
+            }
+        }
+    }
+}
+
+/// What a controller may have besides.
+#[derive(Default)]
+pub(super) struct Aids {
+    /// Of an observer.
+    pub(super) drift: Option<f64>,
+    /// Of learning in the loop, in samples.
+    pub(super) period: Option<usize>,
+}
+
+/// Gains are found together: one of them beside a tuned other one may make the loop unstable.
+pub(super) fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
+    match gains {
+        (Some(kp), Some(ki)) => Ok(Some((kp, ki))),
+        (None, None) => Ok(None),
+        (Some(kp), None) => Err(errors::value("ki", format_args!("expected a number beside kp = {kp:?}, got None"))),
+        (None, Some(ki)) => Err(errors::value("kp", format_args!("expected a number beside ki = {ki:?}, got None"))),
+    }
+}

@@ -1,0 +1,212 @@
+"""A million mixed samples give the same bits in Rust, in Python, in ctypes and in a C program."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import itertools
+import json
+import math
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+Array = npt.NDArray[np.float64]
+
+CHECKOUT = Path(__file__).parents[1]
+HERE = CHECKOUT / "crates" / "hysteresis-capi"
+STAGE = HERE / "examples" / "stage.json"
+SAMPLES, SHIFT, DT, DRIFT = 1_000_000, 503, 1e-4, 0.5
+NAMES = ["forward", "inverse", "controller", "observer"]
+TOOLS = ["make", "cargo", "cc", "pkg-config"]
+
+pytestmark = pytest.mark.skipif(
+    not all(map(shutil.which, TOOLS)), reason=f"builds the C library with {', '.join(TOOLS)}"
+)
+
+
+def mixed(seed: int) -> Iterator[float]:
+    """The signal of checks/same-bits: smooth, noise, jumps, saturation and not finite, by turns."""
+    random, level, mask = seed, 0.0, 2**64 - 1
+    for k in itertools.count():
+        random ^= random >> 12
+        random ^= random << 25 & mask
+        random ^= random >> 27
+        noise = ((random * 0x2545F4914F6CDD1D & mask) >> 11) / 2**52 - 1.0
+        level = noise if k % 50 == 0 else level
+        triangle = min(k % 2000, 2000 - k % 2000) / 500.0 - 1.0
+        bad = 4 if k % 7 == 0 else 5 if k % 11 == 0 else 6 if k % 13 == 0 else 0
+        kind = k // 1000 % 5
+        yield [triangle, noise, level, 2.0 * triangle, math.nan, math.inf, -1e200][
+            kind if kind < 4 else bad
+        ]
+
+
+def outputs_of(steps: Any) -> list[Array]:
+    """The outputs of a face that offers arrays in open loop and steps in closed loop."""
+    s = np.fromiter(itertools.islice(mixed(1), SAMPLES), float)
+    d = np.fromiter(itertools.islice(mixed(2), SHIFT, SHIFT + SAMPLES), float)
+    found = [steps.forward(60.0 + 90.0 * s), steps.inverse(14.0 + 18.0 * s)]
+    drives, estimates = np.empty(SAMPLES), np.empty(SAMPLES)
+    drive = position = 0.0
+    for k, (reference, bad) in enumerate(zip((14.0 + 18.0 * s).tolist(), d.tolist(), strict=True)):
+        measured = position if abs(bad) < 1e100 else bad
+        estimates[k] = steps.observe(drive, measured)
+        drives[k] = drive = steps.control(reference, measured)
+        position = steps.advance(drive)
+    return [*found, drives, estimates]
+
+
+class FromPython:
+    """The package."""
+
+    def __init__(self) -> None:
+        stage = mh.load(STAGE)
+        assert isinstance(stage, mh.Stage)
+        self.forward = stage.forward(DT).run
+        self.inverse = stage.inverse(DT).run
+        self.controller = stage.controller(DT)
+        self.control = self.controller.step
+        self.observe = stage.observer(DT, drift=DRIFT).step
+        self.advance = stage.forward(DT).advance
+
+
+class FromC:
+    """The shared library, as a user of ctypes opens it."""
+
+    def __init__(self, prefix: Path) -> None:
+        (path,) = [*prefix.glob("lib/libmpi_hyst.so"), *prefix.glob("lib/libmpi_hyst.dylib")]
+        self.library = ctypes.CDLL(str(path))
+        self.library.mpih_last_error.restype = ctypes.c_char_p
+        assert self.library.mpih_abi() == 1
+        self.stage = self.made("stage_from_file", str(STAGE).encode())
+        arguments: dict[str, list[float | None]] = {
+            "forward": [],
+            "inverse": [math.nan, math.nan],
+            "controller": [None],
+            "observer": [DRIFT, math.nan],
+        }
+        self.objects = {kind: self.of_stage(kind, *more) for kind, more in arguments.items()}
+        self.plant = self.of_stage("forward")
+        self.control = self.stepper("controller", 2)
+        self.observe = self.stepper("observer", 2)
+        self.advance = self.stepper("forward", 1, "advance", self.plant)
+
+    def check(self, status: int) -> None:
+        assert status == 0, self.library.mpih_last_error().decode()
+
+    def made(self, name: str, *arguments: Any) -> ctypes.c_void_p:
+        made = ctypes.c_void_p()
+        self.check(getattr(self.library, f"mpih_{name}")(*arguments, ctypes.byref(made)))
+        return made
+
+    def of_stage(self, kind: str, *arguments: float | None) -> ctypes.c_void_p:
+        """On the heap."""
+        numbers = [x if x is None else ctypes.c_double(x) for x in (DT, *arguments)]
+        return self.made(f"{kind}_new", self.stage, *numbers, None, ctypes.c_size_t(0))
+
+    def stepper(self, kind: str, count: int, name: str = "step", of: Any = None) -> Any:
+        function = getattr(self.library, f"mpih_{kind}_{name}")
+        function.restype = ctypes.c_double
+        function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * count]
+        found = of or self.objects[kind]
+        return lambda *numbers: function(found, *numbers)
+
+    def run(self, kind: str, numbers: Array) -> Array:
+        out, pointer = np.empty_like(numbers), ctypes.POINTER(ctypes.c_double)
+        arrays = [array.ctypes.data_as(pointer) for array in (numbers, out)]
+        function = getattr(self.library, f"mpih_{kind}_run")
+        self.check(function(self.objects[kind], *arrays, ctypes.c_size_t(len(out))))
+        return out
+
+    def forward(self, drives: Array) -> Array:
+        return self.run("forward", drives)
+
+    def inverse(self, targets: Array) -> Array:
+        return self.run("inverse", targets)
+
+    def saved(self) -> str:
+        """The state of the controller."""
+        needed, of = ctypes.c_size_t(), self.objects["controller"]
+        save = self.library.mpih_controller_save
+        self.check(save(of, None, ctypes.c_size_t(0), ctypes.byref(needed)))
+        text = ctypes.create_string_buffer(needed.value)
+        self.check(save(of, text, needed, None))
+        return text.value.decode()
+
+    def loaded(self, state: str) -> None:
+        self.check(self.library.mpih_controller_load(self.objects["controller"], state.encode()))
+
+    def free(self) -> None:
+        for kind, found in [*self.objects.items(), ("forward", self.plant), ("stage", self.stage)]:
+            free = getattr(self.library, f"mpih_{kind}_free")
+            free.restype = None
+            free(found)
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `make capi` fills."""
+    folder = tmp_path_factory.mktemp("capi")
+    subprocess.run(["make", "capi", f"CAPI={folder}"], cwd=CHECKOUT, check=True)
+    return folder
+
+
+def in_rust() -> dict[str, str]:
+    command = ["cargo", "run", "--quiet", "--release", "-p", "same-bits", "--", str(STAGE)]
+    said = subprocess.run(command, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
+    return dict(line.split() for line in said.splitlines())
+
+
+def as_program(prefix: Path) -> list[Array]:
+    """A program that is compiled as the pkg-config file says."""
+    search = {"PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig"), "PATH": os.environ["PATH"]}
+    asked = ["pkg-config", "--cflags", "--libs", "mpi_hyst"]
+    flags = subprocess.run(asked, env=search, check=True, capture_output=True, text=True).stdout
+    program, output = prefix / "same_bits", prefix / "same_bits.f64"
+    warnings = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
+    source = HERE / "examples" / "c" / "same_bits.c"
+    linked = [*flags.split(), "-lm", f"-Wl,-rpath,{prefix / 'lib'}"]
+    subprocess.run(["cc", *warnings, source, "-o", program, *linked], check=True)
+    subprocess.run([program, STAGE, output], check=True)
+    return list(np.fromfile(output).reshape(len(NAMES), SAMPLES))
+
+
+def digests(outputs: list[Array]) -> dict[str, str]:
+    found = [hashlib.sha256(numbers.astype("<f8").tobytes()).hexdigest() for numbers in outputs]
+    return dict(zip(NAMES, found, strict=True))
+
+
+def test_a_million_mixed_samples_are_the_same_in_every_language(prefix: Path) -> None:
+    library = FromC(prefix)
+    python = outputs_of(FromPython())
+    expected = digests(python)
+    assert all(np.isfinite(numbers).all() and np.ptp(numbers) > 1.0 for numbers in python)
+    assert digests(outputs_of(library)) == expected
+    assert digests(as_program(prefix)) == expected
+    assert in_rust() == expected
+    library.free()
+
+
+def test_a_state_goes_from_c_to_python_and_back(prefix: Path) -> None:
+    library, python = FromC(prefix), FromPython()
+    for k in range(500):
+        row = 10.0 + 0.01 * k, 9.9 + 0.01 * k
+        assert library.control(*row) == python.control(*row)
+    state = json.loads(library.saved())
+    assert state == json.loads(json.dumps(python.controller.state))
+    other = FromPython()
+    other.controller.state = state
+    expected = library.control(20.0, 19.0)
+    assert other.control(20.0, 19.0) == expected
+    library.loaded(json.dumps(python.controller.state))
+    assert library.control(20.0, 19.0) == expected
+    library.free()
