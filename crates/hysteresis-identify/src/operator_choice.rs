@@ -19,9 +19,9 @@ const NUMBERS: [usize; 12] = [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80];
 /// The numbers that are tried, one after the other, where they are doubled; everything else is fitted with the first of them.
 const DOUBLED: [usize; 3] = [20, 40, 80];
 
-/// By which factor a doubled number must lower the mean square error on stretches: a twentieth of the error. What is less is not worth
+/// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is less is not worth
 /// another search.
-const MUST_GAIN: f64 = 1.1;
+const MUST_GAIN: f64 = 1.04;
 
 /// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches tell less still
 /// from chance, and it is worth nothing.
