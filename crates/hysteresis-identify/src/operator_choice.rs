@@ -19,9 +19,9 @@ const NUMBERS: [usize; 12] = [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80];
 /// The numbers that are tried, one after the other, where they are doubled; everything else is fitted with the first of them.
 const DOUBLED: [usize; 3] = [20, 40, 80];
 
-/// By which factor a doubled number must lower the mean square error on stretches: a twentieth of the error. What is less is not worth
+/// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is less is not worth
 /// another search.
-const MUST_GAIN: f64 = 1.1;
+const MUST_GAIN: f64 = 1.04;
 
 /// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches tell less still
 /// from chance, and it is worth nothing.
@@ -94,8 +94,8 @@ fn first_search(
     found
 }
 
-/// The same with another number of operators: dynamics, creep, loop shift and maps stay in the model, weight law and smoothness are
-/// chosen anew, and everything that is searched goes on from where it was.
+/// The same with another number of operators: dynamics, creep, loop shift, maps and the weight law stay, under which that number was
+/// judged; the smoothness is chosen anew, and everything that is searched goes on from where it was.
 fn with_operators(
     records: &[Record<'_>],
     asked: &Options,
@@ -104,12 +104,12 @@ fn with_operators(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let options = Options { thresholds: found.options.thresholds.of(operators), ..found.options.clone() };
-    let anew = Options { weights: asked.weights, smoothness: asked.smoothness, ..options.clone() };
+    let anew = Options { smoothness: asked.smoothness, ..options.clone() };
     let place =
         Place { space: found.fit.space.with_thresholds(records, &options, &found.fit.fit), point: found.fit.fit.point };
-    let terms_tried = found.structure.terms_tried.clone();
+    let Structure { terms_tried, weights_tried, .. } = found.structure.clone();
     let found = restructured(records, &anew, Found { options, ..found }, place.clone(), monitor)?;
-    let found = Found { structure: Structure { terms_tried, ..found.structure }, ..found };
+    let found = Found { structure: Structure { terms_tried, weights_tried, ..found.structure }, ..found };
     // The last descent begins on a selection of the samples: what suits that may suit all of them less.
     let start = found.problem(records).at(&place.space, &place.point)?;
     Ok(if start.fit.objective < found.fit.fit.objective { Found { fit: start, ..found } } else { found })
@@ -126,11 +126,11 @@ struct Choice<'a> {
 
 impl Choice<'_> {
     fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<usize, Error> {
-        let (numbers, must_gain): (&[usize], f64) = match count {
+        // Loops that are all alike say little for more than the usual number, and nothing for fewer.
+        let (numbers, margin): (&[usize], f64) = match count {
             Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
-            Count::Refined => (&DOUBLED, MUST_GAIN),
+            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN)),
         };
-        let margin = Variety::of(self.records).margin().max(must_gain);
         let mut chosen = 0;
         for (done, operators) in numbers.iter().enumerate() {
             if !self.try_number(*operators, CHOICE.at(done, numbers.len()), monitor)? {
@@ -156,7 +156,7 @@ impl Choice<'_> {
         let Found { fit: found, options, smoothness, .. } = self.found;
         let options = &Options { thresholds: options.thresholds.of(operators), ..options.clone() };
         let space = found.space.with_thresholds(self.records, options, &found.fit);
-        // The weight law is chosen anew with the number that is taken: few samples are no reason to believe in one of few unknowns.
+        // Few samples are no reason to believe in a law of few unknowns.
         let open = Options { weights: self.asked.weights, ..options.clone() };
         if let Err(Error::TooFewSamples { .. }) =
             enough(self.records, &space, &WeightBasis::new(&open, space.shift_len()))

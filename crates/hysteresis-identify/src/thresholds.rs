@@ -18,7 +18,7 @@ pub enum Thresholds {
     /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
     /// play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
-    /// As [`Uniform`](Self::Uniform), 20 of them, or 40 or 80 where these predict stretches of the records better: by a twentieth of
+    /// As [`Uniform`](Self::Uniform), 20 of them, or 40 or 80 where these predict stretches of the records better: by a fiftieth of
     /// the error at least, and by more than its standard error. Each number is compared with the one before. A number that the samples
     /// do not bear is not tried.
     Refined,

@@ -45,7 +45,7 @@ use crate::convert::errors::{self, one_record, unexpected};
 ///     records as well as the best, within the standard error of the ratio of their mean squares.
 /// operators : int or "auto", optional
 ///     How many. With uniform thresholds r_i = i X / n; the first is the identity. Without a number there are as many as thresholds that
-///     are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 5 % of the error at
+///     are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 2 % of the error at
 ///     least and by more than its standard error. "auto" takes the fewest of 4 to 80 that predict them as well as any. Either is
 ///     chosen with everything else in the model; every stretch is predicted from weights fitted to the others, all that is
 ///     searched linearised about its values for all. A sample costs the same with any number of operators.
