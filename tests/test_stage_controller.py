@@ -48,6 +48,7 @@ def test_one_object_is_its_parts_joined(stage: mh.Stage, reference: Array) -> No
     plant, twin = worn(stage), worn(stage)
     for r in reference[: 3 * PERIOD]:
         seen = observer.step(controller.drive, plant.measured)
+        # With the first period to settle, learning by hand rests as long as in the controller.
         drive = controller.step(r, seen, correction=learning.step(r - plant.measured))
         assert whole.step(r, twin.measured) == drive
         plant.step(drive), twin.step(drive)
@@ -130,7 +131,8 @@ def test_the_observer_stands_in_for_missing_measurements(stage: mh.Stage) -> Non
     for k in range(600):
         measured = math.nan if 300 <= k < 308 else plant.measured
         plant.step(controller.step(1e-3 * k, measured))
-        assert controller.missing_count == 0
+        assert controller.missing_count == min(max(k - 299, 0), 8)
+        assert controller.terms.reference == 1e-3 * k, "the loop goes on"
     assert controller.observer is not None
     assert controller.observer.rejected == 8
     assert plant.position == pytest.approx(0.6, abs=0.02)
@@ -151,8 +153,12 @@ def test_what_does_not_fit_is_named(stage: mh.Stage, reference: Array) -> None:
         with pytest.raises(TypeError, match=rf"^{name}: expected a mh\.control\."):
             mh.control.HybridController(inverse, **options, **{name: wrong})  # type: ignore[arg-type]
     slow = stage.observer(2 * DT, drift=0.5)
-    with pytest.raises(ValueError, match=r"^observer.dt: expected the same as here, got 0\.0002"):
+    with pytest.raises(
+        ValueError, match=r"^observer.dt: expected 0\.0001, the sampling interval of the controller"
+    ):
         mh.control.HybridController(inverse, **options, observer=slow)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^repetitive: expected a controller with a feed-forward"):
+        stage.controller(DT, feedforward="given", period=PERIOD)
     whole = stage.controller(DT, drift=0.5)
     with pytest.raises(ValueError, match=r"^observer: expected None for a controller that has one"):
         mh.plant.simulate(whole, stage.plant(DT), reference, observer=stage.observer(DT, drift=1.0))
@@ -164,3 +170,14 @@ def test_what_does_not_fit_is_named(stage: mh.Stage, reference: Array) -> None:
         stage.controller(DT, period=3)
     with pytest.raises(ValueError, match=r"^noise"):
         stage.replace(noise=None).controller(DT, drift=0.5)
+
+
+def test_a_second_simulation_goes_on_where_the_period_begins(
+    stage: mh.Stage, reference: Array
+) -> None:
+    controller = stage.controller(DT, feedforward="preview", period=PERIOD)
+    plant = worn(stage)
+    longer = np.tile(reference, 3)
+    runs = [mh.plant.simulate(controller, plant, longer) for _ in range(2)]
+    first, second = (np.std((run.position - longer).reshape(-1, PERIOD), axis=1) for run in runs)
+    assert second[2] < 1.5 * first[-2] < 0.5 * first[1]

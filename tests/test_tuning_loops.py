@@ -99,7 +99,7 @@ def short(number: float) -> str:
 def test_the_explanation_says_what_was_chosen_and_what_it_reaches() -> None:
     tuning = mh.control.tune(MODEL, dt=DT, **FLEXURE)
     for said in (
-        "A notch before both gains takes out the resonance.",
+        "A notch before both gains takes out the resonance at 800 Hz.",
         *(f"{short(ki)} with " for _, ki in tuning.tried),
         "of 1.7 allowed",
         "5 % either way and damping by a factor of 2 either way",

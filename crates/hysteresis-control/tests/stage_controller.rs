@@ -10,7 +10,7 @@ use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{FeedForwardKind, Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions, StageController};
-use hysteresis_core::{Command, HybridController};
+use hysteresis_core::{Command, Counters, FeedForward, HybridController};
 use proptest::prelude::*;
 use support::models::actuator;
 use support::{DT, Noise};
@@ -29,7 +29,7 @@ fn stage() -> Stage {
 fn hybrid(stage: &Stage, preview: bool) -> HybridController {
     let kind = if preview { FeedForwardKind::Preview { ahead: 6, smoothing: 0.0 } } else { FeedForwardKind::Inverse };
     let mut options = stage.controller_options(DT, None).unwrap();
-    (options.measurement_range, options.max_missing) = (Some((-20.0, 20.0)), 4);
+    (options.measurement_range, options.max_missing, options.bumpless_time) = (Some((-20.0, 20.0)), 4, 2e-3);
     stage.controller(kind, &options).unwrap()
 }
 
@@ -40,8 +40,7 @@ fn observer(stage: &Stage) -> Observer {
 fn repetitive(stage: &Stage, hybrid: &HybridController) -> RepetitiveControl {
     let options = hybrid.options();
     let around = stage.feedback_loop(DT, (options.kp, options.ki), options.filters).unwrap();
-    RepetitiveControl::new(&around, PERIOD as usize, &RepetitiveOptions { settle: 0, ..RepetitiveOptions::new(500.0) })
-        .unwrap()
+    RepetitiveControl::new(&around, PERIOD as usize, &RepetitiveOptions::new(500.0)).unwrap()
 }
 
 /// With a preview or without, an observer, learning: those of one stage, whose design takes its time.
@@ -130,7 +129,8 @@ proptest! {
         for (reference, measurement) in samples {
             let seen = observer.step(controller.drive(), measurement);
             let command = Command { correction: learning.step(reference - measurement), ..f64::into(reference) };
-            let drive = controller.step(command, seen);
+            let command = Command { estimate: Some(seen), ..command };
+            let drive = controller.step(command, measurement);
             prop_assert_eq!(joined.step(reference.into(), measurement).to_bits(), drive.to_bits());
         }
 
@@ -165,12 +165,16 @@ fn the_observer_stands_in_for_missing_measurements() {
     for bad in [f64::NAN, 1e3] {
         let mut controller = made((false, true, false));
         let mut plant = stage().forward(DT).unwrap();
-        let mut position = plant.settle(0.0);
+        let (mut position, mut held) = (plant.settle(0.0), 0.0);
         for k in 0..400_u32 {
             let measurement = if (200..210).contains(&k) { bad } else { position };
             position = plant.advance(controller.step((1e-3 * f64::from(k)).into(), measurement));
-            let told = controller.controller().counters().missing_count;
-            assert_eq!(told, u64::from(k.min(209).saturating_sub(203)), "{k}");
+            let Counters { missing_count, implausible_count, .. } = controller.controller().counters();
+            // All are counted, and the loop goes on for the four that it can do without.
+            assert_eq!(missing_count + implausible_count, u64::from(k.clamp(199, 209) - 199), "{k}");
+            let moves = !(204..210).contains(&k) || controller.controller().terms().error == held;
+            held = controller.controller().terms().error;
+            assert!(moves, "{k}");
         }
         assert_eq!(controller.observer().unwrap().rejected(), 10);
         assert!((position - 0.399).abs() < 0.02);
@@ -182,7 +186,20 @@ fn parts_that_do_not_fit_are_refused() {
     let stage = stage();
     let slow = Observer::new(&stage, 2.0 * DT, &ObserverOptions { noise: 0.016, drift: 0.5 }).unwrap();
     let error = made((false, false, false)).with_observer(slow).unwrap_err();
-    assert_eq!(error.to_string(), "observer.dt: expected the same as here, got 0.0002");
+    assert_eq!(
+        error.to_string(),
+        "observer.dt: expected 0.0001, the sampling interval of the controller in seconds, got 0.0002"
+    );
+    let nearly = Observer::new(&stage, DT * (1.0 + 1e-15), &ObserverOptions { noise: 0.016, drift: 0.5 }).unwrap();
+    made((false, false, false)).with_observer(nearly).unwrap();
+    let mut blind = made((false, false, true));
+    let learning = blind.take_repetitive().unwrap();
+    blind.controller_mut().set_feedforward(FeedForward::None).unwrap();
+    let error = blind.with_repetitive(learning).unwrap_err().to_string();
+    assert!(
+        error.starts_with("repetitive: expected a controller with a feed-forward that corrections reach, got"),
+        "{error}"
+    );
     let with = made((false, true, true)).state();
     let mut without = made((false, false, true));
     let error = without.set_state(&with).unwrap_err().to_string();
@@ -195,4 +212,54 @@ fn parts_that_do_not_fit_are_refused() {
     assert_eq!(other.state(), with);
     assert!(other.reset(Some(600.0)).is_err());
     assert_eq!(other.state(), with);
+}
+
+/// What went out before, and what the amplifier has now, are known to the observer as they are to the controller.
+#[test]
+fn the_observer_follows_what_the_controller_is_told() {
+    let drives: Vec<f64> = (0..300_u32).map(|k| 200.0 * (0.02 * f64::from(k)).sin()).collect();
+    let mut plant = stage().forward(DT).unwrap();
+    let mut controller = made((false, true, true));
+    controller.follow(&drives).unwrap();
+    let mut position = drives.iter().map(|drive| plant.advance(*drive)).last().unwrap();
+    assert!((controller.observer().unwrap().peek(f64::NAN) - position).abs() < 1e-12);
+    assert!(controller.follow(&[0.0, 1e6]).is_err());
+    assert!((controller.observer().unwrap().peek(f64::NAN) - position).abs() < 1e-12);
+    controller.start_at(-50.0).unwrap();
+    position = plant.advance(-50.0);
+    assert!((controller.observer().unwrap().peek(f64::NAN) - position).abs() < 1e-12);
+    controller.step(0.0.into(), position);
+    assert!(controller.observer().unwrap().disturbance().abs() < 1e-12);
+}
+
+/// After a hold nothing is learned until the motion is under way: what it cost is gone after a few periods.
+#[test]
+fn a_hold_is_not_learned() {
+    let reference = |k: u32| 1.5 * (TAU * f64::from(k) / f64::from(PERIOD)).sin();
+    let (mut controller, mut plant) = (made((true, true, true)), stage().forward(DT).unwrap());
+    let mut position = plant.settle(0.0);
+    let mut worst = vec![0.0; 40];
+    for k in 0..40 * PERIOD {
+        match k {
+            2030 => controller.controller_mut().hold(),
+            2087 => controller.controller_mut().release(),
+            _ => {}
+        }
+        let now = &mut worst[(k / PERIOD) as usize];
+        *now = f64::max(*now, (1.08 * position - reference(k)).abs());
+        position = plant.advance(controller.step(reference(k + 6).into(), 1.08 * position));
+    }
+    assert!(worst[25] < 1.5 * worst[19] && worst[39] < worst[19], "{worst:?}");
+}
+
+/// A plan does not outlive a change of the parts.
+#[test]
+fn a_change_of_the_parts_drops_the_plan() {
+    let mut controller = made((false, true, true));
+    controller.plan(1.0.into(), 0.5);
+    let observer = controller.take_observer().unwrap();
+    assert!(!controller.commit());
+    controller.plan(1.0.into(), 0.5);
+    let mut controller = controller.with_observer(observer).unwrap();
+    assert!(!controller.commit());
 }

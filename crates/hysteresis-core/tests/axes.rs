@@ -80,6 +80,7 @@ proptest! {
                     reference: references[i],
                     target: all.then_some(targets[i]),
                     correction: if all { corrections[i] } else { 0.0 },
+                    estimate: None,
                     feedforward: all.then_some(volts[i]),
                 };
                 let drive = controller.step(command, measurements[i]);

@@ -139,7 +139,13 @@ fn a_controller_never_allocates_while_it_runs() {
         let other = if parametric { CompiledModel::new(&parametric_inverse()) } else { compiled.clone() };
         let count = allocations::count(|| {
             for (x, y) in signal.iter().zip(signal.iter().rev()) {
-                let command = Command { target: Some(0.9 * x), correction: 0.1, feedforward: None, reference: *x };
+                let command = Command {
+                    target: Some(0.9 * x),
+                    correction: 0.1,
+                    estimate: None,
+                    feedforward: None,
+                    reference: *x,
+                };
                 std::hint::black_box(controller.peek(command, *y));
                 std::hint::black_box(controller.step((*x).into(), *y));
                 std::hint::black_box(controller.plan(command, *y));

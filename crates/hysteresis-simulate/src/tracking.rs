@@ -77,11 +77,15 @@ impl<'a> Tracking<'a> {
         let reference = task.reference();
         // Past its end the reference stands still.
         let coming = |k: usize| reference[k.min(reference.len() - 1)];
-        for k in 0..filling + ahead {
+        // What is learned begins with the reference.
+        self.controller.set_learning_waits(true);
+        let led_in = (0..filling + ahead).try_for_each(|k| {
             let measured = plant.read(None)?.measured;
             act(self.controller, plant, None, (coming(k.saturating_sub(filling)).into(), measured))?;
-            adapt_to(&mut adapt, self.controller, measured)?;
-        }
+            adapt_to(&mut adapt, self.controller, measured)
+        });
+        self.controller.set_learning_waits(false);
+        led_in?;
         let step = |plant: &mut P, k: usize, measured: f64| {
             let target = self.targets.map(|targets| targets[k]);
             let correction = self.corrections.map_or(0.0, |corrections| corrections[k]);

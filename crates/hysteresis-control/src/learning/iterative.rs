@@ -348,12 +348,14 @@ impl fmt::Debug for IterativeLearning {
     }
 }
 
-/// For how many samples a target stays where it begins, at most a tenth of it.
+/// For how many samples a target stays where it begins, at most a tenth of it; none if it moves at once.
 fn resting<'a>(target: impl ExactSizeIterator<Item = &'a f64> + Clone) -> usize {
     let (low, high) =
         target.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (y.min(low), y.max(high)));
     let (most, first) = (target.len() / 10, target.clone().next().copied().unwrap_or_default());
-    target.take(most).take_while(|y| (**y - first).abs() <= SAME_PLACE * (high - low)).count()
+    let resting = target.take(most).take_while(|y| (**y - first).abs() <= SAME_PLACE * (high - low)).count();
+    // The first sample is always where it is.
+    if resting > 1 { resting } else { 0 }
 }
 
 /// Lets what comes rise from zero over so many samples.

@@ -94,14 +94,24 @@ impl RepetitiveControl {
     /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this sample's
     /// target wants. An error that is not finite teaches nothing and is counted.
     pub fn step(&mut self, error: f64) -> f64 {
+        if !is_admissible(error) {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.go_on(error)
+    }
+
+    /// A sample passes from which nothing is learned.
+    pub fn wait(&mut self) {
+        self.go_on(f64::NAN);
+    }
+
+    #[inline]
+    fn go_on(&mut self, error: f64) -> f64 {
         let correction = self.peek();
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
         let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
         self.waited = self.waited.saturating_add(1);
-        if !is_admissible(error) {
-            self.rejected = self.rejected.saturating_add(1);
-        }
         self.errors.push(if settled && is_admissible(error) { error } else { 0.0 });
         correction
     }

@@ -1,9 +1,8 @@
-use hysteresis_core::{Command, Error as CoreError, HybridController, Mode, check_length};
+use hysteresis_core::{Bound, Command, Error as CoreError, FeedForward, HybridController, Mode, check_length};
 
 use super::state::StageControllerState;
 use crate::learning::RepetitiveControl;
 use crate::observer::Observer;
-use crate::saved::check_same;
 use crate::stage::Error;
 
 /// A [`HybridController`] with an [`Observer`] before its feedback, [`RepetitiveControl`] before its feed-forward, or both:
@@ -16,11 +15,11 @@ use crate::stage::Error;
 /// alone, bit for bit.
 ///
 /// **Limits** and slew, what is counted and the freedom from jumps are those of the controller: whatever is estimated or learned goes
-/// through it. Nothing is learned from a sample with a measurement that the controller would not believe, nor while the feedback is
-/// off.
+/// through it. Nothing is learned from a sample with a measurement that the controller would not believe, while the feedback is off, in
+/// the [lead-in](HybridController::lead_in) of a motion and for as long again: that would be the error of the start.
 ///
-/// **Missing measurements.** For up to `max_missing` of them in a row the observer stands in, and the loop goes on; after them the
-/// controller is told that there are none. The observer counts them all.
+/// **Missing measurements.** For up to `max_missing` of them in a row the observer stands in, and the loop goes on; after them
+/// feed-forward goes on alone. They are counted as without an observer.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan) and [`commit`](Self::commit) do not allocate, lock, panic, log or
 /// read a clock.
@@ -50,8 +49,10 @@ pub struct StageController {
     controller: HybridController,
     observer: Option<Observer>,
     repetitive: Option<RepetitiveControl>,
-    /// Measurements in a row for which the observer stands in, or no longer does.
-    missing_in_a_row: u32,
+    /// For so many samples nothing is learned.
+    rest_samples: u32,
+    /// Whether learning waits where it is in its period.
+    learning_waits: bool,
     planned: Option<Sample>,
 }
 
@@ -59,17 +60,16 @@ pub struct StageController {
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     command: Command,
-    /// What the feedback sees.
-    seen: f64,
-    /// What the observer takes: NaN where the measurement is not believed.
     measurement: f64,
-    /// What is learned from: NaN for nothing.
-    error: f64,
+    /// What the observer takes: NaN where the measurement is not believed.
+    believed: f64,
+    /// What there is to learn from.
+    error: Option<f64>,
 }
 
 impl From<HybridController> for StageController {
     fn from(controller: HybridController) -> Self {
-        Self { controller, observer: None, repetitive: None, missing_in_a_row: 0, planned: None }
+        Self { controller, observer: None, repetitive: None, rest_samples: 0, learning_waits: false, planned: None }
     }
 }
 
@@ -79,31 +79,58 @@ impl StageController {
     /// # Errors
     /// [`Error`] for an observer of another sampling interval.
     pub fn with_observer(mut self, mut observer: Observer) -> Result<Self, Error> {
-        check_same("observer.dt", self.controller.options().dt, observer.dt())?;
+        self.check_interval("observer.dt", observer.dt())?;
         observer.predict(self.controller.drive());
-        (self.observer, self.planned) = (Some(observer), None);
+        self.discard_plan();
+        self.observer = Some(observer);
         Ok(self)
     }
 
     /// With learning in the running loop.
     ///
     /// # Errors
-    /// [`Error`] for learning with another sampling interval.
+    /// [`Error`] for learning with another sampling interval, or for a controller without a feed-forward that targets reach.
     pub fn with_repetitive(mut self, repetitive: RepetitiveControl) -> Result<Self, Error> {
-        check_same("repetitive.dt", self.controller.options().dt, repetitive.dt())?;
-        (self.repetitive, self.planned) = (Some(repetitive), None);
+        self.check_interval("repetitive.dt", repetitive.dt())?;
+        let got = match self.controller.feedforward() {
+            FeedForward::None => Some("none"),
+            FeedForward::Given => Some("given drives"),
+            _ => None,
+        };
+        if let Some(got) = got {
+            let expected = "a controller with a feed-forward that corrections reach";
+            return Err(CoreError::Choice { parameter: "repetitive", expected, got }.into());
+        }
+        self.discard_plan();
+        self.repetitive = Some(repetitive);
         Ok(self)
+    }
+
+    /// Rounding apart: 1 / 10 kHz is one number, 0.1 ms may be another.
+    fn check_interval(&self, parameter: &'static str, got: f64) -> Result<(), CoreError> {
+        let value = self.controller.options().dt;
+        if (got / value - 1.0).abs() <= 1e-9 {
+            return Ok(());
+        }
+        let expected = Bound::EqualTo { value, what: "the sampling interval of the controller in seconds" };
+        Err(CoreError::Domain { parameter, index: None, expected, got })
+    }
+
+    /// Forgets a plan.
+    pub fn discard_plan(&mut self) {
+        self.planned = None;
+        self.controller.discard_plan();
     }
 
     /// Goes on without the observer, and returns it. It has taken the present drive.
     pub fn take_observer(&mut self) -> Option<Observer> {
-        (self.planned, self.missing_in_a_row) = (None, 0);
+        self.discard_plan();
         self.observer.take()
     }
 
     /// Goes on without learning, and returns it.
     pub fn take_repetitive(&mut self) -> Option<RepetitiveControl> {
-        self.planned = None;
+        self.discard_plan();
         self.repetitive.take()
     }
 
@@ -115,7 +142,7 @@ impl StageController {
         }
         self.planned = None;
         let sample = self.sample(command, measurement);
-        let drive = self.controller.step(sample.command, sample.seen);
+        let drive = self.controller.step(sample.command, sample.measurement);
         self.take(&sample);
         drive
     }
@@ -136,15 +163,15 @@ impl StageController {
     /// The drive that [`step`](Self::step) would return, without taking the sample.
     #[must_use]
     pub fn peek(&self, command: Command, measurement: f64) -> f64 {
-        let Sample { command, seen, .. } = self.sample(command, measurement);
-        self.controller.peek(command, seen)
+        let Sample { command, measurement, .. } = self.sample(command, measurement);
+        self.controller.peek(command, measurement)
     }
 
     /// The drive for a sample, which only [`commit`](Self::commit) takes: as [`HybridController::plan`].
     pub fn plan(&mut self, command: Command, measurement: f64) -> f64 {
         let sample = self.sample(command, measurement);
         self.planned = Some(sample);
-        self.controller.plan(sample.command, sample.seen)
+        self.controller.plan(sample.command, sample.measurement)
     }
 
     /// Takes the sample that was planned; false if there is none, or the controller was changed since.
@@ -163,39 +190,41 @@ impl StageController {
     #[inline]
     fn sample(&self, mut command: Command, measurement: f64) -> Sample {
         let believed = if self.controller.believes(measurement) { measurement } else { f64::NAN };
-        let mut error = f64::NAN;
+        command.estimate = self.observer.as_ref().map(|observer| observer.peek(believed));
+        let mut error = None;
         if let Some(repetitive) = &self.repetitive {
-            if self.controller.mode() == Mode::Run {
-                error = self.controller.reference_of_now(command.reference) - believed;
-            }
+            let learns = self.rest_samples == 0 && self.is_under_way() && believed.is_finite();
+            error = learns.then(|| self.controller.reference_of_now(command.reference) - believed);
             command.correction += repetitive.peek();
         }
-        let seen = match &self.observer {
-            None => measurement,
-            Some(observer) if believed.is_finite() || self.missing_in_a_row < self.max_missing() => {
-                observer.peek(believed)
-            }
-            Some(_) => f64::NAN,
-        };
-        Sample { command, seen, measurement: believed, error }
-    }
-
-    fn max_missing(&self) -> u32 {
-        self.controller.options().max_missing
+        Sample { command, measurement, believed, error }
     }
 
     /// Observer and learning after a sample that the controller has taken.
     #[inline]
     fn take(&mut self, sample: &Sample) {
         if let Some(observer) = &mut self.observer {
-            let missing = if sample.measurement.is_finite() { 0 } else { self.missing_in_a_row.saturating_add(1) };
-            self.missing_in_a_row = missing;
-            observer.correct(sample.measurement);
+            observer.correct(sample.believed);
             observer.predict(self.controller.drive());
         }
-        if let Some(repetitive) = &mut self.repetitive {
-            repetitive.step(sample.error);
+        let Some(repetitive) = &mut self.repetitive else { return };
+        match sample.error {
+            _ if self.learning_waits => {}
+            Some(error) => _ = repetitive.step(error),
+            None => repetitive.wait(),
         }
+        let rest = if self.is_under_way() { self.rest_samples } else { self.controller.bumpless_samples() + 1 };
+        self.rest_samples = rest.saturating_sub(1);
+    }
+
+    /// Whether the feedback is on, and the drive that of the law.
+    fn is_under_way(&self) -> bool {
+        self.controller.mode() == Mode::Run && self.controller.lead_in() <= 0.0
+    }
+
+    /// Whether learning waits where it is in its period, until it is told to go on: while what is repeated has not begun.
+    pub fn set_learning_waits(&mut self, waits: bool) {
+        self.learning_waits = waits;
     }
 
     /// The controller, with what it offers to look at.
@@ -204,8 +233,9 @@ impl StageController {
         &self.controller
     }
 
-    /// The controller, for changes of gains, filters, mode and feed-forward. Drives that it is told of by
-    /// [`follow`](HybridController::follow) go to [`follow`](Self::follow) instead, and a start anew to [`reset`](Self::reset).
+    /// The controller, for changes of gains, filters, model, mode and feed-forward: the observer keeps its model, and learning its filters.
+    /// What the amplifier gets otherwise goes to [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of
+    /// the whole instead.
     pub fn controller_mut(&mut self) -> &mut HybridController {
         &mut self.controller
     }
@@ -231,7 +261,8 @@ impl StageController {
             Some(drive) => self.controller.reset_at(drive)?,
             None => self.controller.reset(),
         }
-        (self.planned, self.missing_in_a_row) = (None, 0);
+        self.discard_plan();
+        self.rest_samples = 0;
         if let Some(observer) = &mut self.observer {
             observer.reset();
             observer.predict(self.controller.drive());
@@ -243,15 +274,31 @@ impl StageController {
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval: as [`HybridController::follow`] and
-    /// [`Observer::follow`].
+    /// [`Observer::follow`]. The last drive is held until the next measurement.
     ///
     /// # Errors
     /// As [`HybridController::follow`]; nothing changes then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), CoreError> {
+        let Some((last, before)) = drives.split_last() else { return Ok(()) };
         self.controller.follow(drives)?;
-        if let (Some(observer), false) = (&mut self.observer, drives.is_empty()) {
-            observer.follow(drives)?;
-            observer.predict(self.controller.drive());
+        if let Some(observer) = &mut self.observer {
+            // Finite, or the controller would have refused them.
+            observer.follow(before)?;
+            observer.predict(*last);
+        }
+        Ok(())
+    }
+
+    /// Goes on from another drive that the amplifier has, with everything that is remembered: as [`HybridController::start_at`]. For the
+    /// observer it is one sample more.
+    ///
+    /// # Errors
+    /// As [`HybridController::start_at`]; nothing changes then.
+    pub fn start_at(&mut self, drive: f64) -> Result<(), CoreError> {
+        self.controller.start_at(drive)?;
+        if let Some(observer) = &mut self.observer {
+            observer.follow(&[])?;
+            observer.predict(drive);
         }
         Ok(())
     }
@@ -263,7 +310,7 @@ impl StageController {
             controller: self.controller.state(),
             observer: self.observer.as_ref().map(Observer::state),
             repetitive: self.repetitive.as_ref().map(RepetitiveControl::state),
-            missing_in_a_row: self.missing_in_a_row,
+            rest_samples: self.rest_samples,
         }
     }
 
@@ -286,7 +333,10 @@ impl StageController {
             _ => return Err(CoreError::State { expected: "learning if, and only if, the controller learns" }.into()),
         }
         next.controller.set_state(&state.controller)?;
-        (next.missing_in_a_row, next.planned) = (state.missing_in_a_row, None);
+        if let Some(observer) = &mut next.observer {
+            observer.predict(next.controller.drive());
+        }
+        (next.rest_samples, next.planned) = (state.rest_samples, None);
         *self = next;
         Ok(())
     }

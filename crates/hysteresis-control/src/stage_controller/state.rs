@@ -18,7 +18,7 @@ pub struct StageControllerState {
     /// Learning, if there is any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repetitive: Option<RepetitiveState>,
-    /// For how many measurements in a row the observer has stood in, or no longer did.
+    /// For how many samples nothing is learned.
     #[serde(default)]
-    pub missing_in_a_row: u32,
+    pub rest_samples: u32,
 }

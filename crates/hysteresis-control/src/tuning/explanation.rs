@@ -3,6 +3,7 @@
 use super::family::ModeUncertainty;
 use super::options::{Tuning, TuningOptions};
 use super::structure::Structure;
+use crate::filters::FeedbackFilter;
 
 impl Tuning {
     /// In a few sentences: which structure was chosen and why, the bound and what reaches it, and what the loop does.
@@ -22,11 +23,12 @@ impl Tuning {
 
     fn of_structure(&self, options: &TuningOptions) -> String {
         let made = match self.structure {
-            Structure::ProportionalIntegral => "Proportional and integral gain alone, without filters.",
-            Structure::LowPass => "A low-pass before both gains keeps the loop away from the resonance.",
-            Structure::ActiveDamping => "A low-pass and a negative proportional gain damp the resonance actively.",
-            Structure::Notch if self.filters.len() == 1 => "A notch before both gains takes out the resonance.",
-            Structure::Notch => "Notches before both gains take out the resonances.",
+            Structure::ProportionalIntegral => "Proportional and integral gain alone, without filters.".into(),
+            Structure::LowPass => "A low-pass before both gains keeps the loop away from the resonance.".into(),
+            Structure::ActiveDamping => {
+                "A low-pass and a negative proportional gain damp the resonance actively.".into()
+            }
+            Structure::Notch => self.of_notches(),
         };
         if self.tried.is_empty() {
             return format!("{made} No mode has a damping ratio below 0.5, so nothing else was tried.");
@@ -41,6 +43,19 @@ impl Tuning {
             None => "Of those within 5 % of the greatest this is the simplest.",
         };
         format!("{made} Roughly, ki reaches {reached}. {why}")
+    }
+
+    fn of_notches(&self) -> String {
+        let frequency = |filter: &FeedbackFilter| match filter {
+            FeedbackFilter::Notch(notch) => Some(short(notch.frequency())),
+            _ => None,
+        };
+        let at = self.filters.iter().filter_map(frequency).collect::<Vec<_>>().join(" and ");
+        if self.filters.len() == 1 {
+            format!("A notch before both gains takes out the resonance at {at} Hz.")
+        } else {
+            format!("Notches before both gains take out the resonances at {at} Hz.")
+        }
     }
 
     fn of_bound(&self, options: &TuningOptions) -> String {

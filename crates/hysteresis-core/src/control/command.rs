@@ -32,7 +32,7 @@ pub enum Mode {
 ///
 /// ```
 /// use hysteresis_core::Command;
-/// assert_eq!(Command::from(1.5), Command { reference: 1.5, target: None, correction: 0.0, feedforward: None });
+/// assert_eq!(Command::from(1.5), Command { reference: 1.5, target: None, correction: 0.0, estimate: None, feedforward: None });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
@@ -43,6 +43,9 @@ pub struct Command {
     pub target: Option<f64>,
     /// What learning adds to the target of the feed-forward; the feedback goes on with the reference.
     pub correction: f64,
+    /// What the feedback takes instead of the measurement: the estimate of an observer. It stands in for up to `max_missing`
+    /// measurements in a row that are missing or implausible; these are counted all the same.
+    pub estimate: Option<f64>,
     /// Volts that replace the output of the feed-forward for this sample. Its source follows the target all the same.
     pub feedforward: Option<f64>,
 }
@@ -50,6 +53,6 @@ pub struct Command {
 impl From<f64> for Command {
     #[inline]
     fn from(reference: f64) -> Self {
-        Self { reference, target: None, correction: 0.0, feedforward: None }
+        Self { reference, target: None, correction: 0.0, estimate: None, feedforward: None }
     }
 }

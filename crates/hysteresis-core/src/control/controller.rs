@@ -163,6 +163,11 @@ impl HybridController {
         true
     }
 
+    /// Forgets a plan.
+    pub fn discard_plan(&mut self) {
+        self.planned = None;
+    }
+
     fn decide(&self, command: Command, measurement: f64) -> Planned {
         let status = self.sample_status(command, measurement);
         let feedforward = match &status {
@@ -174,7 +179,7 @@ impl HybridController {
 
     #[inline]
     fn sample_status(&self, command: Command, measurement: f64) -> SampleStatus {
-        let Command { reference: newest, target, correction, feedforward: given } = command;
+        let Command { reference: newest, target, correction, estimate, feedforward: given } = command;
         if let Some(ramp) = self.now.stop {
             return SampleStatus::Stopping(ramp);
         }
@@ -194,11 +199,16 @@ impl HybridController {
             return SampleStatus::Rejected;
         }
         let reading = self.gate.read(measurement, &self.now);
-        let waits = self.now.mode == Mode::Run && self.now.missing_in_a_row < self.rules.max_missing;
-        if waits && !reading.is_plausible() {
+        let estimate = estimate.filter(|estimate| is_admissible(*estimate));
+        let few = self.now.missing_in_a_row < self.rules.max_missing;
+        let seen = match reading {
+            Reading::Plausible(measurement) => Some(estimate.unwrap_or(measurement)),
+            Reading::Missing | Reading::Implausible => estimate.filter(|_| few),
+        };
+        if self.now.mode == Mode::Run && few && seen.is_none() {
             return SampleStatus::Waiting(newest, reading);
         }
-        SampleStatus::Accepted(newest, Sample { reference, target, window_filled, reading, given })
+        SampleStatus::Accepted(newest, Sample { reference, target, window_filled, reading, seen, given })
     }
 
     /// Moves preview and source on, and returns the feed-forward there.
@@ -296,6 +306,12 @@ impl HybridController {
             None => f64::from(whole),
         };
         samples * self.options.dt
+    }
+
+    /// How many samples a [lead-in](Self::lead_in) takes behind a full preview.
+    #[must_use]
+    pub fn bumpless_samples(&self) -> u32 {
+        self.rules.bumpless_samples
     }
 
     /// The options, with the present gains.

@@ -41,6 +41,8 @@ pub(super) struct Sample {
     /// Whether the target comes from a preview whose window was filling until now.
     pub(super) window_filled: bool,
     pub(super) reading: Reading,
+    /// What the feedback takes: the measurement, or what stands for it.
+    pub(super) seen: Option<f64>,
     /// Volts instead of those of the source.
     pub(super) given: Option<f64>,
 }
@@ -65,11 +67,8 @@ impl Rules {
     /// The loop after a sample that is acted upon, whose feed-forward is `feedforward`.
     #[inline]
     pub(super) fn act(&self, before: &LoopState, limiter: &Limiter, sample: &Sample, feedforward: f64) -> LoopState {
-        let feedback = sample.reading.is_plausible() && before.mode == Mode::Run;
-        let error = match sample.reading {
-            Reading::Plausible(measurement) => sample.reference - measurement,
-            Reading::Missing | Reading::Implausible => before.terms.error,
-        };
+        let feedback = sample.seen.is_some() && before.mode == Mode::Run;
+        let error = sample.seen.map_or(before.terms.error, |seen| sample.reference - seen);
         let filter = self.filtered(before, feedback, error);
         let proportional = if feedback { self.gains.kp * filter.output } else { 0.0 };
         let integrates = feedback && before.integral_rest_samples == 0;

@@ -167,8 +167,16 @@ fn maybe<S: Strategy<Value = f64>>(number: S) -> impl Strategy<Value = Option<f6
 
 pub(crate) fn command() -> impl Strategy<Value = Command> {
     let correction = prop_oneof![3 => Just(0.0), 1 => -1.0..1.0, 1 => wild()];
-    (wild(), maybe(wild()), correction, maybe(prop_oneof![wild(), -600.0..600.0]))
-        .prop_map(|(reference, target, correction, feedforward)| Command { reference, target, correction, feedforward })
+    let volts = maybe(prop_oneof![wild(), -600.0..600.0]);
+    (wild(), maybe(wild()), correction, maybe(wild()), volts).prop_map(
+        |(reference, target, correction, estimate, feedforward)| Command {
+            reference,
+            target,
+            correction,
+            estimate,
+            feedforward,
+        },
+    )
 }
 
 /// Samples, stops and changes of mode: what leaves the configuration as it is.

@@ -70,10 +70,12 @@ use crate::stream::blocks::run_both;
 ///     F shapes the error before both gains. At most 6.
 /// observer : Observer, optional
 ///     The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
-///     implausible it stands in. The controller goes on with a copy, memory included.
+///     implausible it stands in; they are counted all the same. The controller goes on with a copy, memory included. It keeps its model
+///     when `set_model` changes that of the feed-forward, and takes the difference for a disturbance.
 /// repetitive : RepetitiveControl, optional
-///     Learns a correction of the target from the errors of the last period, while the feedback is on. The controller goes on with a
-///     copy.
+///     Learns a correction of the target from the errors of the last period, while the feedback is on and no start or hold is still
+///     under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose filters stay those of the gains
+///     that it was made for.
 ///
 /// Raises
 /// ------
@@ -226,7 +228,9 @@ impl HybridController {
         target: Option<f64>,
         correction: f64,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.stage_controller.step(Command { reference, target, correction, feedforward }, measurement))
+        Ok(exclusive(slf)?
+            .stage_controller
+            .step(Command { target, correction, feedforward, ..reference.into() }, measurement))
     }
 
     /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
@@ -252,7 +256,9 @@ impl HybridController {
         target: Option<f64>,
         correction: f64,
     ) -> PyResult<f64> {
-        Ok(shared(slf)?.stage_controller.peek(Command { reference, target, correction, feedforward }, measurement))
+        Ok(shared(slf)?
+            .stage_controller
+            .peek(Command { target, correction, feedforward, ..reference.into() }, measurement))
     }
 
     /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
@@ -268,7 +274,9 @@ impl HybridController {
         target: Option<f64>,
         correction: f64,
     ) -> PyResult<f64> {
-        Ok(exclusive(slf)?.stage_controller.plan(Command { reference, target, correction, feedforward }, measurement))
+        Ok(exclusive(slf)?
+            .stage_controller
+            .plan(Command { target, correction, feedforward, ..reference.into() }, measurement))
     }
 
     /// Takes the sample that was planned; False if there is none.

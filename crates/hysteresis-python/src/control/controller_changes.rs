@@ -104,7 +104,7 @@ impl HybridController {
     /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
     fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(drive);
-        exclusive(slf)?.controller_mut().start_at(drive).map_err(raise)
+        exclusive(slf)?.stage_controller.start_at(drive).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The

@@ -33,7 +33,7 @@ impl HybridController {
 
 #[pymethods]
 impl HybridController {
-    /// The observer before the feedback, as a copy in its present state, or None.
+    /// The observer before the feedback, as a copy in its present state, or None. It has taken the present drive.
     #[getter]
     fn observer(&self, py: Python<'_>) -> Option<Observer> {
         let (made, now) = (self.observer.as_ref()?, self.stage_controller.observer()?);

@@ -86,7 +86,8 @@ impl Observer {
 
     /// Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.
     ///
-    /// Without a finite measurement the model goes on alone; that is counted.
+    /// Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the drive that is held
+    /// now: its next step goes on from that.
     fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.observer.step(drive, measurement))
     }
@@ -128,7 +129,7 @@ impl Observer {
         self.observer.dt()
     }
 
-    /// How many drives or measurements were not finite.
+    /// How many drives or measurements were not finite; before a controller, also how many of its measurements were implausible.
     #[getter]
     fn rejected(&self) -> u64 {
         self.observer.rejected()

@@ -82,7 +82,7 @@ impl Tuning {
     }
 
     /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
-    /// behind which a negative kp damps; "notch", one for every lightly damped mode.
+    /// behind which a negative kp damps; "notch", for those lightly damped modes that need one.
     #[getter]
     fn structure(&self) -> &'static str {
         self.made.structure.name()

@@ -37,12 +37,11 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
 /// `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
 /// what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
-/// seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
-/// `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
-/// taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+/// seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` with its
+/// observer and learning, and an `identifier`, have not taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller that gives another number is refused.
 ///
-/// A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
-/// its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+/// A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the estimate of an
+/// observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
 /// other samples.
 ///
 /// Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,

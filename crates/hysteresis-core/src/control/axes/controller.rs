@@ -100,6 +100,7 @@ impl AxesCommand<'_> {
             reference: product(row, self.references),
             target: self.targets.map(|targets| product(row, targets)),
             correction: self.corrections.map_or(0.0, |corrections| product(row, corrections)),
+            estimate: None,
             feedforward: self.feedforward.and_then(|volts| volts.get(i)).copied(),
         }
     }
