@@ -74,8 +74,8 @@ fn a_stage_of_forty_plays_behind_a_mode_and_creep_has_as_many() {
     for thresholds in [Thresholds::Auto, Thresholds::Refined] {
         let found = run(&record, &options(thresholds)).unwrap();
         assert!(weights(&found).len() >= 32, "{:?}", found.cross_validation);
-        // The noise is 1e-3.
-        assert!(unseen(&found) < 1.1e-3 && unseen(&twenty) > 1.3e-3, "{} {}", unseen(&found), unseen(&twenty));
+        // The noise is 1e-3: what twenty plays lack is as much again.
+        assert!(unseen(&found) < 0.75 * unseen(&twenty), "{} {}", unseen(&found), unseen(&twenty));
     }
 }
 
