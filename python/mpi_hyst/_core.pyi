@@ -1562,7 +1562,8 @@ class Observer:
     def step(self, drive: float, measurement: float) -> float:
         """Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.
 
-        Without a finite measurement the model goes on alone; that is counted.
+        Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the drive that is held
+        now: its next step goes on from that.
         """
     def run(
         self, drives: ArrayLike, measurements: ArrayLike, out: _Vector | None = None
@@ -1582,7 +1583,7 @@ class Observer:
         """The sampling interval in seconds."""
     @property
     def rejected(self) -> int:
-        """How many drives or measurements were not finite."""
+        """How many drives or measurements were not finite; before a controller, also how many of its measurements were implausible."""
     def reset(self) -> None:
         """Back to rest."""
     def follow(self, drives: ArrayLike) -> None:
@@ -2208,10 +2209,12 @@ class HybridController:
         F shapes the error before both gains. At most 6.
     observer : Observer, optional
         The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
-        implausible it stands in. The controller goes on with a copy, memory included.
+        implausible it stands in; they are counted all the same. The controller goes on with a copy, memory included. It keeps its model
+        when `set_model` changes that of the feed-forward, and takes the difference for a disturbance.
     repetitive : RepetitiveControl, optional
-        Learns a correction of the target from the errors of the last period, while the feedback is on. The controller goes on with a
-        copy.
+        Learns a correction of the target from the errors of the last period, while the feedback is on and no start or hold is still
+        under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose filters stay those of the gains
+        that it was made for.
 
     Raises
     ------
@@ -2273,7 +2276,7 @@ class HybridController:
         """The preview, or None."""
     @property
     def observer(self) -> Observer | None:
-        """The observer before the feedback, as a copy in its present state, or None."""
+        """The observer before the feedback, as a copy in its present state, or None. It has taken the present drive."""
     @property
     def repetitive(self) -> RepetitiveControl | None:
         """Learning in the loop, as a copy in its present state, or None."""
@@ -2476,7 +2479,7 @@ def identify(
         records as well as the best, within the standard error of the ratio of their mean squares.
     operators : int or "auto", optional
         How many. With uniform thresholds r_i = i X / n; the first is the identity. Without a number there are as many as thresholds that
-        are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 5 % of the error at
+        are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 2 % of the error at
         least and by more than its standard error. "auto" takes the fewest of 4 to 80 that predict them as well as any. Either is
         chosen with everything else in the model; every stretch is predicted from weights fitted to the others, all that is
         searched linearised about its values for all. A sample costs the same with any number of operators.
@@ -4704,12 +4707,11 @@ def simulate(  # type: ignore[overload-overlap]
     every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
     `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
     what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
-    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
-    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
-    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` with its
+    observer and learning, and an `identifier`, have not taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller that gives another number is refused.
 
-    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
-    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the estimate of an
+    observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
     other samples.
 
     Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
@@ -4803,12 +4805,11 @@ def simulate(
     every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
     `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
     what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
-    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
-    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
-    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` with its
+    observer and learning, and an `identifier`, have not taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller that gives another number is refused.
 
-    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
-    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the estimate of an
+    observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
     other samples.
 
     Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
@@ -4907,12 +4908,11 @@ def simulate(
     every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
     `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
     what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
-    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` and an
-    `identifier` have not taken that sample: the next one starts from the drive before. `observer` and `repetitive` have
-    taken its measurement. Such a plant gets finite drives only: a controller that gives another number is refused.
+    seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` with its
+    observer and learning, and an `identifier`, have not taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller that gives another number is refused.
 
-    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says; an observer goes on with
-    its estimate. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
+    A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the estimate of an
+    observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
     other samples.
 
     Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
@@ -6190,7 +6190,7 @@ class Tuning:
     @property
     def structure(self) -> _Structure:
         """ "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
-        behind which a negative kp damps; "notch", one for every lightly damped mode.
+        behind which a negative kp damps; "notch", for those lightly damped modes that need one.
         """
     @property
     def rejection_bandwidth(self) -> float:

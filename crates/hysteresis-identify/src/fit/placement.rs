@@ -50,8 +50,12 @@ impl Placement {
         };
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
-            Thresholds::Auto | Thresholds::AutoQuantiles | Thresholds::AutoGeometric => Vec::new(),
-            Thresholds::Refined | Thresholds::RefinedQuantiles | Thresholds::RefinedGeometric => Vec::new(),
+            Thresholds::Auto
+            | Thresholds::AutoQuantiles
+            | Thresholds::AutoGeometric
+            | Thresholds::Refined
+            | Thresholds::RefinedQuantiles
+            | Thresholds::RefinedGeometric => Vec::new(),
             Thresholds::Given(thresholds) => thresholds.clone(),
             Thresholds::Uniform(n) => (0..*n).map(|i| as_f64(i) * reach / as_f64(*n)).collect(),
             Thresholds::Geometric(n) => geometric(*n, reach),
