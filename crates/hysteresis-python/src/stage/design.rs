@@ -9,7 +9,7 @@ use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::prelude::*;
 
-use super::made_controller::{Aids, both};
+use super::made_controller::{Wishes, both};
 use super::object::Stage;
 use super::precompensate::checked_limits;
 use crate::control::controller::HybridController;
@@ -167,11 +167,15 @@ impl Stage {
         period: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<HybridController> {
         numbers!(dt, kp, ki, drift);
-        let aids = Aids { drift, period: period.map(|period| count("period", period)).transpose()? };
+        let wishes = Wishes {
+            gains: (kp, ki),
+            ahead: ahead.map(|ahead| samples("ahead", ahead)).transpose()?,
+            smoothing: smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?,
+            drift,
+            period: period.map(|period| count("period", period)).transpose()?,
+        };
         let limits = checked_limits(&self.0, limits)?;
-        let ahead = ahead.map(|ahead| samples("ahead", ahead)).transpose()?;
-        let smoothing = smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?;
-        self.made_controller(py, dt, limits, feedforward, (kp, ki), (ahead, smoothing), aids)
+        self.made_controller(py, dt, limits, feedforward, wishes)
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -301,7 +305,7 @@ impl Stage {
             return Err(errors::value("feedforward", "expected \"inverse\" or \"preview\", got \"given\""));
         }
         let mut controller =
-            self.made_controller(py, dt, limits, feedforward, (kp, ki), (None, 0.0), Aids::default())?;
+            self.made_controller(py, dt, limits, feedforward, Wishes { gains: (kp, ki), ..Wishes::default() })?;
         let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
         let mut plant = Plant::of(&self.0, dt, &none)?;
         let tracking = Tracking::of(&mut controller.stage_controller);

@@ -22,10 +22,9 @@ impl Stage {
         dt: f64,
         limits: Option<(f64, f64)>,
         feedforward: &str,
-        gains: (Option<f64>, Option<f64>),
-        (ahead, smoothing): (Option<usize>, f64),
-        aids: Aids,
+        wishes: Wishes,
     ) -> PyResult<HybridController> {
+        let Wishes { gains, ahead, smoothing, drift, period } = wishes;
         if feedforward != "preview" {
             let expected = "expected None without feedforward=\"preview\"";
             if ahead.is_some() {
@@ -59,9 +58,8 @@ impl Stage {
             }
             _ => None,
         };
-        let observer =
-            aids.drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
-        let repetitive = aids.period.map(|period| {
+        let observer = drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
+        let repetitive = period.map(|period| {
             let feedback = self.0.feedback_loop(dt, (options.kp, options.ki), options.filters).map_err(raise)?;
             let uncertainty = uncertainty(None, None, Some(self.0.slope_uncertainty()));
             let learning = RepetitiveOptions { uncertainty, ..RepetitiveOptions::default() };
@@ -83,9 +81,15 @@ impl Stage {
     }
 }
 
-/// What a controller may have besides.
+/// What is asked of a controller besides.
 #[derive(Default)]
-pub(super) struct Aids {
+pub(super) struct Wishes {
+    /// kp and ki instead of tuned ones, both or none.
+    pub(super) gains: (Option<f64>, Option<f64>),
+    /// How many samples a preview looks ahead, unless that is left to the stage.
+    pub(super) ahead: Option<usize>,
+    /// Over how many seconds references are smoothed.
+    pub(super) smoothing: f64,
     /// Of an observer.
     pub(super) drift: Option<f64>,
     /// Of learning in the loop, in samples.
