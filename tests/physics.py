@@ -174,7 +174,8 @@ class Bench:
         share = CREEP * np.log10(CREEP_TIMES[-1] / CREEP_TIMES[0]) / CREEP_TIMES.size
         x = np.r_[self.late, x + share * sum(lag(x) for lag in self.creep)]
         self.late = x[held.size :]
-        positions, self.position = x[: held.size : self.steps], float(x[held.size])
+        positions: Array = x[: held.size : self.steps]
+        self.position = float(x[held.size])
         return positions
 
     def read(self) -> float:

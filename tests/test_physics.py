@@ -24,7 +24,7 @@ LEARNED_BESIDE = {"thresholds that grow with speed": 0.04}
 
 
 @cache
-def identified(name: str) -> mh.Identification:
+def identified(name: str) -> mh.results.Identification:
     parts = mh.signals.experiment(0.0, HIGH, slew=500.0, rate=100.0, fast_rate=1.0 / DT)
     records = [
         (part.drive, STAGES[name].measured(part.drive, 1.0 / part.rate, seed=number))
