@@ -249,7 +249,7 @@ THREE = type("Three", (), {"read": lambda _: [0.0] * 3, "write": lambda _, __: N
         (
             simulated(observer=OBSERVER),
             TypeError,
-            "controller: expected a HybridController of one axis beside observer",
+            "controller: expected a HybridController of one axis beside correction",
         ),
         (
             simulated(controller=controllers(1)[0]),

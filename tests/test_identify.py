@@ -247,7 +247,8 @@ def test_progress_grows_to_one() -> None:
     seen: list[tuple[float, float]] = []
     found = mh.identify(*short(), progress=lambda *now: seen.append(now))
     fractions = [fraction for fraction, _ in seen]
-    assert len(seen) == found.evaluations > 10
+    # The number of operators is judged last, and stays: then one more call says that all is done.
+    assert len(seen) - 1 == found.evaluations > 10
     assert fractions == sorted(fractions) and fractions[0] >= 0.0 and fractions[-1] == 1.0
     # the same residual from another factorisation: 1e-9 of the range
     assert seen[-1][1] == pytest.approx(found.fit.rmse, abs=1e-9 * found.fit.range)

@@ -170,7 +170,7 @@ impl Choice<'_> {
         };
         let projection = &levels[levels.len() - 1];
         let fit = projection.fit(&found.fit.point, None);
-        monitor.looked(projection, &fit, fraction)?;
+        monitor.looked(fraction)?;
         let stretches = Stretches::spread(projection, &fit, TURNS);
         let under = stretches.under(options, &basis);
         let terms = |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: options.loop_shift, smoothness };

@@ -134,15 +134,10 @@ impl<'a> SearchMonitor<'a> {
         self.now.best_rmse = f64::INFINITY;
     }
 
-    /// Counts a fit that is only judged.
-    pub(crate) fn looked(
-        &mut self,
-        projection: &Projection<'_>,
-        fit: &ProjectedFit,
-        fraction: f64,
-    ) -> Result<(), Error> {
+    /// Counts a fit that is only judged: it is none of the search.
+    pub(crate) fn looked(&mut self, fraction: f64) -> Result<(), Error> {
         self.span = WHOLE;
-        self.evaluated(projection, fit, fraction)
+        self.counted(fraction)
     }
 
     /// Counts one evaluation.
@@ -152,11 +147,15 @@ impl<'a> SearchMonitor<'a> {
         fit: &ProjectedFit,
         fraction: f64,
     ) -> Result<(), Error> {
-        self.now.evaluations += 1;
         let rmse = projection.rmse(fit.squares);
         if rmse < self.now.best_rmse {
             (self.now.best_rmse, self.best) = (rmse, Some(fit.point));
         }
+        self.counted(fraction)
+    }
+
+    fn counted(&mut self, fraction: f64) -> Result<(), Error> {
+        self.now.evaluations += 1;
         self.now.fraction = self.whole.within(self.part.within(self.span.within(fraction))).max(self.done);
         match (self.report)(&self.now) {
             ControlFlow::Continue(()) => Ok(()),

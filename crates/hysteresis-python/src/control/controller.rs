@@ -195,18 +195,6 @@ impl HybridController {
         as_tuple(py, &self.controller().options().filters)
     }
 
-    /// Measurements outside this range (low, high) count as missing; None without such a gate.
-    #[getter]
-    fn measurement_range(&self) -> Option<(f64, f64)> {
-        self.controller().options().measurement_range
-    }
-
-    /// Measurements farther than this from the last good one count as missing; None without such a gate.
-    #[getter]
-    fn max_measurement_step(&self) -> Option<f64> {
-        self.controller().options().max_measurement_step
-    }
-
     /// The preview, or None.
     #[getter]
     fn preview(&self, py: Python<'_>) -> Option<Py<Preview>> {

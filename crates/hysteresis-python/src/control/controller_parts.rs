@@ -1,4 +1,4 @@
-//! What a controller may have beside feed-forward and feedback.
+//! What a controller may have beside feed-forward and feedback: observer, learning, gates of its measurements.
 
 use pyo3::prelude::*;
 
@@ -45,5 +45,17 @@ impl HybridController {
     fn repetitive(&self, py: Python<'_>) -> Option<RepetitiveControl> {
         let (made, now) = (self.repetitive.as_ref()?, self.stage_controller.repetitive()?);
         Some(RepetitiveControl { control: now.clone(), ..made.borrow(py).clone() })
+    }
+
+    /// Measurements outside this range (low, high) count as missing; None without such a gate.
+    #[getter]
+    fn measurement_range(&self) -> Option<(f64, f64)> {
+        self.controller().options().measurement_range
+    }
+
+    /// Measurements farther than this from the last good one count as missing; None without such a gate.
+    #[getter]
+    fn max_measurement_step(&self) -> Option<f64> {
+        self.controller().options().max_measurement_step
     }
 }
