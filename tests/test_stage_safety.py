@@ -199,7 +199,8 @@ def test_a_map_that_is_none_is_named() -> None:
 def test_a_dead_time_without_dt_is_left_out_and_said() -> None:
     y = np.concatenate([np.zeros(3), MODEL.forward().run(triangle())])[: triangle().size]
     without = mh.identify(triangle(), y)
-    with pytest.warns(UserWarning, match=r"dead_time: (2\.99\d|3\.000) samples are not part of the stage"):
+    unused = r"dead_time: (2\.99\d|3\.000) samples are not part of the stage"
+    with pytest.warns(UserWarning, match=unused):
         left = without.stage
     assert left.dead_time == 0.0 and left.identified is not None
     assert left.identified["warnings"][-1]["code"] == "dead_time_left_out"
