@@ -1,0 +1,91 @@
+//! Shared memory between two mappings of one file, as two processes have it.
+
+use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use hysteresis_realtime::io::{Block, Io, SharedMemoryIo, SharedMemoryPlant};
+
+/// The number of a value tells what the value must be.
+fn value_of(number: u64) -> f64 {
+    f64::from_bits(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 2)
+}
+
+#[test]
+fn what_is_read_is_whole() {
+    let (block, done) = (Block::default(), AtomicBool::new(false));
+    let looks = thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            let (mut looks, mut newest) = (0_u64, 0);
+            while !done.load(Ordering::Acquire) {
+                if let Some((number, value)) = block.read() {
+                    assert_eq!(value, value_of(number), "a torn read");
+                    assert!(number >= newest);
+                    (looks, newest) = (looks + 1, number);
+                }
+            }
+            looks
+        });
+        (1..2_000_000).for_each(|number| block.write(number, value_of(number)));
+        // The last one stays, so the reader sees at least that one before it is told to end.
+        while block.read().is_none() {}
+        thread::sleep(std::time::Duration::from_millis(50));
+        done.store(true, Ordering::Release);
+        reader.join().unwrap()
+    });
+    assert!(looks > 0);
+    assert_eq!(block.read(), Some((1_999_999, value_of(1_999_999))));
+}
+
+#[test]
+fn the_layout_is_the_documented_one() -> std::io::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage");
+    let mut io = SharedMemoryIo::create(&path)?;
+    let mut plant = SharedMemoryPlant::open(&path)?;
+    (plant.write(0.5), plant.write(1.5), plant.write(2.5));
+    io.write(20.0).unwrap();
+    io.write(-30.0).unwrap();
+    let bytes = fs::read(&path)?;
+    let number = |offset: usize| u64::from_ne_bytes(bytes[offset..offset + 8].try_into().unwrap());
+    assert_eq!((bytes.len(), &bytes[..8]), (256, &b"MPIHYST1"[..]));
+    assert_eq!((number(64), number(72), f64::from_bits(number(80))), (6, 2, 2.5));
+    assert_eq!((number(128), number(136), f64::from_bits(number(144))), (4, 1, -30.0));
+    Ok(())
+}
+
+#[test]
+fn a_plant_that_died_while_it_wrote_gives_nothing_and_its_successor_goes_on() -> std::io::Result<()> {
+    use std::os::unix::fs::FileExt;
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage");
+    let mut io = SharedMemoryIo::create(&path)?;
+    let mut plant = SharedMemoryPlant::open(&path)?;
+    plant.write(1.5);
+    assert_eq!(io.read(), Ok(Some(1.5)));
+    let file = fs::OpenOptions::new().write(true).open(&path)?;
+    file.write_all_at(&3_u64.to_ne_bytes(), 64)?;
+    assert_eq!(io.read(), Ok(None));
+    plant.write(2.5);
+    assert_eq!(io.read(), Ok(Some(2.5)));
+    Ok(())
+}
+
+#[test]
+fn only_the_memory_of_a_loop_is_opened() -> std::io::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage");
+    fs::write(&path, [0; 100])?;
+    let error = SharedMemoryPlant::open(&path).unwrap_err();
+    assert!(error.to_string().ends_with("stage: expected 256 bytes, got 100"), "{error}");
+    fs::write(&path, [0; 256])?;
+    let error = SharedMemoryPlant::open(&path).unwrap_err();
+    assert!(error.to_string().ends_with("stage: expected a file that begins with MPIHYST1"), "{error}");
+    assert!(SharedMemoryPlant::open(&folder.path().join("none")).is_err());
+    // What was there before is no measurement of this run.
+    let mut io = SharedMemoryIo::create(&path)?;
+    SharedMemoryPlant::open(&path)?.write(1.5);
+    assert_eq!(io.read(), Ok(Some(1.5)));
+    assert_eq!(SharedMemoryIo::create(&path)?.read(), Ok(None));
+    Ok(())
+}
