@@ -54,6 +54,7 @@ fn the_layout_is_the_documented_one() -> std::io::Result<()> {
     Ok(())
 }
 
+#[cfg(unix)]
 #[test]
 fn a_plant_that_died_while_it_wrote_gives_nothing_and_its_successor_goes_on() -> std::io::Result<()> {
     use std::os::unix::fs::FileExt;
