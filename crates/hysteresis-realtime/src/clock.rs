@@ -28,8 +28,6 @@ pub trait Clock {
 pub struct RealClock {
     /// For how many nanoseconds before a deadline it spins.
     spin: u64,
-    #[cfg(not(target_os = "linux"))]
-    start: std::time::Instant,
 }
 
 /// Whether this platform can sleep until an absolute deadline.
@@ -40,22 +38,18 @@ impl RealClock {
     /// takes the time of waking up out of the latency.
     #[must_use]
     pub fn new(spin: u64) -> Self {
-        Self {
-            spin,
-            #[cfg(not(target_os = "linux"))]
-            start: std::time::Instant::now(),
-        }
+        Self { spin }
     }
 }
 
 impl Clock for RealClock {
     #[inline]
     fn now(&self) -> u64 {
-        self.nanoseconds()
+        system::now()
     }
 
     fn sleep_until(&mut self, deadline: u64) {
-        self.sleep(deadline.saturating_sub(self.spin));
+        system::sleep(deadline.saturating_sub(self.spin));
         while self.now() < deadline {
             core::hint::spin_loop();
         }
@@ -63,19 +57,22 @@ impl Clock for RealClock {
 }
 
 #[cfg(target_os = "linux")]
-impl RealClock {
-    #[expect(clippy::cast_sign_loss, reason = "the time since boot is not negative")]
-    fn nanoseconds(self) -> u64 {
-        let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+mod system {
+    use rustix::thread::{ClockId, Timespec, clock_nanosleep_absolute};
+    use rustix::time::clock_gettime;
+
+    /// Nanoseconds since the machine started.
+    #[expect(clippy::cast_sign_loss, reason = "the time since the start is not negative")]
+    pub(super) fn now() -> u64 {
+        let now = clock_gettime(ClockId::Monotonic);
         now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
     }
 
-    /// Also returns early, when a signal comes: the caller looks at the clock.
-    #[expect(clippy::cast_possible_wrap, reason = "292 years since boot")]
-    fn sleep(self, until: u64) {
-        use rustix::thread::{ClockId, Timespec, clock_nanosleep_absolute};
+    #[expect(clippy::cast_possible_wrap, reason = "292 years since the start")]
+    pub(super) fn sleep(until: u64) {
         let request = Timespec { tv_sec: (until / 1_000_000_000) as _, tv_nsec: (until % 1_000_000_000) as _ };
-        while self.nanoseconds() < until {
+        while now() < until {
+            // A signal only interrupts it.
             if clock_nanosleep_absolute(ClockId::Monotonic, &request) != Err(rustix::io::Errno::INTR) {
                 break;
             }
@@ -84,13 +81,18 @@ impl RealClock {
 }
 
 #[cfg(not(target_os = "linux"))]
-impl RealClock {
-    fn nanoseconds(self) -> u64 {
-        u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX)
+mod system {
+    use std::sync::OnceLock;
+    use std::time::{Duration, Instant};
+
+    /// Nanoseconds since the first call.
+    pub(super) fn now() -> u64 {
+        static START: OnceLock<Instant> = OnceLock::new();
+        u64::try_from(START.get_or_init(Instant::now).elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    fn sleep(self, until: u64) {
-        std::thread::sleep(std::time::Duration::from_nanos(until.saturating_sub(self.nanoseconds())));
+    pub(super) fn sleep(until: u64) {
+        std::thread::sleep(Duration::from_nanos(until.saturating_sub(now())));
     }
 }
 

@@ -1,7 +1,7 @@
 //! How late samples begin, how long they take, and how far apart they are.
 
 use hdrhistogram::Histogram;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Longer times are counted as a minute.
 const LONGEST: u64 = 60_000_000_000;
@@ -9,7 +9,7 @@ const LONGEST: u64 = 60_000_000_000;
 const DIGITS: u8 = 3;
 
 /// Times of a loop, in seconds.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// How many there were.
     pub count: u64,

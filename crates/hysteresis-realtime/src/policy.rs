@@ -1,6 +1,6 @@
 //! When samples are due, and what becomes of deadlines that are missed.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the loop does when the drive of a sample is written only after the next sample was due.
 ///
@@ -8,7 +8,7 @@ use serde::Serialize;
 /// use hysteresis_realtime::MissPolicy;
 /// assert_eq!(MissPolicy::default(), MissPolicy::Skip);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MissPolicy {
     /// The loop goes on with the first deadline that is still to come. Samples between are not taken: the reference is that of
@@ -26,7 +26,7 @@ pub enum MissPolicy {
 }
 
 /// What became of deadlines: `taken + skipped` is the number of deadlines that there were.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Deadlines {
     /// Samples that were taken.
     pub taken: u64,

@@ -1,11 +1,11 @@
 //! What a thread may ask of the system to be woken in time. What is refused is a warning, never silence.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
 /// What is really in force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InForce {
     /// Whether sleeps end at absolute deadlines.
     pub absolute_deadlines: bool,

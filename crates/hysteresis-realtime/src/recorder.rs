@@ -18,6 +18,7 @@ use crate::ring::{COLUMNS, Row};
 const PAUSE: Duration = Duration::from_millis(20);
 /// Magic number, version, length of the text, text: a multiple of 64 bytes, as the format wants it.
 const HEADER: usize = 256;
+const TEXT: u16 = 246;
 const ROW: usize = COLUMNS.len() * 8;
 
 /// A file of rows that is valid after every [`append`](Self::append).
@@ -70,7 +71,7 @@ fn header(rows: u64) -> [u8; HEADER] {
     let text = format!("{{'descr': [{fields}], 'fortran_order': False, 'shape': ({rows},), }}");
     let mut bytes = [b' '; HEADER];
     bytes[..8].copy_from_slice(b"\x93NUMPY\x01\x00");
-    bytes[8..10].copy_from_slice(&(HEADER as u16 - 10).to_le_bytes());
+    bytes[8..10].copy_from_slice(&TEXT.to_le_bytes());
     bytes[10..10 + text.len()].copy_from_slice(text.as_bytes());
     bytes[HEADER - 1] = b'\n';
     bytes
@@ -121,6 +122,7 @@ mod tests {
     fn the_header_is_one_of_the_format() {
         for rows in [0, 12, u64::MAX] {
             let bytes = header(rows);
+            assert_eq!(usize::from(TEXT) + 10, bytes.len());
             assert_eq!(&bytes[..10], b"\x93NUMPY\x01\x00\xf6\x00");
             let text = core::str::from_utf8(&bytes[10..]).unwrap();
             assert!(text.contains(&format!("'shape': ({rows},), }} ")) && text.ends_with('\n'));

@@ -1,7 +1,7 @@
 //! What a loop did, in numbers that can be quoted.
 
 use hysteresis_core::Counters;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::latency::Summary;
 use crate::machine::Machine;
@@ -10,7 +10,7 @@ use crate::privileges::InForce;
 use crate::settings::Settings;
 
 /// Why a loop went to rest, or ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
     /// The time that was asked for is over.
@@ -30,7 +30,7 @@ pub enum EndReason {
 }
 
 /// What was counted, besides the deadlines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Samples with a fresh measurement.
     pub fresh: u64,
@@ -51,7 +51,7 @@ pub struct Counts {
 }
 
 /// What a loop did.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Why it went to rest, or ended.
     pub end: EndReason,

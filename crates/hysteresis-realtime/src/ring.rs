@@ -61,7 +61,9 @@ mod tests {
     fn rows_come_in_order_and_lost_ones_are_counted() {
         let (mut sender, mut receiver) = ring(3);
         let row = |time| Row { time, ..Row::default() };
-        [1.0, 2.0, 3.0, 4.0, 5.0].iter().for_each(|time| sender.send(row(*time)));
+        for time in [1.0, 2.0, 3.0, 4.0, 5.0] {
+            sender.send(row(time));
+        }
         assert_eq!(sender.lost(), 2);
         assert_eq!([1.0, 2.0, 3.0].map(|_| receiver.pop().unwrap().time), [1.0, 2.0, 3.0]);
         sender.send(row(6.0));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteresis_control::StageController;
 use hysteresis_core::{Error as CoreError, FeedForward, is_admissible};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::policy::MissPolicy;
@@ -23,7 +23,7 @@ const LONGEST_TIME: f64 = 9e6;
 /// let settings = Settings { seconds: Some(10.0), ..Settings::new(0.0, 2000.0) }; // V, V/s
 /// assert_eq!(settings.misses, MissPolicy::Skip);
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The drive at which the loop ends, in volts.
     pub rest_drive: f64,

@@ -1,11 +1,11 @@
 //! Whether there is still a measurement to work with.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// For how long measurements may be missing, in seconds.
 ///
 /// A fresh measurement is one that the input says is new, and that the controller believes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WatchdogTimes {
     /// For so long the last fresh measurement stands in for one that does not come. With 0 it never does. From then on the
     /// controller is told that there is none: it holds the drive.

@@ -8,8 +8,9 @@ use hysteresis_realtime::io::Fault;
 use hysteresis_realtime::{EndReason, Reference, Settings, StopFlag, WatchdogTimes, run_on};
 use setup::{DT, INTERVAL, RATE, REST, Scripted, controller, controller_with, run, run_with, settings, sine};
 
-fn watchdog(stale_samples: f64, rest_samples: f64) -> Option<WatchdogTimes> {
-    Some(WatchdogTimes { stale_after: stale_samples * DT, rest_after: rest_samples * DT })
+fn watched(stale_samples: f64, rest_samples: f64) -> Settings {
+    let times = WatchdogTimes { stale_after: stale_samples * DT, rest_after: rest_samples * DT };
+    Settings { watchdog: Some(times), ..settings() }
 }
 
 #[test]
@@ -65,7 +66,7 @@ fn it_rests_when_it_is_asked_to() {
 #[test]
 fn the_last_measurement_stands_in_until_it_is_stale() {
     let io = Scripted::reading(|sample, measured| Ok((sample % 4 == 0).then_some(measured)));
-    let outcome = run(io, Settings { watchdog: watchdog(2.0, 50.0), ..settings() });
+    let outcome = run(io, watched(2.0, 50.0));
     let counts = outcome.report.counts;
     assert_eq!(outcome.report.end, EndReason::TimeOver);
     // Of four samples one is fresh, the next one stands in, two are stale.
@@ -80,7 +81,7 @@ fn the_last_measurement_stands_in_until_it_is_stale() {
 #[test]
 fn without_measurements_the_drive_is_held_then_goes_to_rest() {
     let io = Scripted::reading(|sample, measured| Ok((sample < 300).then_some(measured)));
-    let outcome = run(io, Settings { watchdog: watchdog(0.0, 100.0), ..settings() });
+    let outcome = run(io, watched(0.0, 100.0));
     let report = &outcome.report;
     assert_eq!((report.end, report.at_rest), (EndReason::Watchdog, true));
     // The last fresh one came at sample 299; 100 intervals later it is time.
@@ -94,7 +95,7 @@ fn without_measurements_the_drive_is_held_then_goes_to_rest() {
 #[test]
 fn measurements_that_return_end_the_hold_without_a_jump() {
     let io = Scripted::reading(|sample, measured| Ok((!(300..350).contains(&sample)).then_some(measured)));
-    let outcome = run(io, Settings { watchdog: watchdog(0.0, 100.0), ..settings() });
+    let outcome = run(io, watched(0.0, 100.0));
     assert_eq!(outcome.report.end, EndReason::TimeOver);
     let drives = &outcome.io.drives;
     assert!(drives[300..=350].iter().all(|drive| *drive == drives[299]), "the motion starts from the held drive");
@@ -114,7 +115,7 @@ fn without_a_watchdog_it_holds_for_ever() {
 fn what_cannot_be_a_measurement_is_none() {
     for nonsense in [f64::NAN, f64::INFINITY, 1e9] {
         let io = Scripted::reading(move |sample, measured| Ok(Some(if sample < 300 { measured } else { nonsense })));
-        let outcome = run(io, Settings { watchdog: watchdog(0.0, 100.0), ..settings() });
+        let outcome = run(io, watched(0.0, 100.0));
         assert_eq!((outcome.report.end, outcome.report.at_rest), (EndReason::Watchdog, true), "{nonsense}");
         assert_eq!(outcome.report.counts.fresh, 300);
     }
@@ -124,7 +125,7 @@ fn what_cannot_be_a_measurement_is_none() {
 fn reads_that_fail_are_no_measurements() {
     let io =
         Scripted::reading(|sample, measured| if sample < 300 { Ok(Some(measured)) } else { Err(Fault::Status(-5)) });
-    let outcome = run(io, Settings { watchdog: watchdog(0.0, 100.0), ..settings() });
+    let outcome = run(io, watched(0.0, 100.0));
     assert_eq!((outcome.report.end, outcome.report.at_rest), (EndReason::Watchdog, true));
     assert_eq!(outcome.report.last_fault.as_deref(), Some("status -5"));
     assert_eq!(outcome.report.counts.read_faults, outcome.report.deadlines.taken - 300);
@@ -208,14 +209,8 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
             Settings { seconds: Some(0.0), ..settings() },
             "seconds: expected a time from the sampling interval to 9e6 seconds, got 0.0",
         ),
-        (
-            Settings { watchdog: watchdog(3.0, 2.0), ..settings() },
-            "stale_after: expected a time from 0 to rest_after, got 0.00030000000000000003",
-        ),
-        (
-            Settings { watchdog: watchdog(0.0, 0.5), ..settings() },
-            "rest_after: expected a time from the sampling interval to 9e6 seconds, got 5e-5",
-        ),
+        (watched(3.0, 2.0), "stale_after: expected a time from 0 to rest_after, got 0.00030000000000000003"),
+        (watched(0.0, 0.5), "rest_after: expected a time from the sampling interval to 9e6 seconds, got 5e-5"),
         (Settings { spin: -1.0, ..settings() }, "spin: expected a time from 0 to 10 seconds, got -1.0"),
         (Settings { fifo: Some(100), ..settings() }, "fifo: expected a priority from 1 to 99, got 100.0"),
         (Settings { write_faults: 0, ..settings() }, "write_faults: expected a whole number from 1, got 0.0"),

@@ -43,7 +43,9 @@ fn the_layout_is_the_documented_one() -> std::io::Result<()> {
     let path = folder.path().join("stage");
     let mut io = SharedMemoryIo::create(&path)?;
     let mut plant = SharedMemoryPlant::open(&path)?;
-    (plant.write(0.5), plant.write(1.5), plant.write(2.5));
+    for measurement in [0.5, 1.5, 2.5] {
+        plant.write(measurement);
+    }
     io.write(20.0).unwrap();
     io.write(-30.0).unwrap();
     let bytes = fs::read(&path)?;

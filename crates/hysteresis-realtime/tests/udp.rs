@@ -54,7 +54,8 @@ fn the_newest_measurement_counts() {
 #[test]
 fn drives_are_counted_and_a_plant_that_is_gone_is_no_fault() {
     let (plant, mut io) = pair();
-    (io.write(1.5).unwrap(), io.write(-2.5).unwrap());
+    io.write(1.5).unwrap();
+    io.write(-2.5).unwrap();
     assert_eq!([receive(&plant), receive(&plant)].map(|packet| (packet.sequence, packet.value)), [(0, 1.5), (1, -2.5)]);
     drop(plant);
     for _ in 0..10 {

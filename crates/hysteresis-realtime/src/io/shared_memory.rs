@@ -93,16 +93,18 @@ impl Memory {
         Ok(Self(MmapOptions::new().len(LENGTH).map_raw(file)?))
     }
 
+    #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page, and offsets are multiples of 8")]
     fn block(&self, offset: usize) -> &Block {
         debug_assert!(offset.is_multiple_of(8) && offset + size_of::<Block>() <= LENGTH);
         // SAFETY: the mapping is as long as LENGTH, begins at a page, and lives as long as `self`; a block is made of atomic numbers,
         // for which any bytes are valid and which any thread or process may change meanwhile.
-        unsafe { &*self.0.as_ptr().add(offset).cast::<Block>() }
+        unsafe { &*self.0.as_mut_ptr().add(offset).cast::<Block>() }
     }
 
+    #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page")]
     fn magic(&self) -> &AtomicU64 {
         // SAFETY: as in `block`, for the first 8 bytes.
-        unsafe { &*self.0.as_ptr().cast::<AtomicU64>() }
+        unsafe { &*self.0.as_mut_ptr().cast::<AtomicU64>() }
     }
 }
 
