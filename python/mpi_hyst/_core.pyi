@@ -2,6 +2,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from os import PathLike
+from pathlib import Path
 from typing import (
     Any,
     Literal,
@@ -43,6 +44,7 @@ __all__ = [
     "FirstOrder",
     "Forward",
     "ForwardArray",
+    "Functions",
     "HybridController",
     "Identification",
     "Inverse",
@@ -51,7 +53,9 @@ __all__ = [
     "Lead",
     "LeftOutLoop",
     "Lissajous",
+    "LoopReport",
     "LoopShift",
+    "LoopTimes",
     "LowPass",
     "ManyIdentifications",
     "Margins",
@@ -76,6 +80,7 @@ __all__ = [
     "Run",
     "ScanAxis",
     "SecondOrder",
+    "SharedMemory",
     "Sine",
     "Spiral",
     "Stage",
@@ -83,6 +88,7 @@ __all__ = [
     "StageInverse",
     "StateSpace",
     "Tuning",
+    "Udp",
     "chirp",
     "compare",
     "decaying_triangle",
@@ -101,6 +107,7 @@ __all__ = [
     "plant",
     "precompensate",
     "preview",
+    "run",
     "simulate",
     "sine",
     "table_1",
@@ -6313,3 +6320,107 @@ def tune(
     >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
     True
     """
+
+@final
+class LoopTimes:
+    @property
+    def count(self) -> int: ...
+    @property
+    def median(self) -> float: ...
+    @property
+    def p99(self) -> float: ...
+    @property
+    def p999(self) -> float: ...
+    @property
+    def p9999(self) -> float: ...
+    @property
+    def max(self) -> float: ...
+    @property
+    def histogram(self) -> list[tuple[float, int]]: ...
+
+@final
+class LoopReport:
+    @property
+    def end(
+        self,
+    ) -> Literal[
+        "time_over",
+        "reference_over",
+        "requested",
+        "watchdog",
+        "deadline_missed",
+        "panicked",
+        "write_failed",
+    ]: ...
+    @property
+    def at_rest(self) -> bool: ...
+    @property
+    def last_drive(self) -> float: ...
+    @property
+    def last_fault(self) -> str | None: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def taken(self) -> int: ...
+    @property
+    def missed(self) -> int: ...
+    @property
+    def late(self) -> int: ...
+    @property
+    def skipped(self) -> int: ...
+    @property
+    def stale(self) -> int: ...
+    @property
+    def latency(self) -> LoopTimes: ...
+    @property
+    def compute(self) -> LoopTimes: ...
+    @property
+    def period(self) -> LoopTimes: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+
+@final
+class Functions:
+    def __new__(cls, read: object, write: object, context: int = 0) -> Functions: ...
+
+@final
+class Udp:
+    def __new__(cls, plant: str, *, local: str) -> Udp: ...
+    @property
+    def plant(self) -> str: ...
+    @property
+    def local(self) -> str: ...
+
+@final
+class SharedMemory:
+    def __new__(cls, path: str | PathLike[str]) -> SharedMemory: ...
+    @property
+    def path(self) -> Path: ...
+
+@type_check_only
+class _Io(Protocol):
+    def read(self) -> SupportsFloat | None: ...
+    def write(self, drive: float, /) -> object: ...
+
+def run(
+    controller: HybridController | Stage,
+    io: Plant | Functions | Udp | SharedMemory | _Io,
+    reference: ArrayLike,
+    *,
+    rest_drive: float,
+    rest_rate: float,
+    rate: float | None = None,
+    seconds: float | None = None,
+    repeat: bool = True,
+    misses: Literal["skip", "catch_up", "stop"] = "skip",
+    most_caught_up: int = 100,
+    watchdog: tuple[float, float] | None = (0.0, 0.1),
+    most_write_faults: int = 100,
+    spin: float = 0.0,
+    cpu: int | None = None,
+    fifo: int | None = None,
+    lock_memory: bool = False,
+    record: str | PathLike[str] | None = None,
+    progress: Callable[[dict[str, Any]], object] | None = None,
+) -> LoopReport: ...

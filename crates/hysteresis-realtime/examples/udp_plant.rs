@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let socket = UdpSocket::bind("127.0.0.1:47001")?;
     socket.connect("127.0.0.1:47002")?;
     socket.set_nonblocking(true)?;
-    let (mut random, mut clock) = (fastrand::Rng::with_seed(1), RealClock::new(0));
+    let (mut random, mut clock) = (fastrand::Rng::with_seed(1), RealClock);
     let (interval, start) = ((1e9 / asked.rate) as u64, clock.now());
     let last = asked.seconds.map_or(u64::MAX, |seconds| (seconds * asked.rate) as u64);
     let (mut drive, mut newest) = (0.0, None);

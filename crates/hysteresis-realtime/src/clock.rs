@@ -10,6 +10,9 @@ pub trait Clock {
 
     /// Returns at `deadline` or later; at once if it has passed.
     fn sleep_until(&mut self, deadline: u64);
+
+    /// As [`sleep_until`](Self::sleep_until), awake: nothing has to be woken, but a processor is kept busy.
+    fn spin_until(&mut self, deadline: u64);
 }
 
 /// The monotonic clock of the machine.
@@ -19,28 +22,16 @@ pub trait Clock {
 ///
 /// ```
 /// use hysteresis_realtime::clock::{Clock, RealClock};
-/// let mut clock = RealClock::new(0);
+/// let mut clock = RealClock;
 /// let deadline = clock.now() + 1_000_000;
 /// clock.sleep_until(deadline);
 /// assert!(clock.now() >= deadline);
 /// ```
-#[derive(Clone, Copy, Debug)]
-pub struct RealClock {
-    /// For how many nanoseconds before a deadline it spins.
-    spin: u64,
-}
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RealClock;
 
 /// Whether this platform can sleep until an absolute deadline.
 pub const ABSOLUTE_DEADLINES: bool = cfg!(target_os = "linux");
-
-impl RealClock {
-    /// A clock that spins instead of sleeping for the last `spin` nanoseconds before a deadline. That keeps a processor busy, and
-    /// takes the time of waking up out of the latency.
-    #[must_use]
-    pub fn new(spin: u64) -> Self {
-        Self { spin }
-    }
-}
 
 impl Clock for RealClock {
     #[inline]
@@ -49,7 +40,12 @@ impl Clock for RealClock {
     }
 
     fn sleep_until(&mut self, deadline: u64) {
-        system::sleep(deadline.saturating_sub(self.spin));
+        system::sleep(deadline);
+        // A sleep that was refused, or whose clock is coarser.
+        self.spin_until(deadline);
+    }
+
+    fn spin_until(&mut self, deadline: u64) {
         while self.now() < deadline {
             core::hint::spin_loop();
         }
@@ -152,5 +148,9 @@ impl Clock for SimulatedClock {
         if deadline > self.now() {
             self.now.store(deadline + (self.late)(deadline), Ordering::Relaxed);
         }
+    }
+
+    fn spin_until(&mut self, deadline: u64) {
+        self.now.fetch_max(deadline, Ordering::Relaxed);
     }
 }

@@ -32,8 +32,8 @@ pub struct Deadlines {
     pub taken: u64,
     /// Of those, samples whose drive was written when the next sample was due or later: the missed deadlines.
     pub missed: u64,
-    /// Of those that were taken, samples that began when the next one was due or later.
-    pub caught_up: u64,
+    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or to catch up.
+    pub late: u64,
     /// Deadlines at which no sample was taken.
     pub skipped: u64,
 }
@@ -85,7 +85,7 @@ impl Schedule {
         let missed = done >= self.at(next);
         self.deadlines.taken += 1;
         self.deadlines.missed += u64::from(missed);
-        self.deadlines.caught_up += u64::from(began >= self.at(next));
+        self.deadlines.late += u64::from(began >= self.at(next));
         self.index = next;
         if missed {
             let ahead = self.first_after(done);
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(schedule.index(), 2);
         assert!(schedule.advance(200_000, 450_000, MissPolicy::Skip));
         assert_eq!(schedule.index(), 5);
-        assert_eq!(schedule.deadlines(), Deadlines { taken: 2, missed: 2, caught_up: 0, skipped: 3 });
+        assert_eq!(schedule.deadlines(), Deadlines { taken: 2, missed: 2, late: 0, skipped: 3 });
     }
 
     #[test]
@@ -159,7 +159,7 @@ mod tests {
         assert!(schedule.advance(350_000, 350_010, policy));
         assert!(schedule.advance(350_010, 350_020, policy));
         assert!(!schedule.advance(350_020, 350_030, policy), "on time again: the next one is due at 400 us");
-        assert_eq!(schedule.deadlines(), Deadlines { taken: 4, missed: 3, caught_up: 2, skipped: 0 });
+        assert_eq!(schedule.deadlines(), Deadlines { taken: 4, missed: 3, late: 2, skipped: 0 });
     }
 
     #[test]
@@ -178,9 +178,9 @@ mod tests {
                 let began = schedule.deadline().max(now) + random.u64(..20_000);
                 now = began + if random.u8(..10) == 0 { random.u64(..300_000) } else { random.u64(..10_000) };
                 schedule.advance(began, now, policy);
-                let Deadlines { taken, skipped, missed, caught_up } = schedule.deadlines();
+                let Deadlines { taken, skipped, missed, late } = schedule.deadlines();
                 assert_eq!(taken + skipped, schedule.index());
-                assert!(missed <= taken && caught_up <= missed);
+                assert!(missed <= taken && late <= missed);
                 if !matches!(policy, MissPolicy::CatchUp { .. }) {
                     assert!(schedule.deadline() > now && schedule.deadline() <= now + 33_335);
                 }

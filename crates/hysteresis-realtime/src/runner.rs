@@ -1,5 +1,6 @@
 //! The loop itself: one sample at every deadline, until it rests.
 
+use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -46,6 +47,8 @@ pub(crate) struct Loop<I, C> {
     ahead: u64,
     rest: (f64, f64),
     misses: MissPolicy,
+    /// In nanoseconds.
+    spin: u64,
     most_write_faults: u32,
     /// The deadline at which it goes to rest, and why.
     last: Option<(u64, EndReason)>,
@@ -60,6 +63,8 @@ pub(crate) struct Loop<I, C> {
     holds: bool,
     /// Samples in a row without a measurement.
     missing: u32,
+    /// What the controller was given last.
+    measurement: f64,
     write_faults: u32,
     at_rest: bool,
     began_before: Option<u64>,
@@ -84,6 +89,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
             ahead,
             rest: (settings.rest_rate, settings.rest_drive),
             misses: settings.misses,
+            spin: nanoseconds(settings.spin),
             most_write_faults: settings.write_faults,
             last: last_deadline(&reference, settings.seconds, dt),
             schedule: Schedule::new(dt, 0),
@@ -92,6 +98,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
             phase: Phase::Running,
             holds: false,
             missing: 0,
+            measurement: f64::NAN,
             write_faults: 0,
             at_rest: false,
             began_before: None,
@@ -110,7 +117,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
             live,
             sender,
         };
-        made.start = made.clock.now() + interval(dt);
+        made.start = made.clock.now() + nanoseconds(dt);
         made.schedule = Schedule::new(dt, made.start);
         made.watchdog = Watchdog::new(settings.watchdog, made.start);
         made
@@ -120,7 +127,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
     pub(crate) fn run(&mut self) -> EndReason {
         loop {
             let deadline = self.schedule.deadline();
-            self.clock.sleep_until(deadline);
+            self.wait_for(deadline);
             let began = self.clock.now();
             self.look_for_an_end();
             self.sample(began, began.saturating_sub(deadline));
@@ -134,6 +141,18 @@ impl<I: Io, C: Clock> Loop<I, C> {
             if let Phase::Ended(reason) = self.phase {
                 return reason;
             }
+        }
+    }
+
+    /// Sleeps, and spins for the last moments. Before it spins it looks at the coming sample without taking it: while others had the
+    /// processor, code and tables have left its caches.
+    #[inline]
+    fn wait_for(&mut self, deadline: u64) {
+        self.clock.sleep_until(deadline.saturating_sub(self.spin));
+        if self.spin > 0 && self.clock.now() < deadline {
+            let command = self.reference.at(self.schedule.index().saturating_add(self.ahead)).into();
+            black_box(self.controller.peek(command, self.measurement));
+            self.clock.spin_until(deadline);
         }
     }
 
@@ -171,6 +190,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
     fn sample(&mut self, began: u64, late: u64) {
         let reference = self.reference.at(self.schedule.index());
         let measurement = self.measure(began);
+        self.measurement = measurement;
         let command = self.reference.at(self.schedule.index().saturating_add(self.ahead));
         self.put_out(command.into(), measurement);
         let drive = self.controller.controller().drive();
@@ -303,8 +323,8 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most ten seconds")]
-fn interval(dt: f64) -> u64 {
-    (dt * 1e9).round() as u64
+fn nanoseconds(time: f64) -> u64 {
+    (time * 1e9).round() as u64
 }
 
 /// The deadline at which time or reference are over, whichever comes first.

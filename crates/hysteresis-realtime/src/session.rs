@@ -45,28 +45,15 @@ impl<I: Io + 'static> Session<I> {
     /// # Errors
     /// [`Error`] that names the setting; nothing has been written to the amplifier then.
     pub fn start(controller: StageController, io: I, reference: Reference, settings: Settings) -> Result<Self, Error> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "was checked")]
-        let clock = |settings: &Settings| RealClock::new((settings.spin * 1e9) as u64);
-        Self::start_with(controller, io, reference, settings, clock)
-    }
-
-    fn start_with<C: Clock>(
-        controller: StageController,
-        io: I,
-        reference: Reference,
-        settings: Settings,
-        clock: impl FnOnce(&Settings) -> C + Send + 'static,
-    ) -> Result<Self, Error> {
         settings.check(&controller)?;
         let (stop, live) = (StopFlag::default(), Arc::new(Live::default()));
         let (sender, recorder) = recorder(&settings)?.unzip();
         let around = Surroundings { reference, stop: stop.clone(), live: Arc::clone(&live), sender };
         let work = move || {
-            let mut warnings = Vec::new();
+            let (machine, mut warnings) = (Machine::here(), Vec::new());
             let in_force = ask(&settings, &mut warnings);
-            let clock = clock(&settings);
-            let made = Loop::new(controller, io, clock, &settings, around);
-            run(made, Asked { settings, in_force, warnings, recorder })
+            let made = Loop::new(controller, io, RealClock, &settings, around);
+            run(made, Asked { settings, in_force, warnings, recorder, machine })
         };
         let thread = thread::Builder::new().name("hysteresis-loop".into()).spawn(work).map_err(Error::Thread)?;
         Ok(Self { thread, stop, live })
@@ -138,7 +125,8 @@ pub fn run_on<I: Io, C: Clock>(
     let (sender, recorder) = recorder(&settings)?.unzip();
     let around = Surroundings { reference, stop: stop.clone(), live: Arc::default(), sender };
     let made = Loop::new(controller, io, clock, &settings, around);
-    Ok(run(made, Asked { settings, in_force: InForce::default(), warnings: Vec::new(), recorder }))
+    let (in_force, warnings, machine) = (InForce::default(), Vec::new(), Machine::here());
+    Ok(run(made, Asked { settings, in_force, warnings, recorder, machine }))
 }
 
 fn recorder(settings: &Settings) -> Result<Option<(crate::ring::Sender, Recorder)>, Error> {
@@ -154,13 +142,14 @@ struct Asked {
     in_force: InForce,
     warnings: Vec<String>,
     recorder: Option<Recorder>,
+    machine: Machine,
 }
 
 fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     let end = made.run();
     let seconds = made.seconds();
     let lost_rows = made.close_ring();
-    let Asked { settings, in_force, mut warnings, recorder } = asked;
+    let Asked { settings, in_force, mut warnings, recorder, machine } = asked;
     let recorded_rows = recorder.and_then(|recorder| match recorder.finish() {
         Ok(rows) => Some(rows),
         Err(error) => {
@@ -189,7 +178,7 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
         settings,
         in_force,
         warnings,
-        machine: Machine::here(),
+        machine,
     };
     let (controller, io) = made.into_parts();
     Outcome { report, controller, io }

@@ -37,7 +37,8 @@ pub struct Settings {
     pub watchdog: Option<WatchdogTimes>,
     /// The loop ends where it is after so many writes in a row that failed.
     pub write_faults: u32,
-    /// For how many seconds before each deadline it spins instead of sleeping.
+    /// For how many seconds before each deadline it spins instead of sleeping. It first looks at the coming sample, so that the processor
+    /// has all at hand.
     pub spin: f64,
     /// The processor on which it runs, counted from 0.
     pub cpu: Option<usize>,

@@ -24,8 +24,8 @@ fn skipped_samples_are_those_of_the_time_that_was_lost() {
     let outcome = with_a_slow_write(5 * INTERVAL / 2, MissPolicy::Skip);
     let report = &outcome.report;
     assert_eq!(report.end, EndReason::TimeOver);
-    let Deadlines { taken, missed, caught_up, skipped } = report.deadlines;
-    assert_eq!((missed, caught_up, skipped), (1, 0, 2));
+    let Deadlines { taken, missed, late, skipped } = report.deadlines;
+    assert_eq!((missed, late, skipped), (1, 0, 2));
     assert_eq!(taken - report.counts.rest_samples, 998, "1000 deadlines, two of them skipped");
     // The reference is that of the time: the next sample is 303.
     let (mut controller, mut plant) = (controller(), Scripted::new().plant);
@@ -41,7 +41,7 @@ fn what_is_caught_up_is_every_sample() {
     let outcome = with_a_slow_write(5 * INTERVAL / 2, MissPolicy::CatchUp { at_most: 5 });
     let report = &outcome.report;
     // 300 and 301 end when the next one is due, 302 begins half an interval late.
-    assert_eq!((report.deadlines.missed, report.deadlines.caught_up, report.deadlines.skipped), (2, 1, 0));
+    assert_eq!((report.deadlines.missed, report.deadlines.late, report.deadlines.skipped), (2, 1, 0));
     assert_eq!(report.deadlines.taken - report.counts.rest_samples, 1000);
     let (mut controller, mut plant) = (controller(), Scripted::new().plant);
     for (sample, drive) in (0..1000).zip(&outcome.io.drives) {

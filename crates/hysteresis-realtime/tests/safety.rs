@@ -37,6 +37,15 @@ fn the_drives_are_those_of_the_controller() {
     }
 }
 
+/// What the loop looks at before it spins changes nothing.
+#[test]
+fn spinning_changes_no_drive() {
+    let plain = run(Scripted::new(), settings());
+    let spinning = run(Scripted::new(), Settings { spin: 3e-5, ..settings() });
+    assert_eq!(plain.io.drives, spinning.io.drives);
+    assert_eq!(plain.report.controller, spinning.report.controller);
+}
+
 #[test]
 fn a_reference_that_is_over_ends_it() {
     let reference = Reference::once(vec![0.5; 321]).unwrap();

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pythonize::pythonize;
 use serde::{Deserialize, Serialize};
 
-use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
+use crate::convert::pickling::result_methods;
 
 /// Times of a loop in seconds: how late samples began, how long they took, or how far apart they began.
 #[pyclass(module = "mpi_hyst.realtime", frozen)]
@@ -121,10 +121,10 @@ result_methods!(LoopReport {
         self.0.deadlines.missed
     }
 
-    /// Of those that were taken, samples that began when the next one was due, or later.
+    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or to catch up.
     #[getter]
-    fn caught_up(&self) -> u64 {
-        self.0.deadlines.caught_up
+    fn late(&self) -> u64 {
+        self.0.deadlines.late
     }
 
     /// Deadlines at which no sample was taken.

@@ -17,7 +17,7 @@ use crate::control::controller::HybridController;
 use crate::control::source::check_interval;
 use crate::convert::arguments::{OrNone, count, numbers, two, whole};
 use crate::convert::arrays::numbers;
-use crate::convert::errors::{self, Refusal, raise, unexpected};
+use crate::convert::errors::{self, Refusal, raise};
 use crate::convert::objects::{exclusive, instance, shared};
 use crate::convert::pickling::keywords;
 use crate::plant::plant::Plant;
@@ -110,7 +110,7 @@ impl Refusal for realtime::Error {
     watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=false, record=None, progress=None
 ), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
     most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, lock_memory=False, record=None, progress=None)")]
-#[expect(clippy::too_many_arguments, clippy::fn_params_excessive_bools, reason = "keywords in Python")]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn run<'py>(
     controller: &Bound<'py, PyAny>,
     io: &Bound<'py, PyAny>,
