@@ -135,7 +135,7 @@ def test_control_c_ends_the_loop_and_not_the_program(
 def test_what_progress_raises_is_raised_at_rest(
     stage: mh.Stage, controller: mh.control.HybridController
 ) -> None:
-    def progress(shown: dict[str, Any]) -> None:
+    def progress(_: dict[str, Any]) -> None:
         raise RuntimeError("the window was closed")
 
     with pytest.raises(RuntimeError, match="the window was closed"):
@@ -149,12 +149,12 @@ def test_functions_of_c_are_driven(
     bench = Bench(stage)
 
     @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
-    def read(context: int, measurement: Any) -> int:
+    def read(_: int, measurement: Any) -> int:
         measurement[0] = bench.read()
         return 0
 
     @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
-    def write(context: int, drive: float) -> int:
+    def write(_: int, drive: float) -> int:
         bench.write(drive)
         return 0
 
@@ -168,9 +168,7 @@ def test_functions_of_c_are_driven(
             mh.realtime.Functions(read, wrong)
 
 
-def test_datagrams_are_exchanged(
-    stage: mh.Stage, controller: mh.control.HybridController
-) -> None:
+def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridController) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
         ours.bind(("127.0.0.1", 0))
         ours.settimeout(10.0)
@@ -189,17 +187,13 @@ def test_datagrams_are_exchanged(
         thread = threading.Thread(target=serve)
         thread.start()
         io = mh.realtime.Udp(f"127.0.0.1:{ours.getsockname()[1]}", local=f"127.0.0.1:{local[1]}")
-        report = mh.realtime.run(
-            controller, io, sine(), **REST, seconds=0.3, watchdog=(0.01, 10.0)
-        )
+        report = mh.realtime.run(controller, io, sine(), **REST, seconds=0.3, watchdog=(0.01, 10.0))
         thread.join()
     assert (report.end, report.at_rest, drives[-1]) == ("time_over", True, -10.0)
     assert report.to_dict()["counts"]["fresh"] > 0
 
 
-def test_memory_is_shared(
-    controller: mh.control.HybridController, tmp_path: Path
-) -> None:
+def test_memory_is_shared(controller: mh.control.HybridController, tmp_path: Path) -> None:
     path = tmp_path / "stage"
     io = mh.realtime.SharedMemory(path)
     report = mh.realtime.run(controller, io, sine(), **REST, watchdog=(0.0, 0.05))
