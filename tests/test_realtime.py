@@ -18,7 +18,7 @@ import pytest
 
 RATE = 1000.0
 SLEW = 2e4  # V/s
-REST = {"rest_drive": -10.0, "rest_rate": 5e3}
+REST: dict[str, Any] = {"rest_drive": -10.0, "rest_rate": 5e3}
 
 
 def sine() -> Any:
@@ -58,7 +58,8 @@ class Bench:
 def test_a_plant_and_its_controller_go_on_from_the_rest(
     stage: mh.Stage, controller: mh.control.HybridController, tmp_path: Path
 ) -> None:
-    simulated, path, seen = plant(stage), tmp_path / "record.npy", []
+    simulated, path = plant(stage), tmp_path / "record.npy"
+    seen: list[dict[str, Any]] = []
     report = mh.realtime.run(
         controller, simulated, sine(), **REST, seconds=0.4, record=path, progress=seen.append
     )
@@ -148,24 +149,25 @@ def test_functions_of_c_are_driven(
 ) -> None:
     bench = Bench(stage)
 
-    @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
     def read(_: int, measurement: Any) -> int:
         measurement[0] = bench.read()
         return 0
 
-    @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
     def write(_: int, drive: float) -> int:
         bench.write(drive)
         return 0
 
-    address = ctypes.cast(write, ctypes.c_void_p).value
+    number, context = ctypes.c_double, ctypes.c_void_p
+    reader = ctypes.CFUNCTYPE(ctypes.c_int, context, ctypes.POINTER(number))(read)
+    writer = ctypes.CFUNCTYPE(ctypes.c_int, context, number)(write)
+    address = ctypes.cast(writer, ctypes.c_void_p).value
     assert address is not None
-    io = mh.realtime.Functions(read, address)
+    io = mh.realtime.Functions(reader, address)
     report = mh.realtime.run(controller, io, sine(), **REST, seconds=0.2)
     assert (report.end, bench.drives[-1], len(bench.drives)) == ("time_over", -10.0, report.taken)
     for wrong in (0, "read", 1.5, None):
         with pytest.raises((TypeError, ValueError), match=r"^write: expected a function of ctypes"):
-            mh.realtime.Functions(read, wrong)
+            mh.realtime.Functions(reader, wrong)
 
 
 def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridController) -> None:
@@ -175,7 +177,8 @@ def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridC
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind(("127.0.0.1", 0))
             local = free.getsockname()
-        simulated, drives = plant(stage), []
+        simulated = plant(stage)
+        drives: list[float] = []
 
         def serve() -> None:
             while not drives or drives[-1] != REST["rest_drive"]:

@@ -114,7 +114,7 @@ def realtime(report: LoopReport, axes: Sequence[Axes] | None = None) -> Figure:
 
 def _three(axes: Sequence[Axes]) -> list[Axes]:
     """Return three axes, or say what is wrong with them."""
-    from mpi_hyst._report import canvas
+    from matplotlib.axes import Axes as Drawn
 
     if not isinstance(axes, Iterable):
         raise TypeError(f"axes: expected three matplotlib axes, got {axes!r}")
@@ -122,6 +122,6 @@ def _three(axes: Sequence[Axes]) -> list[Axes]:
     if len(panels) != 3:
         raise ValueError(f"axes: expected three axes, got {len(panels)}")
     for i, panel in enumerate(panels):
-        if not isinstance(panel, canvas.Axes):
+        if not isinstance(panel, Drawn):
             raise TypeError(f"axes[{i}]: expected matplotlib axes, got {panel!r}")
     return panels
