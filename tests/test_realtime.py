@@ -80,7 +80,8 @@ def test_a_report_is_a_plain_value(stage: mh.Stage) -> None:
     report = mh.realtime.run(stage, plant(stage), sine(), **REST, rate=RATE, repeat=False)
     assert report.end == "reference_over"
     values = report.to_dict()
-    assert json.loads(json.dumps(values)) == values
+    text = json.dumps(values)
+    assert json.dumps(json.loads(text)) == text
     assert values["deadlines"]["taken"] == report.taken
     assert pickle.loads(pickle.dumps(report)).to_dict() == values
     assert sum(count for _, count in report.period.histogram) == report.taken - 1
