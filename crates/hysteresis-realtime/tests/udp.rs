@@ -59,7 +59,8 @@ fn drives_are_counted_and_a_plant_that_is_gone_is_no_fault() {
     assert_eq!([receive(&plant), receive(&plant)].map(|packet| (packet.sequence, packet.value)), [(0, 1.5), (1, -2.5)]);
     drop(plant);
     for _ in 0..10 {
-        assert_eq!(io.write(3.5), Ok(()));
+        // The second one is told what became of the first.
+        assert_eq!([io.write(3.5), io.write(3.5)], [Ok(()), Ok(())]);
         assert_eq!(io.read(), Ok(None));
     }
     assert!(io.counts().refused > 0, "the system said that nobody listens");

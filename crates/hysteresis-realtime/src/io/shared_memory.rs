@@ -67,16 +67,24 @@ impl Block {
     #[inline]
     #[must_use]
     pub fn read(&self) -> Option<(u64, f64)> {
+        self.read_while(|| {})
+    }
+
+    /// Reads while something happens between the number and the value: for a test.
+    #[inline]
+    fn read_while(&self, mut meanwhile: impl FnMut()) -> Option<(u64, f64)> {
         for _ in 0..LOOKS {
             let before = self.lock.load(Ordering::Acquire);
-            let found = (self.number.load(Ordering::Relaxed), self.value.load(Ordering::Relaxed));
+            let number = self.number.load(Ordering::Relaxed);
+            meanwhile();
+            let value = self.value.load(Ordering::Relaxed);
             // What was read is read before the lock is looked at again.
             fence(Ordering::Acquire);
             if before == 0 {
                 return None;
             }
             if before & 1 == 0 && self.lock.load(Ordering::Relaxed) == before {
-                return Some((found.0, f64::from_bits(found.1)));
+                return Some((number, f64::from_bits(value)));
             }
             core::hint::spin_loop();
         }
@@ -197,5 +205,30 @@ impl SharedMemoryPlant {
     pub fn write(&mut self, measurement: f64) {
         self.memory.block(MEASUREMENT).write(self.written, measurement);
         self.written += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_changes_while_it_is_read_is_read_again() {
+        let block = Block::default();
+        block.write(1, 1.5);
+        let mut writes = 0;
+        let found = block.read_while(|| {
+            if writes < 3 {
+                writes += 1;
+                block.write(1 + writes, 2.5);
+            }
+        });
+        assert_eq!((found, writes), (Some((4, 2.5)), 3));
+        let mut number = 10;
+        let never_still = block.read_while(|| {
+            number += 1;
+            block.write(number, 3.5);
+        });
+        assert_eq!(never_still, None);
     }
 }
