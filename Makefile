@@ -23,7 +23,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi header soak picture stub format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi realtime header soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -126,6 +126,12 @@ capi: ## the C library, its header and its pkg-config file, in the folder CAPI (
 		if test -e target/release/$$library; then cp target/release/$$library $(CAPI)/lib || exit 1; fi; done
 	version=$$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml) && \
 		sed "s/@VERSION@/$$version/" crates/hysteresis-capi/mpi_hyst.pc.in > $(CAPI)/lib/pkgconfig/mpi_hyst.pc
+
+RATE ?= 10000
+SECONDS ?= 60
+
+realtime: ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took, and what it missed
+	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
 
 header: ## write the header of the C library anew from its sources
 	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header

@@ -2,11 +2,11 @@
 
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
-results of identification in `results`, files of records in `io`, figures in `plot`, and the
-published actuator in `paper`.
+results of identification in `results`, the loop on a clock in `realtime`, files of records in
+`io`, figures in `plot`, and the published actuator in `paper`.
 """
 
-from mpi_hyst import control, io, paper, plant, plot, results, signals, trajectories
+from mpi_hyst import control, io, paper, plant, plot, realtime, results, signals, trajectories
 from mpi_hyst._core import (
     ActuatorArray,
     Bracket,
@@ -60,6 +60,7 @@ __all__ = [
     "paper",
     "plant",
     "plot",
+    "realtime",
     "results",
     "signals",
     "trajectories",

@@ -2,6 +2,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from os import PathLike
+from pathlib import Path
 from typing import (
     Any,
     Literal,
@@ -43,6 +44,7 @@ __all__ = [
     "FirstOrder",
     "Forward",
     "ForwardArray",
+    "Functions",
     "HybridController",
     "Identification",
     "Inverse",
@@ -51,7 +53,9 @@ __all__ = [
     "Lead",
     "LeftOutLoop",
     "Lissajous",
+    "LoopReport",
     "LoopShift",
+    "LoopTimes",
     "LowPass",
     "ManyIdentifications",
     "Margins",
@@ -76,6 +80,7 @@ __all__ = [
     "Run",
     "ScanAxis",
     "SecondOrder",
+    "SharedMemory",
     "Sine",
     "Spiral",
     "Stage",
@@ -83,6 +88,7 @@ __all__ = [
     "StageInverse",
     "StateSpace",
     "Tuning",
+    "Udp",
     "chirp",
     "compare",
     "decaying_triangle",
@@ -101,6 +107,7 @@ __all__ = [
     "plant",
     "precompensate",
     "preview",
+    "run",
     "simulate",
     "sine",
     "table_1",
@@ -6338,4 +6345,282 @@ def tune(
     ((), True)
     >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
     True
+    """
+
+@final
+class LoopTimes:
+    """Times of a loop in seconds: how late samples began, how long they took, or how far apart they began."""
+
+    @property
+    def count(self) -> int:
+        """How many there were."""
+    @property
+    def median(self) -> float:
+        """Half of them were at most so long."""
+    @property
+    def p99(self) -> float:
+        """99 % of them were at most so long."""
+    @property
+    def p999(self) -> float:
+        """99.9 % of them were at most so long."""
+    @property
+    def p9999(self) -> float:
+        """99.99 % of them were at most so long."""
+    @property
+    def max(self) -> float:
+        """The longest."""
+    @property
+    def histogram(self) -> list[tuple[float, int]]:
+        """Pairs (upper end, count) of classes, each a quarter wider than the one before."""
+
+@final
+class LoopReport:
+    """What a loop did, made by `run`."""
+
+    @property
+    def end(
+        self,
+    ) -> Literal[
+        "time_over",
+        "reference_over",
+        "requested",
+        "watchdog",
+        "deadline_missed",
+        "panicked",
+        "write_failed",
+    ]:
+        """Why it went to rest: "time_over", "reference_over", "requested", "watchdog", "deadline_missed", "panicked"; or why it ended where
+        it was: "write_failed".
+        """
+    @property
+    def at_rest(self) -> bool:
+        """Whether the drive written last is the rest drive: False only if writing itself failed."""
+    @property
+    def last_drive(self) -> float:
+        """The drive written last, V."""
+    @property
+    def last_fault(self) -> str | None:
+        """The last fault of input or output in words, or None."""
+    @property
+    def seconds(self) -> float:
+        """From the first deadline to the end."""
+    @property
+    def taken(self) -> int:
+        """Samples that were taken. With `skipped` they are all deadlines there were."""
+    @property
+    def missed(self) -> int:
+        """Of those, samples whose drive was written when the next one was due, or later: the missed deadlines."""
+    @property
+    def late(self) -> int:
+        """Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or to catch up."""
+    @property
+    def skipped(self) -> int:
+        """Deadlines at which no sample was taken."""
+    @property
+    def stale(self) -> int:
+        """Samples without a fresh enough measurement."""
+    @property
+    def latency(self) -> LoopTimes:
+        """How late samples began."""
+    @property
+    def compute(self) -> LoopTimes:
+        """How long samples took: reading, computing and writing."""
+    @property
+    def period(self) -> LoopTimes:
+        """How far apart samples began."""
+    @property
+    def warnings(self) -> list[str]:
+        """What was refused, or failed without ending the loop."""
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values."""
+
+@final
+class Functions:
+    """Two functions of C: any driver of any vendor, through ctypes.
+
+    `int read(void *context, double *measurement)` writes the measurement of now and returns 0; it returns a number above 0 if there is
+    none that is newer, and one below 0 for a fault. `int write(void *context, double drive)` returns 0, or another number for a fault.
+    Both are called once per sample from the thread of the loop, and must not wait. As with ctypes itself, a function of another
+    signature crashes the process.
+
+    Parameters
+    ----------
+    read, write : ctypes functions, or int
+        Or their addresses.
+    context : int
+        An address that both get.
+
+    Raises
+    ------
+    ValueError, TypeError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import ctypes
+    >>> import mpi_hyst as mh
+    >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
+    ... def read(context, measurement):
+    ...     measurement[0] = 1.5
+    ...     return 0
+    >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+    ... def write(context, drive):
+    ...     return 0
+    >>> io = mh.realtime.Functions(read, write)
+    """
+
+    def __new__(cls, read: object, write: object, context: int = 0) -> Functions: ...
+
+@final
+class Udp:
+    """A plant that talks in datagrams, on another computer or in another process.
+
+    A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
+    `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
+
+    Parameters
+    ----------
+    plant, local : str
+        "host:port".
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> io = mh.realtime.Udp("127.0.0.1:47001", local="127.0.0.1:47002")
+    >>> io.plant
+    '127.0.0.1:47001'
+    """
+
+    def __new__(cls, plant: str, *, local: str) -> Udp: ...
+    @property
+    def plant(self) -> str:
+        """Where drives go, and from where measurements are taken."""
+    @property
+    def local(self) -> str:
+        """Where measurements come in."""
+
+@final
+class SharedMemory:
+    """Memory that another process maps too.
+
+    The loop makes a file of 256 bytes, in /dev/shm on Linux. The plant writes a measurement at offset 64, and reads the drive at
+    offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
+    the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file. One that is there is emptied.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> io = mh.realtime.SharedMemory("/dev/shm/stage")
+    >>> str(io.path)
+    '/dev/shm/stage'
+    """
+
+    def __new__(cls, path: str | PathLike[str]) -> SharedMemory: ...
+    @property
+    def path(self) -> Path:
+        """The file."""
+
+@type_check_only
+class _Io(Protocol):
+    def read(self) -> SupportsFloat | None: ...
+    def write(self, drive: float, /) -> object: ...
+
+def run(
+    controller: HybridController | Stage,
+    io: Plant | Functions | Udp | SharedMemory | _Io,
+    reference: ArrayLike,
+    *,
+    rest_drive: float,
+    rest_rate: float,
+    rate: float | None = None,
+    seconds: float | None = None,
+    repeat: bool = True,
+    misses: Literal["skip", "catch_up", "stop"] = "skip",
+    most_caught_up: int = 100,
+    watchdog: tuple[float, float] | None = (0.0, 0.1),
+    most_write_faults: int = 100,
+    spin: float = 0.0,
+    cpu: int | None = None,
+    fifo: int | None = None,
+    lock_memory: bool = False,
+    record: str | PathLike[str] | None = None,
+    progress: Callable[[dict[str, Any]], object] | None = None,
+) -> LoopReport:
+    """Runs the loop of a stage at a fixed rate, in a thread outside the interpreter.
+
+    At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
+    the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
+    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". Limits and slew
+    hold all the time. The drive written last is the rest drive, unless writing itself fails.
+
+    A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
+    holds the drive. After `rest_after` seconds without one the drive goes to rest.
+
+    Parameters
+    ----------
+    controller : HybridController or Stage
+        The amplifier must have its drive. It goes on from there, and is in its stop afterwards. A stage makes one with the exact
+        inverse, for `rate`.
+    io : Plant, Functions, Udp, SharedMemory or object
+        What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
+        `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
+        raises is raised again when the drive rests.
+    reference : array of n floats
+        Where the position should be, one for each sample.
+    rest_drive : float
+        The drive at which the loop ends, V.
+    rest_rate : float
+        How fast it goes there, V/s.
+    rate : float, optional
+        Samples per second, for a stage. A controller has its own.
+    seconds : float, optional
+        When it ends.
+    repeat : bool
+        Whether the reference is followed again and again.
+    misses : "skip", "catch_up" or "stop"
+        When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
+        `most_caught_up` samples; or go to rest.
+    most_caught_up : int
+        What lies further back is skipped.
+    watchdog : (stale_after, rest_after) or None
+        In seconds. Without, the drive is held for ever.
+    most_write_faults : int
+        After so many writes in a row that failed the loop ends where it is.
+    spin : float
+        For how many seconds before each deadline the loop spins instead of sleeping: less latency for a busy processor.
+    cpu : int, optional
+        The processor on which the loop runs.
+    fifo : int, optional
+        The priority of SCHED_FIFO, 1 to 99.
+    lock_memory : bool
+        Whether all memory of the process stays in memory. What is refused of these three is one of the `warnings` of the report.
+    record : path-like, optional
+        The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
+        if the process is killed.
+    progress : callable, optional
+        Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive.
+
+    Returns
+    -------
+    LoopReport
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        That name the argument, what was expected and what came. Nothing was written then.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.paper.plant("A1").stage
+    >>> reference = mh.signals.sine(2.0, 10.0, seconds=0.1, rate=1000)  # um
+    >>> plant = mh.plant.Plant(stage, dt=1e-3)
+    >>> report = mh.realtime.run(stage, plant, reference, rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.3)
+    >>> report.end, report.at_rest, plant.drive
+    ('time_over', True, 0.0)
     """

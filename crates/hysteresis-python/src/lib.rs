@@ -10,13 +10,14 @@
 //! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
 //! (a million samples take milliseconds) and signals are looked at between them. The threads of an array of streams are
 //! Rust's own and end before the call does. Identification works on its own copy
-//! and lets the interpreter go.
+//! and lets the interpreter go, as does a loop in real time.
 
 mod control;
 mod convert;
 mod identify;
 mod model;
 mod plant;
+mod realtime;
 mod signal;
 mod stage;
 mod stream;
@@ -110,6 +111,12 @@ mod _core {
     use crate::plant::run::{Metrics, Run};
     #[pymodule_export]
     use crate::plant::simulate::simulate;
+    #[pymodule_export]
+    use crate::realtime::other_side::{Functions, SharedMemory, Udp};
+    #[pymodule_export]
+    use crate::realtime::report::{LoopReport, LoopTimes};
+    #[pymodule_export]
+    use crate::realtime::run::run;
     #[pymodule_export]
     use crate::signal::chirp::chirp;
     #[pymodule_export]

@@ -16,6 +16,7 @@ from mpi_hyst._cli.identify.command import identify
 from mpi_hyst._cli.interrupts import NOTHING_WRITTEN, STATUS, interrupts_restored
 from mpi_hyst._cli.look.command import look
 from mpi_hyst._cli.precompensate.command import precompensate
+from mpi_hyst._cli.realtime.command import realtime
 from mpi_hyst._cli.reproduce.command import reproduce
 from mpi_hyst._cli.simulate.command import simulate
 from mpi_hyst.io import ReadError
@@ -67,5 +68,5 @@ def commands(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (look, excite, identify, precompensate, simulate, demo, reproduce):
+for command in (look, excite, identify, precompensate, simulate, realtime, demo, reproduce):
     commands.add_command(command)

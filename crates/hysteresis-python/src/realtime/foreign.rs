@@ -1,0 +1,41 @@
+//! Input and output by a Python object: slower, as each call takes the interpreter.
+
+use hysteresis_realtime::io::{Fault, Io};
+use pyo3::prelude::*;
+
+use crate::convert::errors::unexpected;
+
+/// The methods `read` and `write` of an object, and the first exception that one of them raised.
+pub(super) struct ForeignIo {
+    read: Py<PyAny>,
+    write: Py<PyAny>,
+    pub(super) raised: Option<PyErr>,
+}
+
+impl ForeignIo {
+    pub(super) fn new(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let method = |name| object.getattr_opt(name).map(|found| found.filter(PyAnyMethods::is_callable));
+        let (Some(read), Some(write)) = (method("read")?, method("write")?) else {
+            let expected = "a Plant, Functions, Udp, SharedMemory, or an object with read() and write(drive)";
+            return Err(unexpected("io", expected, object));
+        };
+        Ok(Self { read: read.unbind(), write: write.unbind(), raised: None })
+    }
+
+    fn attached<T>(&mut self, call: impl FnOnce(&Self, Python<'_>) -> PyResult<T>) -> Result<T, Fault> {
+        Python::attach(|py| call(self, py)).map_err(|error| {
+            self.raised.get_or_insert(error);
+            Fault::Raised
+        })
+    }
+}
+
+impl Io for ForeignIo {
+    fn read(&mut self) -> Result<Option<f64>, Fault> {
+        self.attached(|io, py| io.read.call0(py)?.extract(py))
+    }
+
+    fn write(&mut self, drive: f64) -> Result<(), Fault> {
+        self.attached(|io, py| io.write.call1(py, (drive,)).map(drop))
+    }
+}

@@ -1,0 +1,6 @@
+//! The loop of a stage in real time.
+
+mod foreign;
+pub(crate) mod other_side;
+pub(crate) mod report;
+pub(crate) mod run;

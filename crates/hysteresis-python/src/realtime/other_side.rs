@@ -1,0 +1,157 @@
+//! What a loop may read from and write to, as Python names it.
+
+use std::ffi::c_void;
+use std::path::PathBuf;
+
+use hysteresis_realtime::io::{FunctionIo, ReadFunction, WriteFunction};
+use pyo3::prelude::*;
+
+use crate::convert::arguments::whole;
+use crate::convert::errors::{self, unexpected};
+
+/// Two functions of C: any driver of any vendor, through ctypes.
+///
+/// `int read(void *context, double *measurement)` writes the measurement of now and returns 0; it returns a number above 0 if there is
+/// none that is newer, and one below 0 for a fault. `int write(void *context, double drive)` returns 0, or another number for a fault.
+/// Both are called once per sample from the thread of the loop, and must not wait. As with ctypes itself, a function of another
+/// signature crashes the process.
+///
+/// Parameters
+/// ----------
+/// read, write : ctypes functions, or int
+///     Or their addresses.
+/// context : int
+///     An address that both get.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import ctypes
+/// >>> import mpi_hyst as mh
+/// >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
+/// ... def read(context, measurement):
+/// ...     measurement[0] = 1.5
+/// ...     return 0
+/// >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+/// ... def write(context, drive):
+/// ...     return 0
+/// >>> io = mh.realtime.Functions(read, write)
+#[pyclass(module = "mpi_hyst.realtime", frozen)]
+pub(crate) struct Functions {
+    read: usize,
+    write: usize,
+    context: usize,
+    /// What keeps the functions alive.
+    _kept: [Py<PyAny>; 2],
+}
+
+#[pymethods]
+impl Functions {
+    #[new]
+    #[pyo3(signature = (read, write, context=None), text_signature = "(read, write, context=0)")]
+    fn new(read: &Bound<'_, PyAny>, write: &Bound<'_, PyAny>, context: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        Ok(Self {
+            read: address("read", read)?,
+            write: address("write", write)?,
+            context: context.map_or(Ok(0), |context| whole("context", context))?,
+            _kept: [read, write].map(|function| function.clone().unbind()),
+        })
+    }
+}
+
+impl Functions {
+    pub(super) fn io(&self) -> FunctionIo {
+        // SAFETY: whoever made this object says that functions of these signatures are there, as with ctypes; `_kept` keeps those that
+        // ctypes made, and the caller of the loop keeps this object.
+        unsafe {
+            let read = std::mem::transmute::<*const c_void, ReadFunction>(self.read as *const c_void);
+            let write = std::mem::transmute::<*const c_void, WriteFunction>(self.write as *const c_void);
+            FunctionIo::new(read, write, self.context as *mut c_void)
+        }
+    }
+}
+
+fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let expected = "a function of ctypes, or an address other than 0";
+    if let Ok(address) = function.extract::<usize>() {
+        return if address == 0 {
+            Err(errors::value(name, format_args!("expected {expected}, got 0")))
+        } else {
+            Ok(address)
+        };
+    }
+    let ctypes = function.py().import("ctypes")?;
+    let pointer = ctypes.getattr("c_void_p")?;
+    match ctypes.call_method1("cast", (function, pointer)).and_then(|cast| cast.getattr("value")?.extract()) {
+        Ok(address) if function.is_callable() => Ok(address),
+        _ => Err(unexpected(name, expected, function)),
+    }
+}
+
+/// A plant that talks in datagrams, on another computer or in another process.
+///
+/// A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
+/// `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
+///
+/// Parameters
+/// ----------
+/// plant, local : str
+///     "host:port".
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> io = mh.realtime.Udp("127.0.0.1:47001", local="127.0.0.1:47002")
+/// >>> io.plant
+/// '127.0.0.1:47001'
+#[pyclass(module = "mpi_hyst.realtime", frozen, get_all)]
+pub(crate) struct Udp {
+    /// Where drives go, and from where measurements are taken.
+    pub(super) plant: String,
+    /// Where measurements come in.
+    pub(super) local: String,
+}
+
+#[pymethods]
+impl Udp {
+    #[new]
+    #[pyo3(signature = (plant, *, local))]
+    fn new(plant: String, local: String) -> Self {
+        Self { plant, local }
+    }
+}
+
+/// Memory that another process maps too.
+///
+/// The loop makes a file of 256 bytes, in /dev/shm on Linux. The plant writes a measurement at offset 64, and reads the drive at
+/// offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
+/// the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     The file. One that is there is emptied.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> io = mh.realtime.SharedMemory("/dev/shm/stage")
+/// >>> str(io.path)
+/// '/dev/shm/stage'
+#[pyclass(module = "mpi_hyst.realtime", frozen, get_all)]
+pub(crate) struct SharedMemory {
+    /// The file.
+    pub(super) path: PathBuf,
+}
+
+#[pymethods]
+impl SharedMemory {
+    #[new]
+    fn new(path: PathBuf) -> Self {
+        Self { path }
+    }
+}

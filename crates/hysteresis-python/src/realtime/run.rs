@@ -1,0 +1,296 @@
+//! A loop from Python: the interpreter is free while it runs.
+
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use hysteresis_control::StageController;
+use hysteresis_realtime::io::{Io, SharedMemoryIo, UdpIo};
+use hysteresis_realtime::{self as realtime, Live, MissPolicy, Outcome, Reference, Session, Settings, WatchdogTimes};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use super::foreign::ForeignIo;
+use super::other_side::{Functions, SharedMemory, Udp};
+use super::report::LoopReport;
+use crate::control::controller::HybridController;
+use crate::control::source::check_interval;
+use crate::convert::arguments::{OrNone, count, numbers, two, whole};
+use crate::convert::arrays::numbers;
+use crate::convert::errors::{self, Refusal, raise};
+use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::pickling::keywords;
+use crate::plant::plant::Plant;
+use crate::stage::object::Stage;
+
+/// How often signals are looked at, and `progress` is called.
+const PAUSE: Duration = Duration::from_millis(100);
+
+impl Refusal for realtime::Error {
+    fn parameter(&self) -> Option<&str> {
+        realtime::Error::parameter(self)
+    }
+}
+
+/// Runs the loop of a stage at a fixed rate, in a thread outside the interpreter.
+///
+/// At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
+/// the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
+/// long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". Limits and slew
+/// hold all the time. The drive written last is the rest drive, unless writing itself fails.
+///
+/// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
+/// holds the drive. After `rest_after` seconds without one the drive goes to rest.
+///
+/// Parameters
+/// ----------
+/// controller : HybridController or Stage
+///     The amplifier must have its drive. It goes on from there, and is in its stop afterwards. A stage makes one with the exact
+///     inverse, for `rate`.
+/// io : Plant, Functions, Udp, SharedMemory or object
+///     What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
+///     `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
+///     raises is raised again when the drive rests.
+/// reference : array of n floats
+///     Where the position should be, one for each sample.
+/// rest_drive : float
+///     The drive at which the loop ends, V.
+/// rest_rate : float
+///     How fast it goes there, V/s.
+/// rate : float, optional
+///     Samples per second, for a stage. A controller has its own.
+/// seconds : float, optional
+///     When it ends.
+/// repeat : bool
+///     Whether the reference is followed again and again.
+/// misses : "skip", "catch_up" or "stop"
+///     When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
+///     `most_caught_up` samples; or go to rest.
+/// most_caught_up : int
+///     What lies further back is skipped.
+/// watchdog : (stale_after, rest_after) or None
+///     In seconds. Without, the drive is held for ever.
+/// most_write_faults : int
+///     After so many writes in a row that failed the loop ends where it is.
+/// spin : float
+///     For how many seconds before each deadline the loop spins instead of sleeping: less latency for a busy processor.
+/// cpu : int, optional
+///     The processor on which the loop runs.
+/// fifo : int, optional
+///     The priority of SCHED_FIFO, 1 to 99.
+/// lock_memory : bool
+///     Whether all memory of the process stays in memory. What is refused of these three is one of the `warnings` of the report.
+/// record : path-like, optional
+///     The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
+///     if the process is killed.
+/// progress : callable, optional
+///     Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive.
+///
+/// Returns
+/// -------
+/// LoopReport
+///
+/// Raises
+/// ------
+/// ValueError, TypeError, OSError
+///     That name the argument, what was expected and what came. Nothing was written then.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.paper.plant("A1").stage
+/// >>> reference = mh.signals.sine(2.0, 10.0, seconds=0.1, rate=1000)  # um
+/// >>> plant = mh.plant.Plant(stage, dt=1e-3)
+/// >>> report = mh.realtime.run(stage, plant, reference, rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.3)
+/// >>> report.end, report.at_rest, plant.drive
+/// ('time_over', True, 0.0)
+#[pyfunction]
+#[pyo3(signature = (
+    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=true, misses="skip", most_caught_up=None,
+    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=false, record=None, progress=None
+), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
+    most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, lock_memory=False, record=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub(crate) fn run<'py>(
+    controller: &Bound<'py, PyAny>,
+    io: &Bound<'py, PyAny>,
+    reference: &Bound<'py, PyAny>,
+    rest_drive: &Bound<'py, PyAny>,
+    rest_rate: &Bound<'py, PyAny>,
+    rate: Option<&Bound<'py, PyAny>>,
+    seconds: Option<&Bound<'py, PyAny>>,
+    repeat: bool,
+    misses: &str,
+    most_caught_up: Option<&Bound<'py, PyAny>>,
+    watchdog: OrNone<'py>,
+    most_write_faults: Option<&Bound<'py, PyAny>>,
+    spin: Option<&Bound<'py, PyAny>>,
+    cpu: Option<&Bound<'py, PyAny>>,
+    fifo: Option<&Bound<'py, PyAny>>,
+    lock_memory: bool,
+    record: Option<PathBuf>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<LoopReport> {
+    numbers!(rest_drive, rest_rate, rate, seconds, spin = 0.0);
+    let settings = Settings {
+        seconds,
+        misses: policy(misses, most_caught_up)?,
+        watchdog: watchdog_times(&watchdog)?,
+        write_faults: most_write_faults.map_or(Ok(100), |given| whole("most_write_faults", given))?,
+        spin,
+        cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
+        fifo: fifo.map(|fifo| whole("fifo", fifo)).transpose()?,
+        lock_memory,
+        record,
+        ..Settings::new(rest_drive, rest_rate)
+    };
+    let positions = numbers("reference", reference)?;
+    let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
+    let controller = checked_controller(controller, rate)?;
+    // Nobody else changes the controller while it drives.
+    let mut held = exclusive(&controller)?;
+    let start = Start { controller: held.stage_controller.clone(), reference, settings, progress };
+    let Ended { report, controller, raised } = start.on(io)?;
+    held.stage_controller = controller;
+    raised.map_or(Ok(LoopReport(report)), Err)
+}
+
+/// A controller as it came, or one that a stage makes.
+fn checked_controller<'py>(given: &Bound<'py, PyAny>, rate: Option<f64>) -> PyResult<Bound<'py, HybridController>> {
+    if given.cast::<Stage>().is_ok() {
+        let Some(rate) = rate else {
+            return Err(errors::value("rate", "expected samples per second beside a Stage, got None"));
+        };
+        let made = given.call_method1("controller", (1.0 / rate,))?;
+        return Ok(made.cast_into::<HybridController>()?);
+    }
+    let controller = instance::<HybridController>("controller", "a HybridController or a Stage", given)?;
+    let own = 1.0 / shared(controller)?.stage_controller.controller().options().dt;
+    match rate {
+        Some(rate) if (rate / own - 1.0).abs() > 1e-9 => {
+            Err(errors::value("rate", format_args!("expected {own:?}, as the controller has, got {rate:?}")))
+        }
+        _ => Ok(controller.clone()),
+    }
+}
+
+fn policy(misses: &str, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
+    match (misses, most_caught_up) {
+        ("skip", None) => Ok(MissPolicy::Skip),
+        ("stop", None) => Ok(MissPolicy::Stop),
+        ("catch_up", given) => {
+            let at_most = given.map_or(Ok(100), |given| count("most_caught_up", given))?;
+            Ok(MissPolicy::CatchUp { at_most: u32::try_from(at_most).unwrap_or(u32::MAX) })
+        }
+        ("skip" | "stop", Some(_)) => Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\"")),
+        _ => {
+            let expected = "\"skip\", \"catch_up\" or \"stop\"";
+            Err(errors::value("misses", format_args!("expected {expected}, got \"{misses}\"")))
+        }
+    }
+}
+
+fn watchdog_times(given: &OrNone<'_>) -> PyResult<Option<WatchdogTimes>> {
+    given.or(Some(WatchdogTimes { stale_after: 0.0, rest_after: 0.1 }), |times| {
+        times
+            .map(|times| {
+                let (stale_after, rest_after) = two("watchdog", "(stale_after, rest_after) or None", times)?;
+                Ok(WatchdogTimes { stale_after, rest_after })
+            })
+            .transpose()
+    })
+}
+
+/// A loop that only needs something to read from and write to.
+struct Start<'a, 'py> {
+    controller: StageController,
+    reference: Reference,
+    settings: Settings,
+    progress: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// A loop that has ended, with what Python raised meanwhile.
+struct Ended {
+    report: realtime::Report,
+    controller: StageController,
+    raised: Option<PyErr>,
+}
+
+impl Start<'_, '_> {
+    fn on(self, io: &Bound<'_, PyAny>) -> PyResult<Ended> {
+        let py = io.py();
+        if let Ok(plant) = io.cast::<Plant>() {
+            let mut plant = exclusive(plant)?;
+            check_interval("io", Some(plant.plant.dt()), self.controller.controller().options().dt)?;
+            let (after, ended) = self.run(py, plant.plant.clone())?;
+            plant.plant = after;
+            return Ok(ended);
+        }
+        if let Ok(functions) = io.cast::<Functions>() {
+            return Ok(self.run(py, functions.get().io())?.1);
+        }
+        if let Ok(udp) = io.cast::<Udp>() {
+            let Udp { plant, local } = udp.get();
+            let io = UdpIo::connect(local.as_str(), plant.as_str()).map_err(|error| errors::io(local, &error))?;
+            return Ok(self.run(py, io)?.1);
+        }
+        if let Ok(memory) = io.cast::<SharedMemory>() {
+            let path = &memory.get().path;
+            let io = SharedMemoryIo::create(path).map_err(|error| errors::io(&path.display().to_string(), &error))?;
+            return Ok(self.run(py, io)?.1);
+        }
+        let (io, ended) = self.run(py, ForeignIo::new(io)?)?;
+        Ok(Ended { raised: io.raised.or(ended.raised), ..ended })
+    }
+
+    /// Runs to the end, also when Python wants to stop.
+    fn run<I: Io + 'static>(self, py: Python<'_>, io: I) -> PyResult<(I, Ended)> {
+        let session = Session::start(self.controller, io, self.reference, self.settings).map_err(refused)?;
+        let live = session.live();
+        let mut raised = None;
+        while !py.detach(|| pause(&session)) {
+            let progress = |progress: &Bound<'_, PyAny>| progress.call1((shown(py, &live)?,)).map(drop);
+            let looked = py.check_signals().and_then(|()| self.progress.map_or(Ok(()), progress));
+            if let Err(error) = looked {
+                session.stop();
+                raised.get_or_insert(error);
+            }
+        }
+        let Outcome { report, controller, io } = py.detach(|| session.wait());
+        // Ctrl-C has ended the loop: that is what it was for.
+        let raised = raised.filter(|error| !error.is_instance_of::<PyKeyboardInterrupt>(py));
+        Ok((io, Ended { report, controller, raised }))
+    }
+}
+
+fn refused(error: realtime::Error) -> PyErr {
+    match error {
+        realtime::Error::Record { path, error } => errors::io(&path.display().to_string(), &error),
+        error => raise(error),
+    }
+}
+
+/// Waits a moment; true at the end of the loop.
+fn pause<I>(session: &Session<I>) -> bool {
+    let step = Duration::from_millis(5);
+    for _ in 0..PAUSE.as_millis() / step.as_millis() {
+        if session.is_finished() {
+            return true;
+        }
+        thread::sleep(step);
+    }
+    false
+}
+
+fn shown<'py>(py: Python<'py>, live: &Live) -> PyResult<Bound<'py, PyAny>> {
+    let shown = keywords!(
+        py,
+        taken = live.taken(),
+        missed = live.missed(),
+        skipped = live.skipped(),
+        stale = live.stale(),
+        measurement = live.measurement(),
+        drive = live.drive(),
+    );
+    Ok(shown.into_any())
+}

@@ -1,0 +1,65 @@
+//! The loop of a stage in real time: a sample at every deadline of a clock, in a thread of its own.
+//!
+//! ```text
+//! deadline k: sleep until it -> read -> controller -> write -> row into a ring -> deadline k+1
+//! ```
+//!
+//! [`Session::start`] starts it with a [`StageController`](hysteresis_control::StageController), an [`Io`](io::Io), a [`Reference`] and
+//! [`Settings`]; [`Session::wait`] returns the [`Report`]. Once started, the loop does not allocate, lock or log. Another thread writes
+//! the record. [`run_on`] runs the same loop on any [`Clock`](clock::Clock).
+//!
+//! # Safety of the stage
+//!
+//! | state | what happens | counted as |
+//! |---|---|---|
+//! | running | a fresh measurement, the controller's drive | `fresh` |
+//! | no fresh measurement for less than `stale_after` | the last one stands in | `stood_in` |
+//! | none for `stale_after` | the controller is told that there is none: it holds the drive for `max_missing` samples, with an [`Observer`](hysteresis_control::Observer) it goes on | `stale` |
+//! | none for more than `max_missing` samples besides | the loop holds the drive; with a fresh measurement the motion goes on without a jump | `stale`, `held` |
+//! | none for `rest_after` | to rest, for good | [`EndReason::Watchdog`] |
+//! | a measurement that is not finite, or that the controller does not believe | as none | as above |
+//! | a read that fails | as none | `read_faults` |
+//! | a write that fails | the controller does not take the sample; the next one tries again | `write_faults` |
+//! | `write_faults` of them in a row | the end, wherever the drive is | [`EndReason::WriteFailed`] |
+//! | a deadline is missed | as [`MissPolicy`] says | [`Deadlines`], [`EndReason::DeadlineMissed`] |
+//! | input or output panics | caught; to rest | [`EndReason::Panicked`] |
+//! | Ctrl-C, [`StopFlag`]; time or reference over | to rest | [`EndReason`] |
+//!
+//! *To rest* is a ramp to `rest_drive` at `rest_rate`, or at the slew of the controller if that is slower. It needs no measurement, and
+//! nothing interrupts it but writes that fail. While it runs, missed deadlines are skipped. The drive written last is the rest drive, unless
+//! writing itself fails: [`Report::at_rest`] says so, and [`Report::last_drive`] is the drive that the amplifier then has. A process
+//! that is killed leaves the drive where it is: a driver or an amplifier with a watchdog of its own is for that.
+//!
+//! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the controller. After
+//! skipped samples the drive has had more time than it used.
+
+pub mod clock;
+mod error;
+pub mod io;
+mod latency;
+mod machine;
+mod policy;
+mod privileges;
+mod recorder;
+mod reference;
+mod report;
+mod ring;
+mod runner;
+mod session;
+mod settings;
+mod stop;
+mod watchdog;
+
+pub use error::Error;
+pub use latency::Summary;
+pub use machine::Machine;
+pub use policy::{Deadlines, MissPolicy};
+pub use privileges::InForce;
+pub use recorder::NpyFile;
+pub use reference::Reference;
+pub use report::{Counts, EndReason, Report};
+pub use ring::{COLUMNS, Row};
+pub use session::{Outcome, Session, run_on};
+pub use settings::Settings;
+pub use stop::{Live, StopFlag};
+pub use watchdog::WatchdogTimes;

@@ -1,0 +1,113 @@
+//! What a thread may ask of the system to be woken in time. What is refused is a warning, never silence.
+
+use serde::{Deserialize, Serialize};
+
+use crate::settings::Settings;
+
+/// What is really in force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InForce {
+    /// Whether sleeps end at absolute deadlines.
+    pub absolute_deadlines: bool,
+    /// The processor on which the loop runs.
+    pub cpu: Option<usize>,
+    /// The priority of `SCHED_FIFO`.
+    pub fifo: Option<u8>,
+    /// Whether the memory of the process stays in memory.
+    pub locked_memory: bool,
+}
+
+/// Asks for what the settings want, for the thread that calls.
+pub(crate) fn ask(settings: &Settings, warnings: &mut Vec<String>) -> InForce {
+    let mut in_force = InForce { absolute_deadlines: crate::clock::ABSOLUTE_DEADLINES, ..InForce::default() };
+    if !in_force.absolute_deadlines {
+        warnings.push("absolute deadlines: this system has none; the loop sleeps for the time that is left".into());
+    }
+    let mut granted = |what: &str, answer: std::io::Result<()>| match answer {
+        Ok(()) => true,
+        Err(error) => {
+            warnings.push(format!("{what}: refused, the loop runs without: {error}"));
+            false
+        }
+    };
+    if let Some(cpu) = settings.cpu
+        && granted(&format!("processor {cpu}"), system::bind_to(cpu))
+    {
+        in_force.cpu = Some(cpu);
+    }
+    if let Some(priority) = settings.fifo
+        && granted(&format!("SCHED_FIFO with priority {priority}"), system::run_first(priority))
+    {
+        in_force.fifo = Some(priority);
+    }
+    if settings.lock_memory {
+        in_force.locked_memory = granted("locked memory", system::lock_memory());
+    }
+    granted("exact timers", system::exact_timers());
+    in_force
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::io::{Error, Result};
+    use std::num::NonZeroU64;
+
+    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
+
+    pub(super) fn bind_to(cpu: usize) -> Result<()> {
+        if cpu >= CpuSet::MAX_CPU {
+            return Err(Error::from(std::io::ErrorKind::InvalidInput));
+        }
+        let mut set = CpuSet::new();
+        set.set(cpu);
+        Ok(sched_setaffinity(None, &set)?)
+    }
+
+    pub(super) fn run_first(priority: u8) -> Result<()> {
+        // SAFETY: all-zero bytes are a valid `sched_param`, which on some systems has fields besides the priority.
+        let mut parameters: libc::sched_param = unsafe { core::mem::zeroed() };
+        parameters.sched_priority = priority.into();
+        // SAFETY: the thread is the one that calls, and the parameters outlive the call.
+        match unsafe { libc::pthread_setschedparam(libc::pthread_self(), libc::SCHED_FIFO, &raw const parameters) } {
+            0 => Ok(()),
+            error => Err(Error::from_raw_os_error(error)),
+        }
+    }
+
+    pub(super) fn lock_memory() -> Result<()> {
+        Ok(mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?)
+    }
+
+    /// Without, the system may wake a thread 50 us late to save power. It has no meaning under `SCHED_FIFO`.
+    pub(super) fn exact_timers() -> Result<()> {
+        Ok(set_current_timer_slack(NonZeroU64::new(1))?)
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    use std::io::{Error, ErrorKind, Result};
+
+    fn missing() -> Result<()> {
+        Err(Error::new(ErrorKind::Unsupported, "only Linux has it here"))
+    }
+
+    pub(super) fn bind_to(_: usize) -> Result<()> {
+        missing()
+    }
+
+    pub(super) fn run_first(_: u8) -> Result<()> {
+        missing()
+    }
+
+    pub(super) fn lock_memory() -> Result<()> {
+        missing()
+    }
+
+    /// Nothing to ask for.
+    #[expect(clippy::unnecessary_wraps, reason = "as on Linux")]
+    pub(super) fn exact_timers() -> Result<()> {
+        Ok(())
+    }
+}

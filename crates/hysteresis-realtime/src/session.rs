@@ -1,0 +1,185 @@
+//! A loop in a thread of its own.
+
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use hysteresis_control::StageController;
+
+use crate::clock::{Clock, RealClock};
+use crate::error::Error;
+use crate::io::Io;
+use crate::machine::Machine;
+use crate::privileges::{InForce, ask};
+use crate::recorder::Recorder;
+use crate::reference::Reference;
+use crate::report::{Counts, Report};
+use crate::ring::ring;
+use crate::runner::{Loop, Surroundings};
+use crate::settings::Settings;
+use crate::stop::{Live, StopFlag};
+
+/// What is left of a loop that ended.
+#[derive(Debug)]
+pub struct Outcome<I> {
+    /// What it did.
+    pub report: Report,
+    /// The controller, in its stop at the drive written last.
+    pub controller: StageController,
+    /// Input and output.
+    pub io: I,
+}
+
+/// A loop that runs in its own thread.
+///
+/// Dropped, it goes on; its [`StopFlag`] still reaches it.
+#[derive(Debug)]
+pub struct Session<I> {
+    thread: JoinHandle<Outcome<I>>,
+    stop: StopFlag,
+    live: Arc<Live>,
+}
+
+impl<I: Io + 'static> Session<I> {
+    /// Starts the loop. The amplifier must have the drive of the controller; the loop goes on from there.
+    ///
+    /// # Errors
+    /// [`Error`] that names the setting; nothing has been written to the amplifier then.
+    pub fn start(controller: StageController, io: I, reference: Reference, settings: Settings) -> Result<Self, Error> {
+        settings.check(&controller)?;
+        let (stop, live) = (StopFlag::default(), Arc::new(Live::default()));
+        let (sender, recorder) = recorder(&settings)?.unzip();
+        let around = Surroundings { reference, stop: stop.clone(), live: Arc::clone(&live), sender };
+        let work = move || {
+            let (machine, mut warnings) = (Machine::here(), Vec::new());
+            let in_force = ask(&settings, &mut warnings);
+            let made = Loop::new(controller, io, RealClock, &settings, around);
+            run(made, Asked { settings, in_force, warnings, recorder, machine })
+        };
+        let thread = thread::Builder::new().name("hysteresis-loop".into()).spawn(work).map_err(Error::Thread)?;
+        Ok(Self { thread, stop, live })
+    }
+}
+
+impl<I> Session<I> {
+    /// Asks the loop to go to rest and end.
+    pub fn stop(&self) {
+        self.stop.request();
+    }
+
+    /// What [`stop`](Self::stop) sets, for handlers of signals and other threads.
+    #[must_use]
+    pub fn stop_flag(&self) -> StopFlag {
+        self.stop.clone()
+    }
+
+    /// What the loop shows while it runs.
+    #[must_use]
+    pub fn live(&self) -> Arc<Live> {
+        Arc::clone(&self.live)
+    }
+
+    /// Whether the loop has ended.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Panics
+    /// If the thread of the loop panicked, which is a bug in this library: panics of input and output are caught.
+    #[must_use]
+    pub fn wait(self) -> Outcome<I> {
+        self.thread.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload))
+    }
+}
+
+/// Runs a loop in this thread on any clock, without asking for privileges: for tests and simulations.
+///
+/// # Errors
+/// As [`Session::start`].
+///
+/// ```
+/// use hysteresis_control::stage::FeedForwardKind;
+/// use hysteresis_realtime::clock::SimulatedClock;
+/// use hysteresis_realtime::{EndReason, Reference, Settings, StopFlag, run_on};
+/// use hysteresis_simulate::paper::Benchmark;
+/// let stage = Benchmark::A1.stage();
+/// let controller = stage.controller(FeedForwardKind::Inverse, &stage.controller_options(1e-4, None)?)?;
+/// let reference = Reference::once((0..1000).map(|k| 1e-3 * f64::from(k)).collect())?; // um
+/// let settings = Settings::new(0.0, 5000.0); // V, V/s
+/// let stop = StopFlag::default();
+/// let outcome = run_on(SimulatedClock::new(), controller.into(), Benchmark::A1.plant(0), reference, settings, &stop)?;
+/// assert_eq!((outcome.report.end, outcome.report.at_rest), (EndReason::ReferenceOver, true));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub fn run_on<I: Io, C: Clock>(
+    clock: C,
+    controller: StageController,
+    io: I,
+    reference: Reference,
+    settings: Settings,
+    stop: &StopFlag,
+) -> Result<Outcome<I>, Error> {
+    settings.check(&controller)?;
+    let (sender, recorder) = recorder(&settings)?.unzip();
+    let around = Surroundings { reference, stop: stop.clone(), live: Arc::default(), sender };
+    let made = Loop::new(controller, io, clock, &settings, around);
+    let (in_force, warnings, machine) = (InForce::default(), Vec::new(), Machine::here());
+    Ok(run(made, Asked { settings, in_force, warnings, recorder, machine }))
+}
+
+fn recorder(settings: &Settings) -> Result<Option<(crate::ring::Sender, Recorder)>, Error> {
+    let Some(path) = &settings.record else { return Ok(None) };
+    let (sender, receiver) = ring(settings.ring);
+    let recorder = Recorder::start(path, receiver).map_err(|error| Error::Record { path: path.clone(), error })?;
+    Ok(Some((sender, recorder)))
+}
+
+/// What goes into the report besides what the loop did.
+struct Asked {
+    settings: Settings,
+    in_force: InForce,
+    warnings: Vec<String>,
+    recorder: Option<Recorder>,
+    machine: Machine,
+}
+
+fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
+    let end = made.run();
+    let seconds = made.seconds();
+    let lost_rows = made.close_ring();
+    let Asked { settings, in_force, mut warnings, recorder, machine } = asked;
+    let recorded_rows = recorder.and_then(|recorder| match recorder.finish() {
+        Ok(rows) => Some(rows),
+        Err(error) => {
+            warnings.push(format!("record: rows are missing: {error}"));
+            None
+        }
+    });
+    if lost_rows > 0 {
+        warnings.push(format!("record: the recorder was too slow for {lost_rows} rows"));
+    }
+    let (observed, controller) = (made.observed(), made.controller.controller());
+    let report = Report {
+        end,
+        at_rest: made.is_at_rest(),
+        last_drive: controller.drive(),
+        last_fault: observed.last_fault.map(|fault| fault.to_string()),
+        seconds,
+        dt: controller.options().dt,
+        deadlines: made.deadlines(),
+        counts: Counts { lost_rows, ..observed.counts },
+        controller: controller.counters(),
+        latency: observed.latency.summary(),
+        compute: observed.compute.summary(),
+        period: observed.period.summary(),
+        recorded_rows,
+        settings,
+        in_force,
+        warnings,
+        machine,
+    };
+    let (controller, io) = made.into_parts();
+    Outcome { report, controller, io }
+}
