@@ -9,7 +9,7 @@ TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 BENCHES := $(VENV)/.benches
 TIMES := target/bench/python.json
-PYTHON_CODE := python tests docs benches/python
+PYTHON_CODE := python tests docs benches/python checks/fuzz
 CAPI ?= target/capi
 
 # Where cargo builds, and criterion and gungraun leave what they measured.
@@ -23,7 +23,8 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi realtime header soak picture stub format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi realtime header soak fuzz mutants audit sbom picture stub \
+	format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -62,6 +63,47 @@ SEEDS ?= 200
 
 coverage: ## how often 95 % intervals of identified parameters hold the truth, over SEEDS records of every kind
 	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test coverage -- --nocapture
+
+FUZZ_SECONDS ?= 3600
+FUZZ_TARGETS ?= stage_file steps c_interface record_reader
+# Sanitizers and counters of coverage are unstable options of the compiler.
+FUZZ := RUSTC_BOOTSTRAP=1 target/tools/bin/cargo-fuzz
+
+fuzz: $(addprefix fuzz-,$(FUZZ_TARGETS)) ## fuzz each of FUZZ_TARGETS for FUZZ_SECONDS, an hour by default; what is found lies in target/fuzz/found
+
+fuzz-record_reader: $(PACKAGE)
+	mkdir -p target/fuzz/corpus/record_reader target/fuzz/found
+	$(BIN)/python -m pip install --quiet --group fuzz
+	$(BIN)/python checks/fuzz/record_reader.py $(FUZZ_OPTIONS) -rss_limit_mb=4096 \
+		target/fuzz/corpus/record_reader checks/fuzz/seeds/record_reader
+
+fuzz-%: target/tools/bin/cargo-fuzz
+	mkdir -p target/fuzz/corpus/$* target/fuzz/found
+	cd checks/fuzz && env -u CARGO_TARGET_DIR $(FUZZ:target/%=../../target/%) run --fuzz-dir libfuzzer --target-dir ../../target/fuzz $* \
+		../../target/fuzz/corpus/$* seeds/$* -- $(FUZZ_OPTIONS)
+
+FUZZ_OPTIONS = -max_total_time=$(FUZZ_SECONDS) -timeout=60 -max_len=2000 -print_final_stats=1 \
+	-artifact_prefix=$(CURDIR)/target/fuzz/found/$(@:fuzz-%=%)-
+
+MUTANTS_OF ?= hysteresis-core
+MUTANTS_SHARD ?= 0/1
+
+mutants: target/tools/bin/cargo-mutants ## change MUTANTS_OF in every way of cargo-mutants, or a part of them, MUTANTS_SHARD=0/20, and see whether a test fails
+	PROPTEST_RNG_SEED=$(FIXED_SEED) target/tools/bin/cargo-mutants mutants --package $(MUTANTS_OF) --all-features --shard $(MUTANTS_SHARD) \
+		--sharding round-robin --timeout 300 --output target/mutants
+
+audit: target/tools/bin/cargo-deny ## licences, bans and sources of what is linked
+	target/tools/bin/cargo-deny --all-features check bans licenses sources
+
+sbom: target/tools/bin/cargo-cyclonedx ## what the package and the C library are made of: target/sbom
+	mkdir -p target/sbom
+	for crate in python capi; do \
+		target/tools/bin/cargo-cyclonedx cyclonedx --manifest-path crates/hysteresis-$$crate/Cargo.toml --format json \
+			--override-filename mpi_hyst-$$crate.cdx || exit 1; \
+		mv crates/hysteresis-$$crate/mpi_hyst-$$crate.cdx.json target/sbom/ || exit 1; done
+
+target/tools/bin/cargo-%:
+	cargo install --quiet --locked --root target/tools cargo-$*
 
 lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, stubtest
 

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-import re
+import unicodedata
 from collections.abc import Collection, Sequence
-
-# Control characters, invisible and bidirectional marks, and surrogates, which stand for bytes of a
-# name that are not UTF-8.
-_UNPRINTABLE = re.compile(
-    "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufffe\uffff]"
-)
 
 
 def printable(text: str) -> str:
-    """Escape characters that control a terminal or that a page cannot contain."""
-    return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
+    """Escape characters that control a terminal or that a page cannot contain.
+
+    They are those of Unicode that are no letters, marks, digits, signs or spaces: control, formats
+    that nobody sees (marks of direction, joiners, the soft hyphen), breaks of lines, surrogates,
+    which stand for bytes of a name that are not UTF-8, and what has no meaning.
+    """
+    if text.isprintable():
+        return text
+    return "".join(ascii(one)[1:-1] if _is_unprintable(one) else one for one in text)
+
+
+def _is_unprintable(one: str) -> bool:
+    category = unicodedata.category(one)
+    return category[0] == "C" or category in ("Zl", "Zp")
 
 
 def printable_lines(text: str) -> str:

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use hysteresis_control::stage::{self, FeedForwardKind};
-use hysteresis_core::{ControllerOptions as Options, HybridController, Sections};
+use hysteresis_core::{ControllerOptions as Options, HybridController};
 
 use crate::status::{Failure, Status, guard, tell};
 
@@ -125,11 +125,11 @@ impl ControllerOptions {
             return Err(wrong(format!("reserved: expected 0, got {}", self.reserved)));
         }
         let kind = self.kind(stage, dt)?;
-        let mut options = stage.controller_options(dt, limits(self.limit_low, self.limit_high)?)?;
-        if let Some((kp, ki)) = pair(["kp", "ki"], [self.kp, self.ki])? {
-            // Filters belong to the gains that were tuned with them.
-            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
-        }
+        let limits = limits(self.limit_low, self.limit_high)?;
+        let mut options = match pair(["kp", "ki"], [self.kp, self.ki])? {
+            Some(gains) => stage.controller_options_with_gains(dt, limits, gains)?,
+            None => stage.controller_options(dt, limits)?,
+        };
         self.change(&mut options)?;
         Ok(stage.controller(kind, &options)?)
     }

@@ -8,7 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mpi_hyst._quantity import SECONDS, Quantity
+from mpi_hyst._text import printable
 from mpi_hyst._types import Samples
+
+_LONGEST = 600
+"""Of a message, in characters."""
 
 
 class ReadError(ValueError):
@@ -22,8 +26,12 @@ class ReadError(ValueError):
     """
 
     def __init__(self, message: str, rows: int | None = None) -> None:
-        """Take the message, and how many rows could be read."""
-        super().__init__(message)
+        """Take the message, and how many rows could be read.
+
+        What the source says of itself is escaped, and is cut where it is too long for a person.
+        """
+        shown = printable(message)
+        super().__init__(shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}...")
         self.rows = rows
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader
+from mpi_hyst._io.extras import reader, whole
 from mpi_hyst._io.table import ArrayTable, Table
 from mpi_hyst._quantity import known_unit
 
@@ -56,13 +56,8 @@ def _read(path: Path, format_name: str, separator: str) -> Table:
             if unit := _unit(item):
                 units[column] = unit
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(visit)
-    except (RuntimeError, OSError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        raise ReadError(f"{path}: not a whole HDF5 file: {error}") from error
+    with whole(path, "HDF5 file"), h5py.File(path, "r") as file:
+        file.visititems(visit)
     return ArrayTable(str(path), path, format_name, columns, sizes, units)
 
 
@@ -93,7 +88,7 @@ def _load(path: Path, place: str, part: Any) -> npt.NDArray[Any]:
     try:
         with h5py.File(path, "r") as file:
             return np.asarray(file[place][() if part is None else part]).reshape(-1)
-    except (RuntimeError, OSError) as error:
+    except Exception as error:  # h5py raises what it happens to meet in a broken file
         raise ReadError(f"{path}, column {place}: cannot be read: {error}") from error
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader
+from mpi_hyst._io.extras import reader, whole
 from mpi_hyst._io.lines import Lines
 from mpi_hyst._io.table import Table, of_arrays
 from mpi_hyst._quantity import known_unit
@@ -25,14 +25,10 @@ _Segment = Mapping[str, Any]
 def read_lvm(path: Path, lines: Lines, packed: str) -> Table:
     """Open a LabVIEW measurement file. Segments follow each other; the time is `time_s`."""
     lvm_read = reader(str(path), "lvm_read", "lvm")
-    try:
+    with whole(path, "LabVIEW measurement file"):
         found = lvm_read.read_str("".join(f"{line}\n" for line in lines))
         segments = [found[number] for number in range(found["Segments"])]
         parts = [_columns(segment, segments[0]) for segment in segments]
-    except (ValueError, LookupError, SyntaxError, TypeError) as error:
-        if isinstance(error, ReadError):
-            raise
-        raise ReadError(f"{path}: not a whole LabVIEW measurement file: {error!r}") from error
     names = list(parts[0])
     for number, part in enumerate(parts):
         if list(part) != names:

@@ -7,22 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader
+from mpi_hyst._io.extras import reader, whole
 from mpi_hyst._io.table import Table, of_arrays
 
 
 def read_mat(path: Path) -> Table:
     """Open a MATLAB file. Columns are `name` or `structure.field`, with `:0` in matrices."""
     scipy_io = reader(str(path), "scipy.io", "mat")
-    try:
-        # Given a name, loadmat leaves a broken file open.
-        with path.open("rb") as file:
-            found = scipy_io.loadmat(file, simplify_cells=True)
-    except Exception as error:  # scipy raises what it happens to meet in a broken file
-        if isinstance(error, MemoryError) or getattr(error, "errno", None) is not None:
-            raise
-        raise ReadError(f"{path}: not a whole MATLAB file: {error}") from error
+    # Given a name, loadmat leaves a broken file open.
+    with whole(path, "MATLAB file"), path.open("rb") as file:
+        found = scipy_io.loadmat(file, simplify_cells=True)
     arrays: dict[str, np.ndarray[Any, np.dtype[Any]]] = {}
     for name, value in found.items():
         if not name.startswith("__"):

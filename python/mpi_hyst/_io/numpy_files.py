@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from mpi_hyst._io.columns import ReadError
+from mpi_hyst._io.extras import whole
 from mpi_hyst._io.table import Table, of_arrays
 
 
@@ -38,14 +37,13 @@ def read_npz(path: Path) -> Table:
 @contextmanager
 def _refusing(path: Path) -> Iterator[None]:
     """Turn what numpy raises for a wrong content into an error that names the file."""
-    try:
-        yield
-    except (ValueError, EOFError, OSError, BadZipFile, zlib.error) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        if "pickle" in str(error):
+    with whole(path, "NumPy file"):
+        try:
+            yield
+        except ValueError as error:
+            if "pickle" not in str(error):
+                raise
             raise ReadError(
                 f"{path}: holds pickled Python objects, which could run code when read; expected "
                 "arrays of numbers"
             ) from error
-        raise ReadError(f"{path}: not a whole NumPy file: {error}") from error

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader
+from mpi_hyst._io.extras import reader, whole
 from mpi_hyst._io.table import Table, of_arrays
 from mpi_hyst._quantity import known_unit
 
@@ -16,14 +15,10 @@ from mpi_hyst._quantity import known_unit
 def read_tdms(path: Path) -> Table:
     """Open a TDMS file. Columns are `Group/Channel`, and `time_s` if all have the same clock."""
     nptdms = reader(str(path), "nptdms", "tdms")
-    try:
+    with whole(path, "TDMS file"):
         file = nptdms.TdmsFile.read(path)
         channels = [channel for group in file.groups() for channel in group.channels()]
         arrays = {f"{one.group_name}/{one.name}": np.asarray(one[:]) for one in channels}
-    except Exception as error:  # npTDMS raises what it happens to meet in a broken file
-        if isinstance(error, MemoryError) or getattr(error, "errno", None) is not None:
-            raise
-        raise ReadError(f"{path}: not a whole TDMS file: {error}") from error
     units = {f"{one.group_name}/{one.name}": _unit(one) for one in channels}
     clocks = {_clock(one) for one in channels if len(one)}
     clock = clocks.pop() if len(clocks) == 1 else None

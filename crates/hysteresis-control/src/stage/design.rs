@@ -157,16 +157,31 @@ impl Stage {
     /// # Errors
     /// As for [`tune`](Self::tune) and [`limits`](Self::limits); without limits [`Error::NoLimits`].
     pub fn controller_options(&self, dt: f64, limits: Option<(f64, f64)>) -> Result<ControllerOptions, Error> {
+        let Tuning { kp, ki, filters, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
+        let given = self.controller_options_with_gains(dt, limits, (kp, ki))?;
+        Ok(ControllerOptions { filters: sections(&filters, dt)?, ..given })
+    }
+
+    /// [`controller_options`](Self::controller_options) with these gains and no filters, which belong to the gains that were tuned with
+    /// them. Nothing is tuned.
+    ///
+    /// # Errors
+    /// As for [`limits`](Self::limits); without limits [`Error::NoLimits`]; [`Error::Falling`].
+    pub fn controller_options_with_gains(
+        &self,
+        dt: f64,
+        limits: Option<(f64, f64)>,
+        (kp, ki): (f64, f64),
+    ) -> Result<ControllerOptions, Error> {
+        self.check_rising()?;
         let Some(limits) = self.limits(limits)? else {
             return Err(Error::NoLimits);
         };
-        let Tuning { kp, ki, filters, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
         let measurement_range = self.position_range().map(|(low, high)| (2.0 * low - high, 2.0 * high - low));
         Ok(ControllerOptions {
             slew: self.parts().slew,
             start_drive: Some(rest_drive(Some(limits))),
             measurement_range,
-            filters: sections(&filters, dt)?,
             ..ControllerOptions::new(kp, ki, dt, limits)
         })
     }

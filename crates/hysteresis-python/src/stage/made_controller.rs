@@ -2,7 +2,6 @@
 
 use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::learning::RepetitiveOptions;
-use hysteresis_core::Sections;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -34,11 +33,11 @@ impl Stage {
                 return Err(errors::value("smoothing", expected));
             }
         }
-        let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
-        if let Some((kp, ki)) = both(gains)? {
-            // Filters belong to the gains that were tuned with them.
-            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
-        }
+        let options = match both(gains)? {
+            Some(gains) => self.0.controller_options_with_gains(dt, limits, gains),
+            None => self.0.controller_options(dt, limits),
+        };
+        let options = options.map_err(raise)?;
         let source = match feedforward {
             "inverse" | "preview" => {
                 let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
