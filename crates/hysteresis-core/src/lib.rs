@@ -28,6 +28,8 @@ mod model;
 mod operator;
 mod process;
 mod quasistatic;
+mod real;
+mod store;
 mod stream;
 
 pub use control::{
@@ -49,6 +51,7 @@ pub use quasistatic::{
     Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
 };
+pub use real::Real;
 pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.

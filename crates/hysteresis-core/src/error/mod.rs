@@ -6,6 +6,8 @@ use core::fmt;
 
 pub use bound::Bound;
 
+use crate::real::Real;
+
 /// The largest magnitude that any input, threshold, weight or offset may have: 1e100.
 ///
 /// Products and sums of admissible numbers stay finite, so the hot path needs no overflow check.
@@ -253,6 +255,15 @@ impl fmt::Display for Error {
 }
 
 impl core::error::Error for Error {}
+
+/// Checks one number of either kind, or names it.
+pub(crate) fn check_admissible<T: Real>(parameter: &'static str, index: Option<usize>, got: T) -> Result<T, Error> {
+    if got.is_admissible() {
+        return Ok(got);
+    }
+    let expected = if T::MAX_MAGNITUDE.wide() == MAX_MAGNITUDE { Bound::Finite } else { Bound::Single };
+    Err(Error::Domain { parameter, index, expected, got: got.wide() })
+}
 
 /// Checks one number, or names it.
 pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {

@@ -167,7 +167,7 @@ impl ModifiedPrandtlIshlinskii {
     }
 
     /// The weights (w_i, v_i) and the operator, one by one.
-    pub(crate) fn members(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> {
+    pub(crate) fn members(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone {
         let weights = self.weights.iter().zip(self.weights_negative());
         weights.zip(&self.operators).map(|((w, v), operator)| (*w, *v, *operator))
     }

@@ -2,16 +2,20 @@
 
 mod array;
 mod forward;
+mod forward_core;
 mod inverse;
+mod inverse_core;
 mod segment;
 
 pub use array::{ActuatorError, StreamArray};
 pub use forward::Forward;
+pub(crate) use forward_core::ForwardCore;
 pub use inverse::Inverse;
-pub(crate) use inverse::check_limits;
+pub(crate) use inverse_core::{InverseCore, unlimited};
 
 use crate::engine::MemoryState;
-use crate::error::{Bound, Error};
+use crate::error::{Bound, Error, check_admissible};
+use crate::real::Real;
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
 ///
@@ -60,4 +64,17 @@ pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
 fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
     if got.is_finite() { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
+}
+
+/// Limits (low, high) of a drive, checked; without any, all that is admissible.
+pub(crate) fn check_limits<T: Real>(limits: Option<(T, T)>) -> Result<(T, T), Error> {
+    let Some((low, high)) = limits else { return Ok(unlimited()) };
+    check_admissible("limits", Some(0), low)?;
+    check_admissible("limits", Some(1), high)?;
+    if low < high {
+        Ok((low, high))
+    } else {
+        let expected = Bound::Above { what: "the low limit", limit: low.wide() };
+        Err(Error::Domain { parameter: "limits", index: Some(1), expected, got: high.wide() })
+    }
 }
