@@ -14,11 +14,13 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "alloc")]
 extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
 mod control;
+pub mod embedded;
 mod engine;
 mod error;
 mod filter;

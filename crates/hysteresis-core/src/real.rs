@@ -3,6 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::error::{Bound, MAX_MAGNITUDE};
+
 /// The numbers of inputs, outputs and thresholds: `f64` or `f32`.
 ///
 /// Sums over operators are always kept in `f64` and rounded once, to the line on which a stream is. So `f32` loses what
@@ -44,6 +46,12 @@ pub trait Real:
     /// The largest magnitude that any input, threshold, weight or offset may have, so that products of three and sums over
     /// operators stay finite: 1e100, in `f32` 1e11.
     const MAX_MAGNITUDE: Self;
+    /// In words, what is admissible.
+    #[doc(hidden)]
+    const FINITE: Bound;
+    /// Slopes below this share of the sum of |w| are not told from zero after rounding.
+    #[doc(hidden)]
+    const MIN_RELATIVE_SLOPE: f64;
 
     /// The same number in `f64`.
     #[must_use]
@@ -89,7 +97,7 @@ mod sealed {
 }
 
 macro_rules! real {
-    ($real:ident, $largest:expr, $wide:expr, $narrow:expr) => {
+    ($real:ident, $largest:expr, $finite:expr, $min_slope:expr, $wide:expr, $narrow:expr) => {
         impl Real for $real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -98,6 +106,8 @@ macro_rules! real {
             const NAN: Self = $real::NAN;
             const MIN: Self = $real::MIN;
             const MAX_MAGNITUDE: Self = $largest;
+            const FINITE: Bound = $finite;
+            const MIN_RELATIVE_SLOPE: f64 = $min_slope;
 
             #[inline(always)]
             fn wide(self) -> f64 {
@@ -143,5 +153,6 @@ const fn rounded(wide: f64) -> f32 {
     wide as f32
 }
 
-real!(f64, crate::error::MAX_MAGNITUDE, core::convert::identity, core::convert::identity);
-real!(f32, 1e11, f64::from, rounded);
+real!(f64, MAX_MAGNITUDE, Bound::Finite, 1e-12, core::convert::identity, core::convert::identity);
+// As many roundings above zero as in f64.
+real!(f32, 1e11, Bound::Single, 5e-4, f64::from, rounded);

@@ -63,7 +63,7 @@ impl CompiledModel {
             slopes: model.slope_range(),
             fingerprint: model.fingerprint(),
             min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
-            families: Families::of(model.members()).map(Arc::new),
+            families: Families::of(model.members()).ok().map(Arc::new),
             members: Arc::new(Members::of(model)),
         }
     }

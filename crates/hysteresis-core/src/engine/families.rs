@@ -4,7 +4,6 @@
 use super::checks::{check_same, check_same_count};
 use super::family::{Family, Member};
 use super::turning_points::Stack;
-#[cfg(feature = "alloc")]
 use crate::error::Error;
 use crate::operator::CoupledPlay;
 use crate::real::Real;
@@ -14,7 +13,7 @@ use crate::store::Store;
 ///
 /// A coupled play is p(x; a = r, b = rb) - p(-x; a = ra, b = rc), which needs r >= rc and ra >= rb.
 #[derive(Clone, Debug)]
-pub(crate) struct Families<T: Real, S: Store> {
+pub struct Families<T: Real, S: Store> {
     pub(super) identity_weight: f64,
     pub(crate) positive: Family<T, S>,
     pub(crate) negative: Family<T, S>,
@@ -44,9 +43,12 @@ impl<T: Real, S: Store> Evaluates for alloc::sync::Arc<Families<T, S>> {
 }
 
 impl<T: Real, S: Store> Families<T, S> {
-    /// The families of a model, or nothing if the thresholds of one of them are not nested in any order. `members` are the
+    /// The families of a model. `members` are the
     /// weights above and below zero and the operators, one by one, at most as many as there is room for.
-    pub(crate) fn of(members: impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone) -> Option<Self> {
+    ///
+    /// # Errors
+    /// As [`Family::nested`].
+    pub(crate) fn of(members: impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone) -> Result<Self, Error> {
         let count = members.clone().count();
         let none = Member { place: 0, weight: 0.0, rise: T::ZERO, fall: T::ZERO };
         let mut identity_weight = 0.0;
@@ -68,10 +70,10 @@ impl<T: Real, S: Store> Families<T, S> {
                 below_zero += 1;
             }
         }
-        Some(Self {
+        Ok(Self {
             identity_weight,
-            positive: Family::nested(&mut positive.as_mut()[..above_zero])?,
-            negative: Family::nested(&mut negative.as_mut()[..below_zero])?,
+            positive: Family::nested("rb", &mut positive.as_mut()[..above_zero])?,
+            negative: Family::nested("rc", &mut negative.as_mut()[..below_zero])?,
         })
     }
 }

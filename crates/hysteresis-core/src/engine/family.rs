@@ -6,6 +6,7 @@ use core::hint::select_unpredictable;
 use super::direction::Direction;
 use super::line::Line;
 use super::lookup::{Lookup, MAX_NUMBERS};
+use crate::error::Error;
 use crate::real::Real;
 use crate::store::Store;
 
@@ -56,11 +57,20 @@ pub(crate) struct Member<T> {
 }
 
 impl<T: Real, S: Store> Family<T, S> {
-    /// The family in nested order, or nothing if no order nests both thresholds. Of equal members the first stays first.
-    pub(crate) fn nested(members: &mut [Member<T>]) -> Option<Self> {
+    /// The family in nested order; of equal members the first stays first.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] that names the threshold `fall` of the first member that breaks the order, if no order nests both
+    /// thresholds, [`Error::Whole`] for more members than a table can count.
+    pub(crate) fn nested(fall: &'static str, members: &mut [Member<T>]) -> Result<Self, Error> {
+        if members.len() > MAX_NUMBERS as usize {
+            return Err(Error::whole("weights", None, "at most 4294967294", members.len()));
+        }
         sort(members);
-        if !members.is_sorted_by(|one, other| one.fall <= other.fall) || members.len() > MAX_NUMBERS as usize {
-            return None;
+        let pairs = members.iter().zip(members.iter().skip(1));
+        if let Some((_, next)) = pairs.into_iter().find(|(one, next)| one.fall > next.fall) {
+            let expected = "nested thresholds: none below that of an operator of smaller r (for rb) or ra (for rc)";
+            return Err(Error::domain(fall, Some(next.place), expected, next.fall.wide()));
         }
         let (infinity, operators) = (T::INFINITY, members.len());
         let mut next =
@@ -77,7 +87,7 @@ impl<T: Real, S: Store> Family<T, S> {
         let of_operators = &entries.as_ref()[..operators];
         let lookup = |of: fn(&OperatorEntry<T>) -> T| Lookup::new(of_operators.iter().map(of));
         let (rises, falls, gaps) = (lookup(|entry| entry.rise), lookup(|entry| entry.fall), lookup(|entry| entry.gap));
-        Some(Self { beyond: next, operators, rises, falls, gaps, entries })
+        Ok(Self { beyond: next, operators, rises, falls, gaps, entries })
     }
 
     pub(crate) fn len(&self) -> usize {

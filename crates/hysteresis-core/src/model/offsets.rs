@@ -30,7 +30,7 @@ impl<T: Real> From<Offsets> for Point<T> {
 }
 
 impl Offsets {
-    pub(super) fn check(self) -> Result<Self, Error> {
+    pub(crate) fn check(self) -> Result<Self, Error> {
         check_finite("input_offset", None, self.input)?;
         check_finite("output_offset", None, self.output)?;
         Ok(self)

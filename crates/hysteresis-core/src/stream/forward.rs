@@ -1,5 +1,5 @@
 use super::forward_core::ForwardCore;
-use super::{StreamState, check_output};
+use super::state::{StreamState, check_output};
 use crate::engine::{CompiledModel, HeapMemory, Method, Point, check_same};
 use crate::error::{Error, check_all_finite, check_finite};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};

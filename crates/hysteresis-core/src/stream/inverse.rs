@@ -1,5 +1,6 @@
+use super::check_limits;
 use super::inverse_core::{InverseCore, Look, unlimited};
-use super::{StreamState, check_limits, check_output};
+use super::state::{StreamState, check_output};
 use crate::engine::{CompiledModel, HeapMemory, Memory, Method, Point, check_same};
 use crate::error::{Error, check_within_limits};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
