@@ -16,7 +16,7 @@ pub trait Store: Clone + Debug {
 /// On the heap, allocated once.
 #[cfg(feature = "alloc")]
 #[derive(Clone, Copy, Debug)]
-pub enum Heap {}
+pub(crate) enum Heap {}
 
 #[cfg(feature = "alloc")]
 impl Store for Heap {

@@ -31,13 +31,11 @@ mod turning_point_engine;
 mod turning_points;
 
 #[cfg(feature = "alloc")]
-pub(crate) use checks::check_same;
-pub(crate) use checks::count_as_f64;
+pub(crate) use checks::{check_same, count_as_f64};
 #[cfg(feature = "alloc")]
 pub use compiled_model::{CompiledModel, Method};
 pub use direction::Direction;
-pub use families::Evaluates;
-pub(crate) use families::Families;
+pub(crate) use families::{Evaluates, Families};
 #[cfg(feature = "alloc")]
 pub(crate) use heap_memory::HeapMemory;
 pub(crate) use line::{Line, Piece};

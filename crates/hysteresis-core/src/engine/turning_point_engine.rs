@@ -11,7 +11,7 @@ use super::turning_points::Stack;
 
 /// A model with its memory.
 #[derive(Clone, Debug)]
-pub struct Engine<M: Evaluates> {
+pub(crate) struct Engine<M: Evaluates> {
     pub(super) model: M,
     pub(super) state: EngineState<M::Number>,
     pub(super) stacks: Stacks<M::Number, M::Store>,

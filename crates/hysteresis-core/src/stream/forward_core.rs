@@ -66,6 +66,7 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     }
 
     /// The last input and output, relative to the offsets.
+    #[cfg(feature = "alloc")]
     pub(super) fn known(&self) -> Point<T> {
         Point { input: self.segment.input(), output: self.segment.output() }
     }

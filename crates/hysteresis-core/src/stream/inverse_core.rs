@@ -20,6 +20,7 @@ pub(crate) struct InverseCore<T, M> {
 
 /// Where a target would bring an inverse.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "alloc"), expect(dead_code, reason = "controllers of arrays ask for all of it"))]
 pub(crate) struct Look<T = f64> {
     pub(crate) drive: T,
     /// The output of the model there.
@@ -169,6 +170,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     }
 
     /// The output of the model that [`follow_drive`](Self::follow_drive) would return.
+    #[cfg(feature = "alloc")]
     #[inline]
     pub(crate) fn look_at_drive(&self, drive: T) -> T {
         if !drive.is_admissible() {
