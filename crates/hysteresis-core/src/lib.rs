@@ -22,6 +22,8 @@ extern crate alloc;
 extern crate std;
 
 mod control;
+#[cfg(feature = "dsp_process")]
+mod dsp_process;
 pub mod embedded;
 mod engine;
 mod error;
