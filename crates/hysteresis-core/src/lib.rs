@@ -9,46 +9,66 @@
 //! can fail fails at construction: [`Process::step`] and [`Process::peek`] never allocate, lock, panic, log or read a
 //! clock.
 //!
-//! The crate needs no standard library (only `alloc`) and has no dependency unless the feature `json` is on.
+//! The crate needs no standard library and has no dependency unless a feature asks for one. Without the feature `alloc`, which is on
+//! by default, it needs no allocator either: what is left is [`embedded`], models of a fixed size and their streams, `f64` and `f32`,
+//! and [`HybridController`] over them, for firmware.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "alloc")]
 extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
 mod control;
+#[cfg(feature = "dsp_process")]
+mod dsp_process;
+pub mod embedded;
 mod engine;
 mod error;
 mod filter;
 mod fingerprint;
+#[cfg(feature = "alloc")]
 mod inverse;
 mod model;
 mod operator;
 mod process;
+#[cfg(feature = "alloc")]
 mod quasistatic;
+mod real;
+mod store;
 mod stream;
 
 pub use control::{
-    AntiWindup, ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop,
-    AxesCommand, AxisMatrix, Command, ControllerOptions, ControllerState, Counters, DriveLimits, FeedForward,
-    FeedForwardState, HybridController, Law, LoopState, Mode, MultiAxisController, MultiAxisState, Preview,
-    PreviewState, StopRamp, Terms,
+    AntiWindup, Command, ControllerOptions, Counters, DriveSource, FeedForward, HybridController, Law, LoopState, Mode,
+    Preview, StopRamp, Terms,
 };
-pub use engine::{CompiledModel, Direction, FamilyState, MemoryState, Method, TurningPoint, TurningPointState};
+#[cfg(feature = "alloc")]
+pub use control::{
+    ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop, AxesCommand,
+    AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState, PreviewState,
+};
+#[cfg(feature = "alloc")]
+pub use engine::{CompiledModel, FamilyState, MemoryState, Method, TurningPointState};
+pub use engine::{Direction, TurningPoint};
 pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};
 pub use filter::{Biquad, Filter, FilterState, MAX_SECTIONS, Sections};
 pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]
 pub use model::{JsonError, SCHEMA, SCHEMA_SPLIT};
-pub use model::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+#[cfg(feature = "alloc")]
+pub use model::{Model, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+pub use model::{Offsets, Ratios};
 pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
+#[cfg(feature = "alloc")]
 pub use quasistatic::{
     Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
 };
+pub use real::Real;
+#[cfg(feature = "alloc")]
 pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 
 /// The example of the README, run as a test.

@@ -1,6 +1,7 @@
 //! What every stream can do.
 
 use crate::error::{Error, check_length};
+use crate::real::Real;
 
 /// A causal sample-by-sample process with memory: single operators, forward models and inverses alike.
 ///
@@ -14,12 +15,12 @@ use crate::error::{Error, check_length};
 /// assert_eq!(play.rejected(), 1);
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
-pub trait Process {
+pub trait Process<T: Real = f64> {
     /// Takes one sample and returns the output.
-    fn step(&mut self, input: f64) -> f64;
+    fn step(&mut self, input: T) -> T;
 
     /// The output that [`step`](Self::step) would return, without taking the sample.
-    fn peek(&self, input: f64) -> f64;
+    fn peek(&self, input: T) -> T;
 
     /// Back to the virgin state: at rest since forever, with every event counter at zero.
     fn reset(&mut self);
@@ -28,7 +29,7 @@ pub trait Process {
     ///
     /// # Errors
     /// [`Error::Length`] unless both slices have the same length; nothing is taken then.
-    fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+    fn run(&mut self, input: &[T], output: &mut [T]) -> Result<(), Error> {
         check_length("output", input.len(), output.len())?;
         for (x, y) in input.iter().zip(output) {
             *y = self.step(*x);

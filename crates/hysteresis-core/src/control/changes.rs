@@ -2,16 +2,13 @@
 
 use super::command::Mode;
 use super::controller::HybridController;
-use super::feedforward::FeedForward;
 use super::loop_state::{LoopState, StopRamp};
 use super::options::{Gains, check_drive};
-use super::preview::Preview;
-use super::state::{ControllerState, DriveLimits};
-use crate::engine::CompiledModel;
+use super::source::DriveSource;
 use crate::error::{Error, check_within_limits};
 use crate::filter::Sections;
 
-impl HybridController {
+impl<S: DriveSource> HybridController<S> {
     /// Changes what the controller does with its samples, from the next one on and without a jump. A hold forgets neither
     /// memory nor integral; the motion after it starts from the drive that was held.
     ///
@@ -118,29 +115,12 @@ impl HybridController {
         }
     }
 
-    /// Goes on with the weights and the offset of another model of the same operators, as
-    /// [`Inverse::set_model`](crate::Inverse::set_model) or [`Forward::set_model`](crate::Forward::set_model) of the source,
-    /// without a jump. Allocates nothing, and frees what the old model holds if no other clone of it is left.
-    ///
-    /// # Errors
-    /// As there, and [`Error::NoModel`] without a source that has one; the controller is as before then.
-    pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
-        let old = self.source.peek(self.now.terms.target);
-        self.source.set_model(model)?;
-        self.planned = None;
-        if self.now.started && !self.now.feedforward_given {
-            let new = self.source.peek(self.now.terms.target);
-            self.now.change_feedforward(old, new, self.rules.bumpless_samples);
-        }
-        Ok(())
-    }
-
     /// Goes on with another source of the feed-forward, without a jump. While a motion is under way the new source first
     /// moves to the last target. Volts that are given are not known before the next sample: that one repeats the drive.
     ///
     /// # Errors
     /// [`Error::OtherLimits`] for an inverse that has not the limits of the controller; the controller is as before then.
-    pub fn set_feedforward(&mut self, source: FeedForward) -> Result<(), Error> {
+    pub fn set_feedforward(&mut self, source: S) -> Result<(), Error> {
         source.check_limits(self.options.limits)?;
         let LoopState { terms, feedforward_given: given, .. } = self.now;
         // What the last target would give at the next sample: an inverse with creep moves on by itself.
@@ -231,43 +211,5 @@ impl HybridController {
         self.end_motion();
         self.source.reset();
         self.now = LoopState::at(drive);
-    }
-
-    /// Everything that the controller remembers. Allocates.
-    #[must_use]
-    pub fn state(&self) -> ControllerState {
-        let (low, high) = self.options.limits;
-        ControllerState {
-            kp: self.options.kp,
-            ki: self.options.ki,
-            dt: self.options.dt,
-            filters: self.options.filters.as_slice().to_vec(),
-            limits: DriveLimits { low, high },
-            feedback_loop: self.now,
-            feedforward: self.source.state(),
-            preview: self.preview.as_ref().map(Preview::state),
-        }
-    }
-
-    /// Continues from `state`, bit for bit. The amplifier must be at the drive of the state.
-    ///
-    /// # Errors
-    /// [`Error::Domain`] that names the field for a state of a controller with other gains, sampling interval or limits;
-    /// [`Error::State`], [`Error::Domain`] or [`Error::Length`] for one that this controller cannot be in. The controller
-    /// is as before then.
-    pub fn set_state(&mut self, state: &ControllerState) -> Result<(), Error> {
-        state.check(&self.options)?;
-        match (&mut self.preview, &state.preview) {
-            (None, None) => self.source.set_state(state.feedforward.as_ref())?,
-            (Some(preview), Some(saved)) => {
-                preview.check(saved)?;
-                self.source.set_state(state.feedforward.as_ref())?;
-                preview.set_state(saved);
-            }
-            _ => return Err(Error::State { expected: "a preview if, and only if, the controller has one" }),
-        }
-        self.planned = None;
-        self.now = state.feedback_loop;
-        Ok(())
     }
 }

@@ -6,6 +6,7 @@ use super::limiter::Limiter;
 use super::loop_state::{LoopState, StopRamp};
 use super::options::ControllerOptions;
 use super::preview::{Preview, View};
+use super::source::DriveSource;
 use super::terms::{Counters, Terms};
 use crate::error::{Error, check_length, is_admissible};
 
@@ -68,12 +69,12 @@ use crate::error::{Error, check_length, is_admissible};
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct HybridController {
+pub struct HybridController<S = FeedForward> {
     pub(super) now: LoopState,
     pub(super) rules: Rules,
     pub(super) limiter: Limiter,
     pub(super) gate: Gate,
-    pub(super) source: FeedForward,
+    pub(super) source: S,
     pub(super) preview: Option<Preview>,
     pub(super) options: ControllerOptions,
     /// A sample that is decided upon but not taken.
@@ -109,10 +110,32 @@ impl HybridController {
     /// [`Error::Domain`] that names the option, what was expected and what came; [`Error::OtherLimits`] for an inverse
     /// that has not the limits of the controller.
     pub fn new(feedforward: FeedForward, preview: Option<Preview>, options: &ControllerOptions) -> Result<Self, Error> {
+        Self::with_source(feedforward, preview, options)
+    }
+}
+
+impl<S: DriveSource> HybridController<S> {
+    /// The same over a source of another kind: the inverse of a model of fixed size, where nothing may allocate.
+    ///
+    /// # Errors
+    /// As [`new`](HybridController::new).
+    ///
+    /// ```
+    /// use hysteresis_core::embedded::{Inverse, Model};
+    /// use hysteresis_core::{ControllerOptions, HybridController, Offsets};
+    /// let model = Model::<f64, 2>::conventional(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.5, 0.0, 1e-4, (-10.0, 10.0)) };
+    /// let inverse = Inverse::new(model, Some(options.limits))?;
+    /// let mut controller = HybridController::with_source(inverse, None, &options)?;
+    /// controller.step(5.0.into(), 0.0); // starts from 0 V
+    /// assert_eq!(controller.step(5.0.into(), 4.0), 4.0 + 0.5 * 1.0);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn with_source(source: S, preview: Option<Preview>, options: &ControllerOptions) -> Result<Self, Error> {
         let (limiter, rules, gate) = (Limiter::new(options)?, Rules::new(options)?, Gate::new(options)?);
         let now = LoopState::at(options.checked_start_drive()?);
-        feedforward.check_limits(options.limits)?;
-        Ok(Self { now, rules, limiter, gate, source: feedforward, preview, options: *options, planned: None })
+        source.check_limits(options.limits)?;
+        Ok(Self { now, rules, limiter, gate, source, preview, options: *options, planned: None })
     }
 
     /// Takes one sample and returns the drive: bit for bit [`plan`](Self::plan) and [`commit`](Self::commit).
@@ -322,7 +345,7 @@ impl HybridController {
 
     /// Where the feed-forward comes from.
     #[must_use]
-    pub fn feedforward(&self) -> &FeedForward {
+    pub fn feedforward(&self) -> &S {
         &self.source
     }
 

@@ -2,8 +2,9 @@
 
 use alloc::boxed::Box;
 
+use super::source::{DriveSource, check_same_limits};
 use crate::engine::CompiledModel;
-use crate::error::{Error, MAX_MAGNITUDE};
+use crate::error::Error;
 use crate::process::Process;
 use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
 use crate::stream::{Forward, Inverse, StreamState};
@@ -81,10 +82,9 @@ impl From<Forward> for FeedForward {
     }
 }
 
-impl FeedForward {
-    /// Moves on to the target: the volts that go with it, 0 where they are not of this source.
+impl DriveSource for FeedForward {
     #[inline]
-    pub(super) fn step(&mut self, target: f64) -> f64 {
+    fn step(&mut self, target: f64) -> f64 {
         match self {
             Self::Inverse(stream) => stream.step(target),
             Self::QuasiStatic(stream) => stream.step(target),
@@ -93,9 +93,8 @@ impl FeedForward {
         }
     }
 
-    /// What [`step`](Self::step) would give.
     #[inline]
-    pub(super) fn peek(&self, target: f64) -> f64 {
+    fn peek(&self, target: f64) -> f64 {
         match self {
             Self::Inverse(stream) => stream.peek(target),
             Self::QuasiStatic(stream) => stream.peek(target),
@@ -104,18 +103,15 @@ impl FeedForward {
         }
     }
 
-    /// A sample passes in which the drive is held: loop shift and creep go on.
     #[inline]
-    pub(super) fn wait(&mut self) {
+    fn wait(&mut self) {
         if let Self::QuasiStatic(stream) = self {
             stream.follow_drive(stream.output());
         }
     }
 
-    /// Remembers a drive that goes out instead of its own. A model that is itself an inverse knows targets alone and
-    /// stays where it is.
     #[inline]
-    pub(super) fn follow_drive(&mut self, drive: f64) {
+    fn follow_drive(&mut self, drive: f64) {
         match self {
             Self::Inverse(stream) => _ = stream.follow_drive(drive),
             Self::QuasiStatic(stream) => _ = stream.follow_drive(drive),
@@ -123,8 +119,7 @@ impl FeedForward {
         }
     }
 
-    /// Takes over what was driven before, oldest drive first.
-    pub(super) fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+    fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
         match self {
             Self::Inverse(stream) => stream.follow(drives),
             Self::QuasiStatic(stream) => stream.follow(drives),
@@ -133,22 +128,19 @@ impl FeedForward {
         }
     }
 
-    /// Checks that an inverse has the limits of its controller.
-    pub(super) fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
-        let got = match self {
-            Self::Inverse(stream) => stream.limits(),
-            Self::QuasiStatic(stream) => stream.limits(),
-            Self::Forward(_) | Self::None | Self::Given => return Ok(()),
-        };
-        let same = got.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE)) == expected;
-        if same { Ok(()) } else { Err(Error::OtherLimits { expected, got }) }
+    fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
+        match self {
+            Self::Inverse(stream) => check_same_limits(stream.limits(), expected),
+            Self::QuasiStatic(stream) => check_same_limits(stream.limits(), expected),
+            Self::Forward(_) | Self::None | Self::Given => Ok(()),
+        }
     }
 
-    pub(super) fn is_given(&self) -> bool {
+    fn is_given(&self) -> bool {
         matches!(self, Self::Given)
     }
 
-    pub(super) fn reset(&mut self) {
+    fn reset(&mut self) {
         match self {
             Self::Inverse(stream) => stream.reset(),
             Self::QuasiStatic(stream) => stream.reset(),
@@ -156,7 +148,9 @@ impl FeedForward {
             Self::None | Self::Given => {}
         }
     }
+}
 
+impl FeedForward {
     pub(super) fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
         match self {
             Self::Inverse(stream) => stream.set_model(model),

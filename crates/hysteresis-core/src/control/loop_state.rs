@@ -3,13 +3,19 @@
 use super::command::Mode;
 use super::options::check_drive;
 use super::terms::{Counters, Terms};
-use crate::error::{Error, check_finite, check_positive};
-use crate::filter::{FilterState, Sections};
+#[cfg(feature = "alloc")]
+use crate::error::check_finite;
+use crate::error::{Error, check_positive};
+use crate::filter::FilterState;
+#[cfg(feature = "alloc")]
+use crate::filter::Sections;
 
 /// A term of a saved state may be this large: products and sums of admissible numbers, over any number of samples, are
 /// smaller, and sums of such terms stay finite.
+#[cfg(feature = "alloc")]
 const LARGEST_TERM: f64 = 1e250;
 
+#[cfg(feature = "alloc")]
 pub(super) fn check_terms(terms: &[f64]) -> Result<(), Error> {
     let expected = "finite terms, at most 1e250 in magnitude";
     if terms.iter().all(|term| term.abs() <= LARGEST_TERM) { Ok(()) } else { Err(Error::State { expected }) }
@@ -131,6 +137,7 @@ impl LoopState {
     }
 
     /// Whether a controller with these limits can be in this state: only such a state is ever restored.
+    #[cfg(feature = "alloc")]
     pub(super) fn check(&self, limits: (f64, f64), filters: &Sections) -> Result<(), Error> {
         let Terms { reference, target, error, filtered_error, feedforward, .. } = self.terms;
         let Terms { proportional, integral, bumpless, unlimited_drive, .. } = self.terms;

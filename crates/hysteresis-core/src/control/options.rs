@@ -1,6 +1,8 @@
 //! How a controller is set up.
 
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_length, check_non_negative, check_positive};
+#[cfg(feature = "alloc")]
+use crate::error::check_length;
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_non_negative, check_positive};
 use crate::filter::Sections;
 
 /// The form of the law that is evaluated.
@@ -180,6 +182,7 @@ pub(super) fn check_drive(
 }
 
 /// Checks one drive for each actuator, whose limits these are, or names it.
+#[cfg(feature = "alloc")]
 pub(super) fn check_drives(
     parameter: &'static str,
     drives: &[f64],

@@ -191,7 +191,7 @@ impl Bank {
 /// Moves that do not move the bank: every operator starts from its present output.
 struct BankPath<'a>(&'a Bank);
 
-impl Path for BankPath<'_> {
+impl Path<f64> for BankPath<'_> {
     type Checkpoint = ();
 
     fn checkpoint(&self) {}

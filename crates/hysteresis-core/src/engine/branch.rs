@@ -2,14 +2,14 @@
 
 use core::hint::select_unpredictable;
 
-use super::checks::restore_tolerance;
 use super::direction::Direction;
 use super::family::Family;
 use super::line::Line;
-use super::memory_state::FamilyState;
 use super::search::{far_ahead, near_ahead};
 use super::solve::Point;
 use super::turning_points::{Remembered, Stack, TurningPoint};
+use crate::real::Real;
+use crate::store::Store;
 
 /// The position on a rising or falling branch of one family.
 ///
@@ -17,102 +17,44 @@ use super::turning_points::{Remembered, Stack, TurningPoint};
 /// turning point `top` left them, and the rest as the turning points below it did. Moving forward only ever raises
 /// `moved` and, when it reaches `top.moved`, wipes `top` out. A branch is a value: a copy can look ahead.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Branch {
+pub(crate) struct Branch<T> {
     /// The output of the family over the input, from the breakpoint `begin` up to but not including `end`.
     line: Line,
-    begin: f64,
-    end: f64,
+    begin: T,
+    end: T,
     /// Sum of w p over the operators that do not slide.
     frozen: f64,
-    moved: usize,
-    at_zero: usize,
+    pub(super) moved: usize,
+    pub(super) at_zero: usize,
     /// Where `top` belongs on the stack.
-    height: usize,
+    pub(super) height: usize,
     /// The newest turning point that still matters.
-    top: Remembered,
+    pub(super) top: Remembered<T>,
 }
 
 /// As much of a position on a branch as is needed to come back to it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Checkpoint {
-    begin: f64,
+pub(crate) struct Checkpoint<T> {
+    begin: T,
     moved: usize,
     at_zero: usize,
     height: usize,
 }
 
-impl Branch {
+impl<T: Real> Branch<T> {
     /// The branch of a family at rest, about to move in `direction`.
-    pub(crate) fn virgin(family: &Family, direction: Direction) -> Self {
+    pub(crate) fn virgin(family: &Family<T, impl Store>, direction: Direction) -> Self {
         let top = Remembered::virgin(family.len());
         let line = Line { slope: 0.0, offset: 0.0 };
-        let begin = -f64::INFINITY * direction.sign();
+        let begin = -T::INFINITY * direction.sign();
         let mut branch = Self { line, begin, end: begin, frozen: 0.0, moved: 0, at_zero: 0, height: 0, top };
         branch.draw(family, direction);
         branch
     }
 
-    /// The branch and the stack that a checked state describes.
-    pub(crate) fn restored(family: &Family, state: &FamilyState, direction: Direction) -> (Self, Stack) {
-        let mut stack = Stack::new(family.len());
-        let mut branch = Self::virgin(family, direction);
-        for point in &state.turning_points {
-            branch.moved = point.moved;
-            let (beyond, released) = (branch.frozen(family), branch.released(family, point.ended, point.input));
-            branch.top = Remembered { point: *point, beyond, released };
-            branch.height += 1;
-            branch.keep_top(&mut stack);
-        }
-        (branch.moved, branch.at_zero) = (state.moved, state.at_zero);
-        branch.draw(family, direction);
-        (branch, stack)
-    }
-
-    /// The same position with other weights: what is remembered of the operators at older turning points is summed anew.
-    pub(crate) fn reweigh(&mut self, family: &Family, stack: &mut Stack, direction: Direction) {
-        let (moved, height) = (self.moved, self.height);
-        self.top = Remembered::virgin(family.len());
-        for level in 1..=height {
-            let older = *stack.get(level);
-            self.moved = older.point.moved;
-            self.top = Remembered { beyond: self.frozen(family), ..older };
-            stack.put(level, self.top);
-        }
-        self.moved = moved;
-        self.draw(family, direction);
-    }
-
-    /// Takes the newest turning point from the stack, where it was changed.
-    pub(crate) fn renew_top(&mut self, stack: &Stack) {
-        self.top = *stack.get(self.height);
-    }
-
-    /// How many turning points the stack holds.
-    pub(crate) fn height(&self) -> usize {
-        self.height
-    }
-
-    /// Whether `x` lies on the branch but for rounding: past the reversal it began with, or before the one where its
-    /// loop closes.
-    pub(crate) fn holds(&self, direction: Direction, x: f64) -> bool {
-        let TurningPoint { input, ended, .. } = self.top.point;
-        let (past, slack) = (direction.sign() * (x - input), restore_tolerance(x.abs() + input.abs()));
-        if ended == direction { past <= slack } else { past >= -slack }
-    }
-
-    /// What restores the branch.
-    pub(crate) fn state(&self, stack: &Stack) -> FamilyState {
-        FamilyState { moved: self.moved, at_zero: self.at_zero, turning_points: self.remembered(stack).collect() }
-    }
-
-    /// The turning points that still matter, oldest first.
-    pub(crate) fn remembered(&self, stack: &Stack) -> impl Iterator<Item = TurningPoint> {
-        stack.points(self.height)
-    }
-
     /// Puts the newest turning point on the stack: due after a reversal, before the next one.
     #[inline]
-    pub(crate) fn keep_top(&self, stack: &mut Stack) {
+    pub(crate) fn keep_top(&self, stack: &mut Stack<T, impl Store>) {
         stack.put(self.height, self.top);
     }
 
@@ -125,20 +67,27 @@ impl Branch {
 
     /// The last input at which the line changed.
     #[inline]
-    pub(crate) fn begin(&self) -> f64 {
+    pub(crate) fn begin(&self) -> T {
         self.begin
     }
 
     /// The next input at which the line changes, or the infinity that the branch points to.
     #[inline]
-    pub(crate) fn end(&self) -> f64 {
+    pub(crate) fn end(&self) -> T {
         self.end
     }
 
     /// Turns round at `input`, where a branch in `ended` ends and the model's output is `output`: what slid on it is
     /// frozen by a new turning point. The line of the new branch is stale until it advances.
     #[inline(always)]
-    pub(crate) fn reverse(&mut self, family: &Family, ended: Direction, input: f64, output: f64, reversal: u64) {
+    pub(crate) fn reverse(
+        &mut self,
+        family: &Family<T, impl Store>,
+        ended: Direction,
+        input: T,
+        output: T,
+        reversal: u64,
+    ) {
         if self.moved > 0 {
             let (moved, at_zero) = (self.moved, self.at_zero);
             let point = TurningPoint { input, output, ended, moved, at_zero, reversal };
@@ -152,7 +101,13 @@ impl Branch {
 
     /// Moves on in `direction` to the input `x`. Takes turning points off but reads the stack only.
     #[inline(always)]
-    pub(crate) fn advance(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+    pub(crate) fn advance(
+        &mut self,
+        family: &Family<T, impl Store>,
+        stack: &Stack<T, impl Store>,
+        direction: Direction,
+        x: T,
+    ) {
         if !direction.has_passed(self.end, x) {
             return;
         }
@@ -168,7 +123,13 @@ impl Branch {
 
     /// Closes the loops that a move to `x` closes. The line is stale until the branch advances.
     #[inline(always)]
-    pub(crate) fn close_loops(&mut self, family: &Family, stack: &Stack, direction: Direction, x: f64) {
+    pub(crate) fn close_loops(
+        &mut self,
+        family: &Family<T, impl Store>,
+        stack: &Stack<T, impl Store>,
+        direction: Direction,
+        x: T,
+    ) {
         if self.wipe_out(stack, direction, x) {
             self.line.slope = family.sliding(direction, self.at_zero, self.moved).slope;
             self.end = self.begin;
@@ -177,7 +138,7 @@ impl Branch {
 
     /// Takes off the turning points that a move to `x` wipes out, if there are any.
     #[inline(always)]
-    fn wipe_out(&mut self, stack: &Stack, direction: Direction, x: f64) -> bool {
+    fn wipe_out(&mut self, stack: &Stack<T, impl Store>, direction: Direction, x: T) -> bool {
         let mut top = &self.top;
         let mut mark = top.wiped_at(direction);
         if !direction.has_passed(mark, x) {
@@ -199,14 +160,14 @@ impl Branch {
 
     /// Where to go back to.
     #[inline(always)]
-    pub(crate) fn checkpoint(&self) -> Checkpoint {
+    pub(crate) fn checkpoint(&self) -> Checkpoint<T> {
         Checkpoint { begin: self.begin, moved: self.moved, at_zero: self.at_zero, height: self.height }
     }
 
     /// Goes back on the same branch. `start` is the branch where it began if its newest turning point is not on the
     /// stack. The line is stale until the branch advances.
     #[inline]
-    pub(crate) fn go_back(&mut self, to: Checkpoint, start: Option<&Self>, stack: &Stack) {
+    pub(crate) fn go_back(&mut self, to: Checkpoint<T>, start: Option<&Self>, stack: &Stack<T, impl Store>) {
         if to.height != self.height {
             self.top = match start {
                 Some(start) if start.height == to.height => start.top,
@@ -220,7 +181,7 @@ impl Branch {
     /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the same
     /// direction. With the output of the whole model there.
     #[inline(always)]
-    pub(crate) fn closes_at(&self, stack: &Stack, direction: Direction) -> Option<Point> {
+    pub(crate) fn closes_at(&self, stack: &Stack<T, impl Store>, direction: Direction) -> Option<Point<T>> {
         let mut point = &self.top.point;
         if point.ended != direction {
             point = &stack.get(self.height.checked_sub(1)?).point;
@@ -230,7 +191,7 @@ impl Branch {
 
     /// Lets slide those of the operators frozen by `top` that start before `x`.
     #[inline(always)]
-    fn release(&mut self, family: &Family, direction: Direction, x: f64) {
+    fn release(&mut self, family: &Family<T, impl Store>, direction: Direction, x: T) {
         let TurningPoint { input: turned, moved: captured, .. } = self.top.point;
         let mark = move |i| starts(family, direction, i, turned);
         let moved = match near_ahead(direction, x, self.moved..captured, mark) {
@@ -245,7 +206,7 @@ impl Branch {
 
     /// Brings to rest those of the operators that slide downwards and come to zero before `x`.
     #[inline(always)]
-    fn rest(&mut self, family: &Family, x: f64) {
+    fn rest(&mut self, family: &Family<T, impl Store>, x: T) {
         let mark = move |i| family.rests(i);
         let at_zero = match near_ahead(Direction::Falling, x, self.at_zero..self.moved, mark) {
             Ok(at_zero) => at_zero,
@@ -259,7 +220,7 @@ impl Branch {
 
     /// Draws the line at this position, and its end, from prefix sums and turning points.
     #[inline(always)]
-    fn draw(&mut self, family: &Family, direction: Direction) {
+    pub(super) fn draw(&mut self, family: &Family<T, impl Store>, direction: Direction) {
         let TurningPoint { input: turned, ended, .. } = self.top.point;
         // Back at the reversal that ended a branch of the same direction the inner loop closes.
         self.end = select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned));
@@ -273,21 +234,21 @@ impl Branch {
 
     /// Sum of w p over the operators that do not slide.
     #[inline(always)]
-    fn frozen(&self, family: &Family) -> f64 {
+    pub(super) fn frozen(&self, family: &Family<T, impl Store>) -> f64 {
         let TurningPoint { input, ended, moved, at_zero, .. } = self.top.point;
-        family.sliding(ended, self.moved.max(at_zero), moved).at(input) + self.top.beyond
+        family.sliding(ended, self.moved.max(at_zero), moved).at(input.wide()) + self.top.beyond
     }
 
     /// Where the operators that slid on a branch that `ended` at `turned` all slide again, the other way.
     #[inline(always)]
-    fn released(&self, family: &Family, ended: Direction, turned: f64) -> f64 {
+    pub(super) fn released(&self, family: &Family<T, impl Store>, ended: Direction, turned: T) -> T {
         starts(family, ended.reversed(), self.moved.wrapping_sub(1), turned)
     }
 }
 
 /// The input at which operator i, left by a branch that ended at `turned`, starts to slide the other way.
 #[inline(always)]
-fn starts(family: &Family, direction: Direction, i: usize, turned: f64) -> f64 {
+fn starts<T: Real>(family: &Family<T, impl Store>, direction: Direction, i: usize, turned: T) -> T {
     match direction {
         Direction::Rising => family.starts_rising(i, turned),
         Direction::Falling => family.starts_falling(i, turned),
@@ -296,7 +257,7 @@ fn starts(family: &Family, direction: Direction, i: usize, turned: f64) -> f64 {
 
 /// Bounds, to rounding, of how many operators have started, the input having moved from `turned` to `x`.
 #[inline(always)]
-fn started(family: &Family, direction: Direction, turned: f64, x: f64) -> (usize, usize) {
+fn started<T: Real>(family: &Family<T, impl Store>, direction: Direction, turned: T, x: T) -> (usize, usize) {
     match direction {
         Direction::Rising => family.started_rising(turned, x),
         Direction::Falling => family.started_falling(turned, x),

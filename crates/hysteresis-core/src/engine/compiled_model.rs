@@ -3,6 +3,7 @@
 use alloc::sync::Arc;
 
 use super::bank::Members;
+use super::engine_changes::HeapFamilies;
 use super::families::Families;
 use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
@@ -48,7 +49,7 @@ pub struct CompiledModel {
     slopes: (f64, f64),
     fingerprint: u64,
     min_weight: f64,
-    pub(super) families: Option<Arc<Families>>,
+    pub(super) families: Option<Arc<HeapFamilies>>,
     pub(super) members: Arc<Members>,
 }
 
@@ -62,7 +63,7 @@ impl CompiledModel {
             slopes: model.slope_range(),
             fingerprint: model.fingerprint(),
             min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
-            families: Families::of(model).map(Arc::new),
+            families: Families::of(model.members()).ok().map(Arc::new),
             members: Arc::new(Members::of(model)),
         }
     }

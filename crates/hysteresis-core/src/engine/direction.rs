@@ -1,5 +1,7 @@
 //! Which way the input moves, and what that makes of "before" and "after".
 
+use crate::real::Real;
+
 /// Which way the input moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
@@ -13,16 +15,16 @@ pub enum Direction {
 impl Direction {
     /// +1 or -1: turns a falling branch into a rising one of the mirrored input.
     #[inline(always)]
-    pub(crate) fn sign(self) -> f64 {
+    pub(crate) fn sign<T: Real>(self) -> T {
         match self {
-            Self::Rising => 1.0,
-            Self::Falling => -1.0,
+            Self::Rising => T::ONE,
+            Self::Falling => -T::ONE,
         }
     }
 
     /// The one of two limits, low and high, that lies ahead.
     #[inline(always)]
-    pub(crate) fn limit(self, (low, high): (f64, f64)) -> f64 {
+    pub(crate) fn limit<T: Real>(self, (low, high): (T, T)) -> T {
         match self {
             Self::Rising => high,
             Self::Falling => low,
@@ -31,7 +33,7 @@ impl Direction {
 
     /// Whether a move goes the other way.
     #[inline(always)]
-    pub(crate) fn leads_away(self, from: f64, to: f64) -> bool {
+    pub(crate) fn leads_away<T: Real>(self, from: T, to: T) -> bool {
         match self {
             Self::Rising => to < from,
             Self::Falling => to > from,
@@ -40,7 +42,7 @@ impl Direction {
 
     /// Whether the input, come to `x`, has reached `mark`.
     #[inline(always)]
-    pub(crate) fn has_passed(self, mark: f64, x: f64) -> bool {
+    pub(crate) fn has_passed<T: Real>(self, mark: T, x: T) -> bool {
         match self {
             Self::Rising => mark <= x,
             Self::Falling => mark >= x,
@@ -49,7 +51,7 @@ impl Direction {
 
     /// Of two inputs, the one that comes first.
     #[inline(always)]
-    pub(crate) fn nearer(self, one: f64, other: f64) -> f64 {
+    pub(crate) fn nearer<T: Real>(self, one: T, other: T) -> T {
         match self {
             Self::Rising => {
                 if one < other {
@@ -70,7 +72,7 @@ impl Direction {
 
     /// Of two inputs, the one that comes last.
     #[inline(always)]
-    pub(crate) fn further(self, one: f64, other: f64) -> f64 {
+    pub(crate) fn further<T: Real>(self, one: T, other: T) -> T {
         self.reversed().nearer(one, other)
     }
 

@@ -4,18 +4,20 @@ use super::branch::Branch;
 use super::direction::Direction;
 use super::families::{Families, Stacks};
 use super::line::{Line, Piece};
+use crate::real::Real;
+use crate::store::Store;
 
 /// Both families on their branches, and the direction of the input. A copy can look ahead.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct EngineState {
+pub(crate) struct EngineState<T> {
     pub(crate) direction: Direction,
-    pub(crate) positive: Branch,
-    pub(crate) negative: Branch,
+    pub(crate) positive: Branch<T>,
+    pub(crate) negative: Branch<T>,
 }
 
-impl EngineState {
+impl<T: Real> EngineState<T> {
     /// At rest: all operators at zero, the input at zero.
-    pub(crate) fn virgin(families: &Families) -> Self {
+    pub(crate) fn virgin(families: &Families<T, impl Store>) -> Self {
         Self {
             direction: Direction::Rising,
             positive: Branch::virgin(&families.positive, Direction::Rising),
@@ -23,14 +25,9 @@ impl EngineState {
         }
     }
 
-    /// Whether the input `x` lies on both branches.
-    pub(crate) fn holds(&self, x: f64) -> bool {
-        self.positive.holds(self.direction, x) && self.negative.holds(self.direction.reversed(), -x)
-    }
-
     /// Turns round at the input `x`, which becomes turning point number `reversal`.
     #[inline]
-    pub(crate) fn reverse(&mut self, families: &Families, x: f64, reversal: u64) {
+    pub(crate) fn reverse(&mut self, families: &Families<T, impl Store>, x: T, reversal: u64) {
         // One body, compiled for each direction.
         match self.direction {
             Direction::Rising => self.reverse_from(Direction::Rising, families, x, reversal),
@@ -39,7 +36,7 @@ impl EngineState {
     }
 
     #[inline(always)]
-    fn reverse_from(&mut self, ended: Direction, families: &Families, x: f64, reversal: u64) {
+    fn reverse_from(&mut self, ended: Direction, families: &Families<T, impl Store>, x: T, reversal: u64) {
         let (output, mirrored) = (self.line(families).at(x), ended.reversed());
         self.direction = mirrored;
         self.positive.reverse(&families.positive, ended, x, output, reversal);
@@ -48,7 +45,7 @@ impl EngineState {
 
     /// Moves on to the input `x`, ahead on this branch.
     #[inline(never)]
-    pub(crate) fn advance(&mut self, families: &Families, stacks: &Stacks, x: f64) {
+    pub(crate) fn advance(&mut self, families: &Families<T, impl Store>, stacks: &Stacks<T, impl Store>, x: T) {
         // One body, compiled for each direction.
         match self.direction {
             Direction::Rising => self.advance_in(Direction::Rising, families, stacks, x),
@@ -57,36 +54,42 @@ impl EngineState {
     }
 
     #[inline(always)]
-    pub(super) fn advance_in(&mut self, direction: Direction, families: &Families, stacks: &Stacks, x: f64) {
+    pub(super) fn advance_in(
+        &mut self,
+        direction: Direction,
+        families: &Families<T, impl Store>,
+        stacks: &Stacks<T, impl Store>,
+        x: T,
+    ) {
         self.positive.advance(&families.positive, &stacks.positive, direction, x);
         self.negative.advance(&families.negative, &stacks.negative, direction.reversed(), -x);
     }
 
     /// Puts what the last reversal froze on the stacks.
     #[inline]
-    pub(crate) fn keep_top(&self, stacks: &mut Stacks) {
+    pub(crate) fn keep_top(&self, stacks: &mut Stacks<T, impl Store>) {
         self.positive.keep_top(&mut stacks.positive);
         self.negative.keep_top(&mut stacks.negative);
     }
 
     /// The output of the model over the input, up to the next breakpoint.
     #[inline]
-    pub(crate) fn line(&self, families: &Families) -> Line {
+    pub(crate) fn line(&self, families: &Families<T, impl Store>) -> Line<T> {
         let (positive, negative) = (self.positive.line(), self.negative.line());
         Line {
-            slope: families.identity_weight + positive.slope + negative.slope,
-            offset: positive.offset - negative.offset,
+            slope: T::narrow(families.identity_weight + positive.slope + negative.slope),
+            offset: T::narrow(positive.offset - negative.offset),
         }
     }
 
     /// The line and its breakpoints, over the input.
     #[inline]
-    pub(crate) fn piece(&self, families: &Families) -> Piece {
+    pub(crate) fn piece(&self, families: &Families<T, impl Store>) -> Piece<T> {
         self.piece_in(self.direction, families)
     }
 
     #[inline(always)]
-    pub(super) fn piece_in(&self, direction: Direction, families: &Families) -> Piece {
+    pub(super) fn piece_in(&self, direction: Direction, families: &Families<T, impl Store>) -> Piece<T> {
         let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
         Piece { direction, line: self.line(families), begin, end }

@@ -1,43 +1,85 @@
 //! The two families of one-sided plays that a model is made of.
 
-use alloc::vec::Vec;
-
+#[cfg(feature = "alloc")]
 use super::checks::{check_same, check_same_count};
 use super::family::{Family, Member};
 use super::turning_points::Stack;
 use crate::error::Error;
-use crate::model::ModifiedPrandtlIshlinskii;
+use crate::operator::CoupledPlay;
+use crate::real::Real;
+use crate::store::Store;
 
 /// A model as w_0 x plus two families of one-sided plays, the second one mirrored.
 ///
 /// A coupled play is p(x; a = r, b = rb) - p(-x; a = ra, b = rc), which needs r >= rc and ra >= rb.
-#[derive(Debug)]
-pub(crate) struct Families {
+#[derive(Clone, Debug)]
+pub struct Families<T: Real, S: Store> {
     pub(super) identity_weight: f64,
-    pub(crate) positive: Family,
-    pub(crate) negative: Family,
+    pub(crate) positive: Family<T, S>,
+    pub(crate) negative: Family<T, S>,
 }
 
-impl Families {
-    /// The families of a model, or nothing if the thresholds of one of them are not nested in any order.
-    pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Option<Self> {
+/// What evaluates a model: its own families, or a pointer to them.
+pub trait Evaluates: Clone + core::fmt::Debug {
+    /// The numbers of inputs and outputs.
+    type Number: Real;
+    /// Where tables and turning points lie.
+    type Store: Store;
+
+    /// The families.
+    #[doc(hidden)]
+    fn families(&self) -> &Families<Self::Number, Self::Store>;
+}
+
+#[cfg(feature = "alloc")]
+impl<T: Real, S: Store> Evaluates for alloc::sync::Arc<Families<T, S>> {
+    type Number = T;
+    type Store = S;
+
+    #[inline(always)]
+    fn families(&self) -> &Families<T, S> {
+        self
+    }
+}
+
+impl<T: Real, S: Store> Families<T, S> {
+    /// The families of a model. `members` are the
+    /// weights above and below zero and the operators, one by one, at most as many as there is room for.
+    ///
+    /// # Errors
+    /// As [`Family::nested`].
+    pub(crate) fn of(members: impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone) -> Result<Self, Error> {
+        let count = members.clone().count();
+        let none = Member { place: 0, weight: 0.0, rise: T::ZERO, fall: T::ZERO };
         let mut identity_weight = 0.0;
-        let (mut positive, mut negative) = (Vec::new(), Vec::new());
-        for (above, below, z) in model.members() {
+        let (mut positive, mut negative): (S::Of<_>, S::Of<_>) = (S::filled(none, count), S::filled(none, count));
+        let (mut above_zero, mut below_zero) = (0, 0);
+        for (place, (above, below, z)) in members.enumerate() {
             // What both sides of an identity have is a straight line that always slides, so the slope stays above it;
             // the rest, if it is split, is a one-sided play of no width.
             let straight = if z.is_identity() { above.min(below) } else { 0.0 };
             identity_weight += straight;
             if !z.is_identity() || above > straight {
-                positive.push(Member { weight: above - straight, rise: z.r(), fall: z.rb() });
+                let (rise, fall) = (T::narrow(z.r()), T::narrow(z.rb()));
+                positive.as_mut()[above_zero] = Member { place, weight: above - straight, rise, fall };
+                above_zero += 1;
             }
             if !z.is_identity() || below > straight {
-                negative.push(Member { weight: below - straight, rise: z.ra(), fall: z.rc() });
+                let (rise, fall) = (T::narrow(z.ra()), T::narrow(z.rc()));
+                negative.as_mut()[below_zero] = Member { place, weight: below - straight, rise, fall };
+                below_zero += 1;
             }
         }
-        Some(Self { identity_weight, positive: Family::nested(positive)?, negative: Family::nested(negative)? })
+        Ok(Self {
+            identity_weight,
+            positive: Family::nested("rb", &mut positive.as_mut()[..above_zero])?,
+            negative: Family::nested("rc", &mut negative.as_mut()[..below_zero])?,
+        })
     }
+}
 
+#[cfg(feature = "alloc")]
+impl<S: Store> Families<f64, S> {
     /// Whether the weights differ too.
     ///
     /// # Errors
@@ -55,7 +97,12 @@ impl Families {
 }
 
 /// Whether the weights of two families differ; their thresholds may not.
-fn compare([rise, fall]: [&'static str; 2], running: &Family, new: &Family) -> Result<bool, Error> {
+#[cfg(feature = "alloc")]
+fn compare<S: Store>(
+    [rise, fall]: [&'static str; 2],
+    running: &Family<f64, S>,
+    new: &Family<f64, S>,
+) -> Result<bool, Error> {
     check_same_count(running.len(), new.len())?;
     let mut differ = false;
     for ((a, b, w), (other_a, other_b, other_w)) in running.entries().zip(new.entries()) {
@@ -68,7 +115,7 @@ fn compare([rise, fall]: [&'static str; 2], running: &Family, new: &Family) -> R
 
 /// Room for the turning points of both families.
 #[derive(Clone, Debug)]
-pub(crate) struct Stacks {
-    pub(crate) positive: Stack,
-    pub(crate) negative: Stack,
+pub(crate) struct Stacks<T: Real, S: Store> {
+    pub(crate) positive: Stack<T, S>,
+    pub(crate) negative: Stack<T, S>,
 }

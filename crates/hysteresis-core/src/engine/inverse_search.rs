@@ -6,20 +6,22 @@ use super::engine_state::EngineState;
 use super::families::{Families, Stacks};
 use super::line::Piece;
 use super::solve::{Path, Point, Reach, first_guess, solve};
+use crate::real::Real;
+use crate::store::Store;
 
 /// An engine state on the move that may turn out to be too far. `start` is where it began if the turning points of the
 /// last reversal are not on the stacks.
-pub(super) struct InverseSearch<'a> {
-    pub(super) state: &'a mut EngineState,
-    pub(super) start: Option<&'a EngineState>,
-    pub(super) families: &'a Families,
-    pub(super) stacks: &'a Stacks,
+pub(super) struct InverseSearch<'a, T: Real, S: Store> {
+    pub(super) state: &'a mut EngineState<T>,
+    pub(super) start: Option<&'a EngineState<T>>,
+    pub(super) families: &'a Families<T, S>,
+    pub(super) stacks: &'a Stacks<T, S>,
 }
 
-impl InverseSearch<'_> {
+impl<T: Real, S: Store> InverseSearch<'_, T, S> {
     /// Moves the state on from `near` until the output is `to` or the input is at `limit`.
     #[inline(never)]
-    pub(super) fn run(self, near: Point, to: f64, limit: f64) -> Reach {
+    pub(super) fn run(self, near: Point<T>, to: T, limit: T) -> Reach<T> {
         // One body, compiled for each direction.
         match self.state.direction {
             Direction::Rising => self.find(Direction::Rising, near, to, limit),
@@ -28,7 +30,7 @@ impl InverseSearch<'_> {
     }
 
     #[inline(always)]
-    fn find(mut self, direction: Direction, near: Point, to: f64, limit: f64) -> Reach {
+    fn find(mut self, direction: Direction, near: Point<T>, to: T, limit: T) -> Reach<T> {
         let (near, far) = self.close_loops(direction, near, to, limit);
         let slope = self.state.line(self.families).slope;
         solve(&mut self, direction, near, far, first_guess(near, slope, far, to), to, limit)
@@ -40,10 +42,10 @@ impl InverseSearch<'_> {
     pub(super) fn close_loops(
         &mut self,
         direction: Direction,
-        mut near: Point,
-        to: f64,
-        limit: f64,
-    ) -> (Point, Option<Point>) {
+        mut near: Point<T>,
+        to: T,
+        limit: T,
+    ) -> (Point<T>, Option<Point<T>>) {
         let (EngineState { positive, negative, .. }, families, stacks) = (&mut *self.state, self.families, self.stacks);
         loop {
             let one = positive.closes_at(&stacks.positive, direction);
@@ -67,23 +69,23 @@ impl InverseSearch<'_> {
     }
 }
 
-impl Path for InverseSearch<'_> {
-    type Checkpoint = (Checkpoint, Checkpoint);
+impl<T: Real, S: Store> Path<T> for InverseSearch<'_, T, S> {
+    type Checkpoint = (Checkpoint<T>, Checkpoint<T>);
 
     #[inline(always)]
-    fn checkpoint(&self) -> (Checkpoint, Checkpoint) {
+    fn checkpoint(&self) -> (Checkpoint<T>, Checkpoint<T>) {
         (self.state.positive.checkpoint(), self.state.negative.checkpoint())
     }
 
     #[inline(always)]
-    fn go_back(&mut self, (positive, negative): (Checkpoint, Checkpoint)) {
+    fn go_back(&mut self, (positive, negative): (Checkpoint<T>, Checkpoint<T>)) {
         let (start, stacks) = (self.start, self.stacks);
         self.state.positive.go_back(positive, start.map(|start| &start.positive), &stacks.positive);
         self.state.negative.go_back(negative, start.map(|start| &start.negative), &stacks.negative);
     }
 
     #[inline(always)]
-    fn look(&mut self, direction: Direction, input: f64) -> Piece {
+    fn look(&mut self, direction: Direction, input: T) -> Piece<T> {
         self.state.advance_in(direction, self.families, self.stacks, input);
         self.state.piece_in(direction, self.families)
     }

@@ -1,17 +1,18 @@
 //! Straight lines: what a model is between two breakpoints.
 
 use super::direction::Direction;
+use crate::real::Real;
 
 /// A straight line: output = slope * input + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Line {
-    pub(crate) slope: f64,
-    pub(crate) offset: f64,
+pub(crate) struct Line<T = f64> {
+    pub(crate) slope: T,
+    pub(crate) offset: T,
 }
 
-impl Line {
+impl<T: Real> Line<T> {
     #[inline]
-    pub(crate) fn at(self, input: f64) -> f64 {
+    pub(crate) fn at(self, input: T) -> T {
         self.slope * input + self.offset
     }
 
@@ -24,16 +25,16 @@ impl Line {
 
 /// A straight line and how far, in the direction of travel, it holds: from `begin` up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct Piece<T = f64> {
     pub(crate) direction: Direction,
-    pub(crate) line: Line,
-    pub(crate) begin: f64,
-    pub(crate) end: f64,
+    pub(crate) line: Line<T>,
+    pub(crate) begin: T,
+    pub(crate) end: T,
 }
 
-impl Piece {
+impl<T: Real> Piece<T> {
     /// A piece of no length: every new sample is evaluated anew.
-    pub(crate) fn point(direction: Direction, input: f64, output: f64) -> Self {
-        Self { direction, line: Line { slope: 0.0, offset: output }, begin: input, end: input }
+    pub(crate) fn point(direction: Direction, input: T, output: T) -> Self {
+        Self { direction, line: Line { slope: T::ZERO, offset: output }, begin: input, end: input }
     }
 }

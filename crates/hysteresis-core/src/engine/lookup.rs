@@ -1,8 +1,8 @@
 //! Where to look for a number among sorted ones.
 
-use alloc::boxed::Box;
-
 use super::checks::count_as_f64;
+use crate::real::Real;
+use crate::store::Store;
 
 /// A table over numbers that never decrease: between which of them a number lies.
 ///
@@ -10,55 +10,60 @@ use super::checks::count_as_f64;
 /// a search is a multiplication and a look into the table, without a branch to mispredict; whatever the spacing, what
 /// is left is at most one bucket, to be searched by halves.
 #[derive(Clone, Debug)]
-pub(super) struct Lookup {
+pub(super) struct Lookup<T, S: Store> {
     /// Where the first bucket is centred, and how many buckets lie in one unit.
-    origin: f64,
-    per_unit: f64,
-    /// How many numbers lie in the buckets before each one; the last entry is past all buckets.
-    before: Box<[u32]>,
+    origin: T,
+    per_unit: T,
+    /// The number of the last bucket.
+    last: usize,
+    /// How many numbers lie in the buckets before each one, and how many with it.
+    counts: S::Of<[u32; 2]>,
 }
 
 /// The most numbers that a table can count.
 pub(super) const MAX_NUMBERS: u32 = u32::MAX - 1;
 
-impl Lookup {
+impl<T: Real, S: Store> Lookup<T, S> {
     /// Of at most [`MAX_NUMBERS`] numbers in order.
-    pub(super) fn new(numbers: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
-        let (count, origin) = (numbers.len(), numbers.clone().next().unwrap_or(0.0));
-        let width = numbers.clone().last().unwrap_or(0.0) - origin;
-        let per_unit = count_as_f64(count.saturating_sub(1)) / width;
-        let mut before = alloc::vec![0; count + 2];
-        let lookup = Self { origin, per_unit, before: Box::default() };
+    pub(super) fn new(numbers: impl ExactSizeIterator<Item = T> + Clone) -> Self {
+        let (count, origin) = (numbers.len(), numbers.clone().next().unwrap_or(T::ZERO));
+        let width = numbers.clone().last().unwrap_or(T::ZERO) - origin;
+        let last = count.saturating_sub(1);
+        let per_unit = T::narrow(count_as_f64(last)) / width;
+        let mut lookup = Self { origin, per_unit, last, counts: S::filled([0; 2], count) };
         for number in numbers {
-            before[lookup.bucket(number, count) + 1] += 1;
+            let bucket = lookup.bucket(number);
+            lookup.counts.as_mut()[bucket][1] += 1;
         }
-        for bucket in 1..before.len() {
-            before[bucket] += before[bucket - 1];
+        let mut sum = 0;
+        for [before, with] in lookup.counts.as_mut() {
+            *before = sum;
+            sum += *with;
+            *with = sum;
         }
-        Self { before: before.into(), ..lookup }
+        lookup
     }
 
     /// Bounds of how many numbers are at most `x`: all those of the earlier buckets are, none of the later ones is.
     #[inline]
-    pub(super) fn at_most(&self, x: f64) -> (usize, usize) {
-        let bucket = self.bucket(x, self.before.len().saturating_sub(2));
-        let before = |bucket: usize| self.before.get(bucket).map_or(0, |count| *count as usize);
-        (before(bucket), before(bucket + 1))
+    pub(super) fn at_most(&self, x: T) -> (usize, usize) {
+        let [before, with] = self.counts.as_ref().get(self.bucket(x)).copied().unwrap_or_default();
+        (before as usize, with as usize)
     }
 
-    /// The bucket of `count` in which `x` lies, the outermost ones being open. It never decreases in x.
+    /// The bucket in which `x` lies, the outermost ones being open. It never decreases in x.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates, NaN gives 0")]
-    fn bucket(&self, x: f64, count: usize) -> usize {
-        (((x - self.origin) * self.per_unit + 0.5) as u32 as usize).min(count.saturating_sub(1))
+    fn bucket(&self, x: T) -> usize {
+        ((x - self.origin) * self.per_unit + T::HALF).whole().min(self.last)
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "alloc"))]
 mod tests {
     use alloc::vec::Vec;
 
     use super::*;
+    use crate::store::Heap;
 
     #[test]
     fn brackets_what_a_scan_counts_whatever_the_spacing() {
@@ -67,7 +72,7 @@ mod tests {
         let clustered = alloc::vec![0.0, 0.0, 1e-300, 1e-300, 1.0, 1.0, 1.0, 1e100];
         let equal = alloc::vec![3.0; 7];
         for numbers in [even, geometric, clustered, equal, alloc::vec![5e-324, 1e-323], alloc::vec![2.0], Vec::new()] {
-            let lookup = Lookup::new(numbers.iter().copied());
+            let lookup = Lookup::<f64, Heap>::new(numbers.iter().copied());
             let around = numbers.iter().flat_map(|v| [v.next_down(), *v, v.next_up(), 0.5 * v, 1.3 * v]);
             for x in around.chain([f64::NEG_INFINITY, -1.0, 0.0, 1e300, f64::INFINITY]) {
                 let scanned = numbers.iter().filter(|number| **number <= x).count();
@@ -81,7 +86,7 @@ mod tests {
     fn even_spacing_leaves_one_number_to_compare() {
         for count in [1, 2, 20, 1000, 12_345_u32] {
             let numbers = (0..count).map(|i| 0.3 + 0.07 * f64::from(i));
-            let lookup = Lookup::new(numbers.collect::<Vec<f64>>().into_iter());
+            let lookup = Lookup::<f64, Heap>::new(numbers.collect::<Vec<f64>>().into_iter());
             for k in 0..5000_u32 {
                 let (least, most) = lookup.at_most(0.001 * f64::from(k * count));
                 assert!(most - least == 1, "{count} numbers: {least}..{most}");

@@ -1,163 +1,39 @@
-//! The memory of one stream: turning points where the thresholds are nested, else a bank of operators.
+//! The memory of one stream: what a stream moves and asks.
 
-use alloc::boxed::Box;
-use alloc::vec::Vec;
-
-use super::bank::Bank;
-use super::checks::count_as_f64;
-use super::compiled_model::{CompiledModel, Method};
 use super::direction::Direction;
 use super::line::Piece;
-use super::memory_state::MemoryState;
 use super::solve::{Point, Reach};
-use super::turning_point_engine::Engine;
-use crate::error::Error;
-
-impl CompiledModel {
-    /// The memory of a stream at rest.
-    pub(crate) fn memory_at_rest(&self) -> Memory {
-        match &self.families {
-            Some(families) => Memory::TurningPoints(Box::new(Engine::new(families.clone()))),
-            None => Memory::Bank(Box::new(Bank::at_rest(self.members.clone()))),
-        }
-    }
-
-    /// The memory of a stream that starts from the operator outputs `initial`.
-    pub(crate) fn memory_from(&self, initial: &[f64]) -> Result<Memory, Error> {
-        Bank::new(self.members.clone(), initial).map(Box::new).map(Memory::Bank)
-    }
-}
+use crate::real::Real;
 
 /// A model's parameters together with the memory of one stream.
-///
-/// Behind a pointer, as only a sample that leaves its line needs it: a stream is two cache lines, many fit in the cache.
-#[derive(Clone, Debug)]
-pub(crate) enum Memory {
-    TurningPoints(Box<Engine>),
-    Bank(Box<Bank>),
-}
-
-impl Memory {
-    pub(crate) fn method(&self) -> Method {
-        match self {
-            Self::TurningPoints(_) => Method::TurningPoints,
-            Self::Bank(_) => Method::Bank,
-        }
-    }
-
-    pub(crate) fn reset(&mut self) {
-        match self {
-            Self::TurningPoints(engine) => engine.reset(),
-            Self::Bank(bank) => bank.reset(),
-        }
-    }
+pub(crate) trait Memory<T: Real> {
+    /// Back to the virgin state.
+    fn reset(&mut self);
 
     /// Moves the input from `from` to `to`.
-    #[inline]
-    pub(crate) fn move_input(&mut self, from: f64, to: f64) {
-        match self {
-            Self::TurningPoints(engine) => engine.move_input(from, to),
-            Self::Bank(bank) => bank.move_input(to),
-        }
-    }
+    fn move_input(&mut self, from: T, to: T);
 
     /// The output after a move of the input from `from` to `to`.
-    #[inline]
-    pub(crate) fn peek_input(&self, from: f64, to: f64) -> f64 {
-        match self {
-            Self::TurningPoints(engine) => engine.peek_input(from, to),
-            Self::Bank(bank) => bank.peek_input(to),
-        }
-    }
+    fn peek_input(&self, from: T, to: T) -> T;
 
     /// Moves on from `from` in `direction` until the output is `to` or the input is at a limit.
-    pub(crate) fn move_output(&mut self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
-        match self {
-            Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
-            Self::Bank(bank) => {
-                let reach = bank.look_output(from, to, limits);
-                bank.move_input(reach.input);
-                reach
-            }
-        }
-    }
+    fn move_output(&mut self, direction: Direction, from: Point<T>, to: T, limits: (T, T)) -> Reach<T>;
 
     /// Where [`move_output`](Self::move_output) would come to.
-    pub(crate) fn peek_output(&self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
-        match self {
-            Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
-            Self::Bank(bank) => bank.look_output(from, to, limits),
-        }
-    }
+    fn peek_output(&self, direction: Direction, from: Point<T>, to: T, limits: (T, T)) -> Reach<T>;
 
-    /// The reversals that still determine the output, oldest first: nothing for a bank.
-    pub(crate) fn turning_points(&self) -> Vec<f64> {
-        match self {
-            Self::TurningPoints(engine) => engine.memory(),
-            Self::Bank(_) => Vec::new(),
-        }
-    }
-
-    pub(crate) fn state(&self) -> MemoryState {
-        match self {
-            Self::TurningPoints(engine) => MemoryState::TurningPoints(engine.state()),
-            Self::Bank(bank) => MemoryState::Bank { outputs: bank.outputs().into() },
-        }
-    }
-
-    /// Continues from a saved state that was at this input and output.
-    pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
-        match (self, state) {
-            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
-            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, input, output),
-            _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
-        }
-    }
-
-    /// Takes over the weights of another model of the same operators, the input being `input`: whether they differ.
-    ///
-    /// The position, the turning points and the operator outputs stay; what they sum to is computed anew.
-    pub(crate) fn reweigh(&mut self, compiled: &CompiledModel, input: f64) -> Result<bool, Error> {
-        match self {
-            Self::TurningPoints(engine) => match &compiled.families {
-                Some(families) => engine.reweigh(families, input),
-                None => Err(Error::OtherOperators {
-                    what: "number of operators with nested thresholds",
-                    expected: count_as_f64(engine.operators()),
-                    got: 0.0,
-                }),
-            },
-            Self::Bank(bank) => bank.reweigh(&compiled.members),
-        }
-    }
-
-    /// Whether a move to the present input `input` changes nothing: not so before the first sample of a bank that starts
-    /// from arbitrary outputs.
-    pub(crate) fn is_at(&self, input: f64) -> bool {
-        match self {
-            Self::TurningPoints(_) => true,
-            Self::Bank(bank) => bank.is_at(input),
-        }
-    }
-
-    /// The output at the present position, the input being `input`.
-    pub(crate) fn output(&self, input: f64) -> f64 {
-        self.forward_piece(input).line.at(input)
-    }
+    /// Whether a move to the present input `input` changes nothing.
+    fn is_at(&self, input: T) -> bool;
 
     /// The piece over the input at the present position, the input being `input`.
-    pub(crate) fn forward_piece(&self, input: f64) -> Piece {
-        match self {
-            Self::TurningPoints(engine) => engine.piece(),
-            Self::Bank(bank) => Piece::point(Direction::Rising, input, bank.output()),
-        }
-    }
+    fn forward_piece(&self, input: T) -> Piece<T>;
 
     /// The piece over the output at the present position, the output being `output` and the input `input`.
-    pub(crate) fn inverse_piece(&self, input: f64, output: f64, limits: (f64, f64)) -> Piece {
-        match self {
-            Self::TurningPoints(engine) => engine.inverse_piece(limits),
-            Self::Bank(_) => Piece::point(Direction::Rising, output, input),
-        }
+    fn inverse_piece(&self, input: T, output: T, limits: (T, T)) -> Piece<T>;
+
+    /// The output at the present position, the input being `input`.
+    #[inline]
+    fn output(&self, input: T) -> T {
+        self.forward_piece(input).line.at(input)
     }
 }

@@ -4,16 +4,17 @@ use core::hint::select_unpredictable;
 use core::ops::Range;
 
 use super::direction::Direction;
+use crate::real::Real;
 
 /// The first operator of `range` whose `mark` still lies ahead of the input `x`, or the end of the range. Marks lie
 /// in the order in which the branch passes them. As an error, the part of the range left when both of its first two
 /// marks are passed: a smooth signal passes few at a time, and for a jump [`far_ahead`] knows better where to look.
 #[inline(always)]
-pub(super) fn near_ahead(
+pub(super) fn near_ahead<T: Real>(
     direction: Direction,
-    x: f64,
+    x: T,
     range: Range<usize>,
-    mark: impl Fn(usize) -> f64,
+    mark: impl Fn(usize) -> T,
 ) -> Result<usize, Range<usize>> {
     let Range { start, end } = range;
     if start >= end || !direction.has_passed(mark(start), x) {
@@ -28,11 +29,11 @@ pub(super) fn near_ahead(
 /// As [`near_ahead`], for a range that does not begin at zero, when it is known but for rounding that the first `least`
 /// marks are passed and those from `most` on are not. The marks decide.
 #[inline(always)]
-pub(super) fn far_ahead(
+pub(super) fn far_ahead<T: Real>(
     direction: Direction,
-    x: f64,
+    x: T,
     range: Range<usize>,
-    mark: impl Fn(usize) -> f64 + Copy,
+    mark: impl Fn(usize) -> T + Copy,
     (least, most): (usize, usize),
 ) -> usize {
     let passed = move |i: usize| direction.has_passed(mark(i), x);

@@ -2,15 +2,16 @@
 
 use super::direction::Direction;
 use super::line::Piece;
+use crate::real::Real;
 
 /// A point of the polyline.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
-    pub(crate) input: f64,
-    pub(crate) output: f64,
+pub(crate) struct Point<T = f64> {
+    pub(crate) input: T,
+    pub(crate) output: T,
 }
 
-impl Point {
+impl<T: Real> Point<T> {
     /// The same point over the mirrored input.
     #[inline]
     pub(crate) fn mirrored(self) -> Self {
@@ -20,22 +21,22 @@ impl Point {
 
 /// Where a move towards a given output came to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach {
+pub(crate) struct Reach<T = f64> {
     /// The input there.
-    pub(crate) input: f64,
+    pub(crate) input: T,
     /// The output there: what was asked for, or what the limit allows.
-    pub(crate) output: f64,
+    pub(crate) output: T,
     pub(crate) saturated: bool,
 }
 
 /// What moves along a polyline.
-pub(crate) trait Path {
+pub(crate) trait Path<T: Real> {
     /// What it takes to come back to a position.
     type Checkpoint: Copy;
     fn checkpoint(&self) -> Self::Checkpoint;
     fn go_back(&mut self, to: Self::Checkpoint);
     /// Moves to an input ahead; the piece there.
-    fn look(&mut self, direction: Direction, input: f64) -> Piece;
+    fn look(&mut self, direction: Direction, input: T) -> Piece<T>;
 }
 
 /// Moves `path` from `near`, in `direction`, until the output is `target`, or to `limit` if it is not there yet.
@@ -45,15 +46,15 @@ pub(crate) trait Path {
 /// as soon as that lies within the piece, so the answer is exact on that line. Every fourth step makes sure that there
 /// are few: it halves what is left, or, as long as nothing beyond the target is known, goes much further.
 #[inline(always)]
-pub(crate) fn solve(
-    path: &mut impl Path,
+pub(crate) fn solve<T: Real>(
+    path: &mut impl Path<T>,
     direction: Direction,
-    mut near: Point,
-    mut far: Option<Point>,
-    guess: f64,
-    target: f64,
-    limit: f64,
-) -> Reach {
+    mut near: Point<T>,
+    mut far: Option<Point<T>>,
+    guess: T,
+    target: T,
+    limit: T,
+) -> Reach<T> {
     let mut checkpoint = path.checkpoint();
     // Where the last piece that falls short ends, and the first one that is too far begins.
     let (mut near_end, mut far_begin) = (near.input, far.map_or(limit, |far| far.input));
@@ -93,8 +94,8 @@ pub(crate) fn solve(
         }
         let next = match far {
             _ if !step.is_multiple_of(4) => newton,
-            Some(_) => f64::NAN,
-            None => newton + FURTHER * (newton - guess),
+            Some(_) => T::NAN,
+            None => newton + T::narrow(FURTHER) * (newton - guess),
         };
         guess = bracketed(direction, next, near, far, limit);
     }
@@ -106,7 +107,7 @@ const FURTHER: f64 = 16.0;
 /// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
 /// parabola for slopes that change little, and a single division. Without `far`, a straight line.
 #[inline(always)]
-pub(crate) fn first_guess(near: Point, slope: f64, far: Option<Point>, target: f64) -> f64 {
+pub(crate) fn first_guess<T: Real>(near: Point<T>, slope: T, far: Option<Point<T>>, target: T) -> T {
     let rise = target - near.output;
     let Some(far) = far else { return near.input + rise / slope };
     let (width, height) = (far.input - near.input, far.output - near.output);
@@ -115,12 +116,12 @@ pub(crate) fn first_guess(near: Point, slope: f64, far: Option<Point>, target: f
 
 /// The guess if it lies between what is known, else the middle; or the limit if nothing beyond the target is known.
 #[inline(always)]
-fn bracketed(direction: Direction, guess: f64, near: Point, far: Option<Point>, limit: f64) -> f64 {
+fn bracketed<T: Real>(direction: Direction, guess: T, near: Point<T>, far: Option<Point<T>>, limit: T) -> T {
     let end = far.map_or(limit, |far| far.input);
     let within = direction.leads_away(guess, near.input) && !direction.has_passed(end, guess);
     match far {
         _ if within => guess,
-        Some(far) => near.input + 0.5 * (far.input - near.input),
+        Some(far) => near.input + T::HALF * (far.input - near.input),
         None => limit,
     }
 }

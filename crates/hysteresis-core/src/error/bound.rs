@@ -8,6 +8,8 @@ use core::fmt;
 pub enum Bound {
     /// Finite and at most [`MAX_MAGNITUDE`](crate::MAX_MAGNITUDE) in magnitude.
     Finite,
+    /// Finite and at most 1e11 in magnitude: a number that must fit `f32`.
+    Single,
     /// Finite and not below zero.
     NonNegative,
     /// Finite and above zero.
@@ -71,6 +73,7 @@ impl fmt::Display for Bound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Finite => write!(f, "a finite number (at most 1e100 in magnitude)"),
+            Self::Single => write!(f, "a finite number (at most 1e11 in magnitude)"),
             Self::NonNegative => write!(f, "a finite number >= 0"),
             Self::Positive => write!(f, "a finite number > 0"),
             Self::FromTo { first, last } => write!(f, "a whole number from {first} to {last}"),

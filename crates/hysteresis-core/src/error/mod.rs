@@ -6,6 +6,8 @@ use core::fmt;
 
 pub use bound::Bound;
 
+use crate::real::Real;
+
 /// The largest magnitude that any input, threshold, weight or offset may have: 1e100.
 ///
 /// Products and sums of admissible numbers stay finite, so the hot path needs no overflow check.
@@ -219,7 +221,7 @@ impl fmt::Display for Error {
                 f,
                 "the model is not invertible: its slope is only known to be positive if the weight of the identity \
                  operator (all thresholds zero) plus the sum of the negative weights exceeds 1e-100, and 1e-12 of \
-                 the sum of all magnitudes, but these are {identity_weight:?} and {negative_sum:?}"
+                 the sum of all magnitudes (in f32 1e-11 and 5e-4), but these are {identity_weight:?} and {negative_sum:?}"
             ),
             Self::NoClosedForm { index, expected, got } => {
                 write!(f, "no closed-form inverse: operator {index}: expected {expected}, got {got:?}")
@@ -254,6 +256,14 @@ impl fmt::Display for Error {
 
 impl core::error::Error for Error {}
 
+/// Checks one number of either kind, or names it.
+pub(crate) fn check_admissible<T: Real>(parameter: &'static str, index: Option<usize>, got: T) -> Result<T, Error> {
+    if got.is_admissible() {
+        return Ok(got);
+    }
+    Err(Error::Domain { parameter, index, expected: T::FINITE, got: got.wide() })
+}
+
 /// Checks one number, or names it.
 pub(crate) fn check_finite(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) { Ok(got) } else { Err(Error::Domain { parameter, index, expected: Bound::Finite, got }) }
@@ -275,15 +285,16 @@ pub fn check_all_finite(parameter: &'static str, numbers: &[f64]) -> Result<(), 
 }
 
 /// Checks that drives lie within limits, or names the first that does not.
-pub(crate) fn check_within_limits(
+pub(crate) fn check_within_limits<T: Real>(
     parameter: &'static str,
-    drives: &[f64],
-    (low, high): (f64, f64),
+    drives: &[T],
+    (low, high): (T, T),
 ) -> Result<(), Error> {
     match drives.iter().enumerate().find(|(_, drive)| !(low <= **drive && **drive <= high)) {
         None => Ok(()),
         Some((index, got)) => {
-            Err(Error::Domain { parameter, index: Some(index), expected: Bound::Between { low, high }, got: *got })
+            let expected = Bound::Between { low: low.wide(), high: high.wide() };
+            Err(Error::Domain { parameter, index: Some(index), expected, got: got.wide() })
         }
     }
 }

@@ -1,11 +1,11 @@
 use crate::error::{Error, check_finite};
 
-pub(super) fn check_weights(weights: &[f64]) -> Result<(), Error> {
+pub(crate) fn check_weights(parameter: &'static str, weights: &[f64]) -> Result<(), Error> {
     if weights.is_empty() {
-        return Err(Error::Empty { parameter: "weights" });
+        return Err(Error::Empty { parameter });
     }
     for (i, w) in weights.iter().enumerate() {
-        check_finite("weights", Some(i), *w)?;
+        check_finite(parameter, Some(i), *w)?;
     }
     Ok(())
 }

@@ -34,7 +34,7 @@ impl PrandtlIshlinskii {
     /// [`Error::Empty`] without operators, [`Error::Length`] for unequal lengths, [`Error::Domain`] for a weight
     /// or offset that is not finite or a threshold that is negative or not finite.
     pub fn new(weights: &[f64], thresholds: &[f64], offsets: Offsets) -> Result<Self, Error> {
-        check_weights(weights)?;
+        check_weights("weights", weights)?;
         check_length("thresholds", weights.len(), thresholds.len())?;
         let operators = thresholds
             .iter()
@@ -74,7 +74,7 @@ impl PrandtlIshlinskii {
     /// # Errors
     /// [`Error::NotInvertible`] unless the weight at threshold zero exceeds the sum of the negative weights.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        invertibility::check(self.members())
+        invertibility::check::<f64>(self.members())
     }
 
     /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) with no negative weight.

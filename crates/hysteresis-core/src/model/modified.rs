@@ -5,48 +5,10 @@ use super::checks::check_weights;
 use super::conventional::PrandtlIshlinskii;
 use super::invertibility;
 use super::offsets::Offsets;
-use crate::error::{Bound, Error, check_finite, check_length, check_non_negative, check_within};
+use super::ratios::Ratios;
+use crate::error::{Error, check_finite, check_length};
 use crate::fingerprint::Fingerprint;
 use crate::operator::CoupledPlay;
-
-/// The three thresholds of every operator as fractions of its r: ra = `ra` r, rb = `rb` r, rc = `rc` r.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Ratios {
-    /// ra / r, at least `rb`.
-    pub ra: f64,
-    /// rb / r, between 0 and `ra`.
-    pub rb: f64,
-    /// rc / r, between 0 and 1.
-    pub rc: f64,
-}
-
-impl Ratios {
-    /// The ratios of the paper's actuator (Table I): 0.95, 0.30, 0.35.
-    pub const PAPER: Self = Self { ra: 0.95, rb: 0.30, rc: 0.35 };
-
-    /// The ratios of the paper's inverse (Table II): 0.90, 0.35, 0.35.
-    pub const PAPER_INVERSE: Self = Self { ra: 0.90, rb: 0.35, rc: 0.35 };
-
-    /// Equal thresholds: every coupled play is a play.
-    pub const PLAY: Self = Self { ra: 1.0, rb: 1.0, rc: 1.0 };
-
-    /// The coupled play of threshold `r` in these proportions; `index` names the operator in errors.
-    fn operator(self, index: usize, r: f64) -> Result<CoupledPlay, Error> {
-        CoupledPlay::indexed(Some(index), r, self.ra * r, self.rb * r, self.rc * r)
-    }
-
-    fn check(self) -> Result<Self, Error> {
-        check_non_negative("ra", None, self.ra)?;
-        check_within("rb", None, self.rb, "ra", self.ra)?;
-        if (0.0..=1.0).contains(&self.rc) {
-            Ok(self)
-        } else {
-            let expected = Bound::Between { low: 0.0, high: 1.0 };
-            Err(Error::Domain { parameter: "rc", index: None, expected, got: self.rc })
-        }
-    }
-}
 
 /// The modified Prandtl-Ishlinskii model (MPI), equation (6): y = `output_offset` + sum_i w_i z_i.
 ///
@@ -95,7 +57,7 @@ impl ModifiedPrandtlIshlinskii {
         rc: &[f64],
         offsets: Offsets,
     ) -> Result<Self, Error> {
-        check_weights(weights)?;
+        check_weights("weights", weights)?;
         for (name, values) in [("r", r), ("ra", ra), ("rb", rb), ("rc", rc)] {
             check_length(name, weights.len(), values.len())?;
         }
@@ -110,7 +72,7 @@ impl ModifiedPrandtlIshlinskii {
     /// # Errors
     /// As [`new`](Self::new); ratios must satisfy ra >= rb >= 0 and 1 >= rc >= 0.
     pub fn from_ratios(weights: &[f64], r: &[f64], ratios: Ratios, offsets: Offsets) -> Result<Self, Error> {
-        check_weights(weights)?;
+        check_weights("weights", weights)?;
         check_length("r", weights.len(), r.len())?;
         let ratios = ratios.check()?;
         let operators = r.iter().enumerate().map(|(i, r)| ratios.operator(i, *r)).collect::<Result<Vec<_>, _>>()?;
@@ -167,7 +129,7 @@ impl ModifiedPrandtlIshlinskii {
     }
 
     /// The weights (w_i, v_i) and the operator, one by one.
-    pub(crate) fn members(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> {
+    pub(crate) fn members(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone {
         let weights = self.weights.iter().zip(self.weights_negative());
         weights.zip(&self.operators).map(|((w, v), operator)| (*w, *v, *operator))
     }
@@ -202,7 +164,7 @@ impl ModifiedPrandtlIshlinskii {
     /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights;
     /// of a split operator the smaller weight counts.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        invertibility::check(self.members().map(|(w, v, z)| (w, v, z.is_identity())))
+        invertibility::check::<f64>(self.members().map(|(w, v, z)| (w, v, z.is_identity())))
     }
 
     /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) with no negative weight.

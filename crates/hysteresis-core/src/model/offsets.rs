@@ -1,4 +1,6 @@
+use crate::engine::Point;
 use crate::error::{Error, check_finite};
+use crate::real::Real;
 
 /// Where the model's own zero lies: y = output + sum of w_i H_i\[x - input\].
 ///
@@ -20,8 +22,15 @@ pub struct Offsets {
     pub output: f64,
 }
 
+/// The place of the model's zero, in numbers of another kind.
+impl<T: Real> From<Offsets> for Point<T> {
+    fn from(offsets: Offsets) -> Self {
+        Self { input: T::narrow(offsets.input), output: T::narrow(offsets.output) }
+    }
+}
+
 impl Offsets {
-    pub(super) fn check(self) -> Result<Self, Error> {
+    pub(crate) fn check(self) -> Result<Self, Error> {
         check_finite("input_offset", None, self.input)?;
         check_finite("output_offset", None, self.output)?;
         Ok(self)

@@ -74,6 +74,7 @@ impl CoupledPlay {
     }
 
     /// If the operator follows the input at `x` as z = x + shift, that shift; nothing while it holds.
+    #[cfg(feature = "alloc")]
     pub(crate) fn slide(&self, last_output: f64, x: f64) -> Option<f64> {
         let z = self.next(last_output, x);
         match (z > last_output, z < last_output) {

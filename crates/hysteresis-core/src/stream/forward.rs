@@ -1,8 +1,8 @@
-use super::segment::Segment;
-use super::{StreamState, check_output};
-use crate::engine::{CompiledModel, Memory, Method, check_same};
-use crate::error::{Error, check_all_finite, check_finite, is_admissible};
-use crate::model::{ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
+use super::forward_core::ForwardCore;
+use super::state::{StreamState, check_output};
+use crate::engine::{CompiledModel, HeapMemory, Method, Point, check_same};
+use crate::error::{Error, check_all_finite, check_finite};
+use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
 /// The output of a model, sample by sample: equations (4) and (6).
@@ -23,10 +23,7 @@ use crate::process::Process;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Forward {
-    segment: Segment,
-    offsets: Offsets,
-    memory: Memory,
-    rejected: u64,
+    core: ForwardCore<f64, HeapMemory>,
     fingerprint: u64,
 }
 
@@ -46,46 +43,33 @@ impl Forward {
         Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    fn start(model: &CompiledModel, memory: Memory) -> Self {
-        let segment = Segment::new(memory.forward_piece(0.0), 0.0);
-        Self { segment, offsets: model.offsets, memory, rejected: 0, fingerprint: model.fingerprint() }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn leave_segment(&mut self, x: f64) -> f64 {
-        if is_admissible(x) {
-            self.memory.move_input(self.segment.input(), x);
-            self.segment = Segment::new(self.memory.forward_piece(x), x);
-        } else {
-            self.rejected = self.rejected.saturating_add(1);
-        }
-        self.segment.output()
+    fn start(model: &CompiledModel, memory: HeapMemory) -> Self {
+        Self { core: ForwardCore::new(memory, model.offsets.into()), fingerprint: model.fingerprint() }
     }
 
     /// The last output; at rest, the output at rest.
     #[must_use]
     pub fn output(&self) -> f64 {
-        self.segment.output() + self.offsets.output
+        self.core.output()
     }
 
     /// Which algorithm evaluates the stream.
     #[must_use]
     pub fn method(&self) -> Method {
-        self.memory.method()
+        self.core.memory().method()
     }
 
     /// How many inputs were not finite (or beyond 1e100) and left output and memory as they were.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected
+        self.core.rejected()
     }
 
     /// The reversals of the input that still determine the output, oldest first, in the unit of the input. Empty
     /// for a bank. Allocates: for plots, not for the loop.
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
-        self.memory.turning_points().into_iter().map(|x| x + self.offsets.input).collect()
+        self.core.memory.turning_points().into_iter().map(|x| x + self.core.origin.input).collect()
     }
 
     /// Takes over what was driven before, oldest input first.
@@ -121,25 +105,27 @@ impl Forward {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
-        check_same("input_offset", self.offsets.input, model.offsets.input)?;
-        let x = self.segment.input();
-        self.memory.reweigh(model, x)?;
-        self.offsets = model.offsets;
+        let core = &mut self.core;
+        check_same("input_offset", core.origin.input, model.offsets.input)?;
+        let x = core.known().input;
+        core.memory.reweigh(model, x)?;
+        core.origin = model.offsets.into();
+        core.enter_segment(x);
         self.fingerprint = model.fingerprint();
-        self.segment = Segment::new(self.memory.forward_piece(x), x);
         Ok(())
     }
 
     /// Everything that the stream remembers. Allocates.
     #[must_use]
     pub fn state(&self) -> StreamState {
+        let Point { input: last_input, output: last_output } = self.core.known();
         StreamState {
             model: self.fingerprint,
-            last_input: self.segment.input(),
-            last_output: self.segment.output(),
+            last_input,
+            last_output,
             saturated: false,
-            rejected: self.rejected,
-            memory: self.memory.state(),
+            rejected: self.core.rejected,
+            memory: self.core.memory.state(),
         }
     }
 
@@ -152,9 +138,9 @@ impl Forward {
         state.check_model(self.fingerprint)?;
         check_finite("state.last_input", None, state.last_input)?;
         check_output("state.last_output", state.last_output)?;
-        self.memory.restore(&state.memory, state.last_input, state.last_output)?;
-        self.segment = Segment::new(self.memory.forward_piece(state.last_input), state.last_input);
-        self.rejected = state.rejected;
+        self.core.memory.restore(&state.memory, state.last_input, state.last_output)?;
+        self.core.enter_segment(state.last_input);
+        self.core.rejected = state.rejected;
         Ok(())
     }
 }
@@ -162,29 +148,16 @@ impl Forward {
 impl Process for Forward {
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
-        let x = input - self.offsets.input;
-        let y = match self.segment.step(x) {
-            Some(y) => y,
-            None => self.leave_segment(x),
-        };
-        y + self.offsets.output
+        self.core.step(input)
     }
 
     #[inline]
     fn peek(&self, input: f64) -> f64 {
-        let x = input - self.offsets.input;
-        let y = match self.segment.peek(x) {
-            Some(y) => y,
-            None if is_admissible(x) => self.memory.peek_input(self.segment.input(), x),
-            None => self.segment.output(),
-        };
-        y + self.offsets.output
+        self.core.peek(input)
     }
 
     fn reset(&mut self) {
-        self.memory.reset();
-        self.segment = Segment::new(self.memory.forward_piece(0.0), 0.0);
-        self.rejected = 0;
+        self.core.reset();
     }
 }
 

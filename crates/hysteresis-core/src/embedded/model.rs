@@ -1,0 +1,217 @@
+use crate::engine::{Evaluates, Families, Point};
+use crate::error::{Error, check_length};
+use crate::model::{Offsets, Ratios, check_invertible, check_weights};
+use crate::operator::CoupledPlay;
+use crate::real::Real;
+use crate::store::Inline;
+
+/// A model of up to N operators, equations (4) and (6), ready to run, without an allocator.
+///
+/// Constants come in `f64`, whatever T is, so they can be those of a file; weights in output unit per input unit (um/V), thresholds
+/// in the unit of the input (V). It takes 104 N bytes or less with `f32` and 128 N or less with `f64`, and a few hundred; see
+/// docs/firmware.md. The thresholds must be nested: in the order of r no rb may fall, and in the order of ra no rc. Models of
+/// proportional thresholds and conventional models always are.
+///
+/// ```
+/// use hysteresis_core::embedded::{Forward, Model};
+/// use hysteresis_core::{Offsets, Process};
+/// let model = Model::<f64, 8>::conventional(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?; // room is left
+/// let (mut one, mut other) = (Forward::new(&model), Forward::new(&model)); // two streams of one model
+/// assert_eq!((one.step(4.0), one.step(3.0), other.step(3.0)), (5.0, 4.0, 3.5));
+/// let error = Model::<f64, 1>::conventional(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap_err();
+/// assert_eq!(error.to_string(), "weights: expected at most as many as the model has room for, got 2");
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Model<T: Real, const N: usize> {
+    families: Families<T, Inline<N>>,
+    pub(super) origin: Point<T>,
+    pub(super) invertible: Result<(), Error>,
+}
+
+/// A model, or a reference to one: what a stream is made from.
+pub trait Holds<T: Real, const N: usize>: Evaluates<Number = T, Store = Inline<N>> {
+    /// The model.
+    fn model(&self) -> &Model<T, N>;
+}
+
+impl<T: Real, const N: usize> Evaluates for Model<T, N> {
+    type Number = T;
+    type Store = Inline<N>;
+
+    #[inline(always)]
+    fn families(&self) -> &Families<T, Inline<N>> {
+        &self.families
+    }
+}
+
+impl<T: Real, const N: usize> Evaluates for &Model<T, N> {
+    type Number = T;
+    type Store = Inline<N>;
+
+    #[inline(always)]
+    fn families(&self) -> &Families<T, Inline<N>> {
+        &self.families
+    }
+}
+
+impl<T: Real, const N: usize> Holds<T, N> for Model<T, N> {
+    fn model(&self) -> &Model<T, N> {
+        self
+    }
+}
+
+impl<T: Real, const N: usize> Holds<T, N> for &Model<T, N> {
+    fn model(&self) -> &Model<T, N> {
+        self
+    }
+}
+
+impl<T: Real, const N: usize> Model<T, N> {
+    /// Coupled plays with the thresholds given one by one.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without operators, [`Error::Whole`] for more than N, [`Error::Length`] for unequal lengths,
+    /// [`Error::Domain`] for a number that is not finite or beyond 1e100 (`f32`: 1e11), thresholds that break r >= rc >= 0 or
+    /// ra >= rb >= 0, or that are not nested.
+    ///
+    /// ```
+    /// use hysteresis_core::Offsets;
+    /// use hysteresis_core::embedded::Model;
+    /// let (w, r, ra) = ([1.0, 0.5, 0.5], [0.0, 2.0, 3.0], [0.0, 2.0, 2.0]);
+    /// let model = |rb| Model::<f32, 3>::new(&w, &r, &ra, &rb, &[0.0, 1.0, 1.0], Offsets::default());
+    /// assert!(model([0.0, 1.0, 1.5]).is_ok());
+    /// let error = model([0.0, 1.5, 1.0]).unwrap_err();
+    /// assert_eq!(error.parameter(), Some("rb"));
+    /// assert!(error.to_string().contains("nested"));
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn new(
+        weights: &[f64],
+        r: &[f64],
+        ra: &[f64],
+        rb: &[f64],
+        rc: &[f64],
+        offsets: Offsets,
+    ) -> Result<Self, Error> {
+        Self::split(weights, weights, [r, ra, rb, rc], offsets)
+    }
+
+    /// The same with weights of their own for the family below zero, and the thresholds r, ra, rb and rc side by side: the split
+    /// model.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn split(
+        weights: &[f64],
+        weights_negative: &[f64],
+        thresholds: [&[f64]; 4],
+        offsets: Offsets,
+    ) -> Result<Self, Error> {
+        check_room::<N>(weights)?;
+        for (name, values) in ["r", "ra", "rb", "rc"].into_iter().zip(thresholds) {
+            check_length(name, weights.len(), values.len())?;
+        }
+        let at = move |i: usize| thresholds.map(|values| values.get(i).copied().unwrap_or_default());
+        Self::of(weights, weights_negative, offsets, move |i| {
+            let [r, ra, rb, rc] = at(i);
+            CoupledPlay::indexed(Some(i), r, ra, rb, rc)
+        })
+    }
+
+    /// Coupled plays that share the proportions of their thresholds, as in Tables I and II.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); ratios must satisfy ra >= rb >= 0 and 1 >= rc >= 0.
+    pub fn from_ratios(weights: &[f64], r: &[f64], ratios: Ratios, offsets: Offsets) -> Result<Self, Error> {
+        check_room::<N>(weights)?;
+        check_length("r", weights.len(), r.len())?;
+        let ratios = ratios.check()?;
+        let at = move |i: usize| ratios.operator(i, r.get(i).copied().unwrap_or_default());
+        Self::of(weights, weights, offsets, at)
+    }
+
+    /// The conventional model: plays.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn conventional(weights: &[f64], thresholds: &[f64], offsets: Offsets) -> Result<Self, Error> {
+        check_room::<N>(weights)?;
+        check_length("thresholds", weights.len(), thresholds.len())?;
+        let at = move |i: usize| {
+            let r = thresholds.get(i).copied().unwrap_or_default();
+            CoupledPlay::indexed(Some(i), r, r, r, r).map_err(|error| match error {
+                Error::Domain { index, expected, got, .. } => {
+                    Error::Domain { parameter: "thresholds", index, expected, got }
+                }
+                other => other,
+            })
+        };
+        Self::of(weights, weights, offsets, at)
+    }
+
+    /// From checked lengths; `operator` makes operator i.
+    fn of(
+        weights: &[f64],
+        weights_negative: &[f64],
+        offsets: Offsets,
+        operator: impl Fn(usize) -> Result<CoupledPlay, Error> + Clone,
+    ) -> Result<Self, Error> {
+        check_weights("weights", weights)?;
+        check_length("weights_negative", weights.len(), weights_negative.len())?;
+        check_weights("weights_negative", weights_negative)?;
+        for (i, (w, v)) in weights.iter().zip(weights_negative).enumerate() {
+            fits::<T>("weights", Some(i), *w)?;
+            fits::<T>("weights_negative", Some(i), *v)?;
+            let z = operator(i)?;
+            fits::<T>("r", Some(i), z.r())?;
+            fits::<T>("ra", Some(i), z.ra())?;
+        }
+        let offsets = offsets.check()?;
+        fits::<T>("input_offset", None, offsets.input)?;
+        fits::<T>("output_offset", None, offsets.output)?;
+        let members = weights.iter().zip(weights_negative).enumerate();
+        // All were made once above.
+        let members = members.filter_map(|(i, (w, v))| operator(i).ok().map(|z| (*w, *v, z)));
+        let families = Families::of(members.clone())?;
+        let invertible = check_invertible::<T>(members.map(|(w, v, z)| (w, v, z.is_identity())));
+        Ok(Self { families, origin: offsets.into(), invertible })
+    }
+
+    /// Whether the sufficient condition for an inverse holds, and if not, why not.
+    ///
+    /// # Errors
+    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights, by as much as T
+    /// can tell.
+    pub fn check_invertible(&self) -> Result<(), Error> {
+        self.invertible
+    }
+}
+
+/// The same model, if it has no more than N operators.
+#[cfg(feature = "alloc")]
+impl<T: Real, const N: usize> TryFrom<&crate::ModifiedPrandtlIshlinskii> for Model<T, N> {
+    type Error = Error;
+
+    fn try_from(model: &crate::ModifiedPrandtlIshlinskii) -> Result<Self, Error> {
+        check_room::<N>(model.weights())?;
+        let operators = model.operators();
+        let at = move |i: usize| operators.get(i).copied().ok_or(Error::Empty { parameter: "weights" });
+        Self::of(model.weights(), model.weights_negative(), model.offsets(), at)
+    }
+}
+
+fn check_room<const N: usize>(weights: &[f64]) -> Result<(), Error> {
+    if weights.len() <= N {
+        return Ok(());
+    }
+    Err(Error::whole("weights", None, "at most as many as the model has room for", weights.len()))
+}
+
+/// Checks that a number is admissible among numbers T.
+fn fits<T: Real>(parameter: &'static str, index: Option<usize>, got: f64) -> Result<(), Error> {
+    if T::narrow(got).is_admissible() {
+        return Ok(());
+    }
+    Err(Error::Domain { parameter, index, expected: T::FINITE, got })
+}

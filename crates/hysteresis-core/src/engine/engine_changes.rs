@@ -1,0 +1,154 @@
+//! What the engine remembers, out of a saved state, into one, and with other weights.
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use super::branch::Branch;
+use super::checks::restore_tolerance;
+use super::direction::Direction;
+use super::engine_state::EngineState;
+use super::families::{Families, Stacks};
+use super::family::Family;
+use super::memory::Memory;
+use super::memory_state::{FamilyState, TurningPointState};
+use super::turning_point_engine::Engine;
+use super::turning_points::TurningPoint;
+use crate::error::Error;
+use crate::store::Heap;
+
+/// Far more reversals than any stream sees, and far from the end of the counter.
+const MAX_REVERSALS: u64 = 1 << 63;
+
+/// The families of a model whose tables lie on the heap.
+pub(crate) type HeapFamilies = Families<f64, Heap>;
+
+/// The engine of a model that its streams share.
+pub(crate) type SharedEngine = Engine<Arc<HeapFamilies>>;
+
+impl EngineState<f64> {
+    /// Whether the input `x` lies on both branches.
+    pub(crate) fn holds(&self, x: f64) -> bool {
+        self.positive.holds(self.direction, x) && self.negative.holds(self.direction.reversed(), -x)
+    }
+}
+
+impl SharedEngine {
+    /// Takes over other weights of the same operators, the input being at `input`: whether they differ.
+    pub(crate) fn reweigh(&mut self, families: &Arc<HeapFamilies>, input: f64) -> Result<bool, Error> {
+        let differ = self.model.check_same_operators(families)?;
+        if differ {
+            self.model = families.clone();
+            let Self { model: families, state, stacks, .. } = self;
+            let direction = state.direction;
+            state.positive.reweigh(&families.positive, &mut stacks.positive, direction);
+            state.negative.reweigh(&families.negative, &mut stacks.negative, direction.reversed());
+            for direction in [Direction::Rising, Direction::Falling] {
+                self.renew_outputs(direction, input);
+            }
+            self.state.positive.renew_top(&self.stacks.positive);
+            self.state.negative.renew_top(&self.stacks.negative);
+        }
+        Ok(differ)
+    }
+
+    /// The number of operators with memory.
+    pub(crate) fn operators(&self) -> usize {
+        self.model.positive.len()
+    }
+
+    /// Computes the output at every turning point that lies in `direction` of `input`: the model is back at it when the
+    /// input is back there, so a copy of the state goes there and looks.
+    fn renew_outputs(&mut self, direction: Direction, input: f64) {
+        let Self { model: families, state, stacks, reversals } = self;
+        let mut start = *state;
+        if direction != start.direction {
+            start.reverse(families, input, *reversals + 1);
+        }
+        let mut look = start;
+        for height in (1..=state.positive.height()).rev() {
+            let point = stacks.positive.get(height).point;
+            if point.ended == direction {
+                look.advance(families, stacks, point.input);
+                stacks.positive.set_output(height, look.line(families).at(point.input));
+            }
+        }
+        let mut look = start;
+        for height in (1..=state.negative.height()).rev() {
+            let point = stacks.negative.get(height).point;
+            if point.ended.reversed() == direction {
+                look.advance(families, stacks, -point.input);
+                stacks.negative.set_output(height, look.line(families).at(-point.input));
+            }
+        }
+    }
+
+    /// The turning points of both families, those of the negative one mirrored back to the input of the model.
+    fn remembered(&self) -> impl Iterator<Item = TurningPoint> {
+        let mirrored = |point: TurningPoint| TurningPoint { input: -point.input, ..point };
+        let negative = self.state.negative.remembered(&self.stacks.negative).map(mirrored);
+        self.state.positive.remembered(&self.stacks.positive).chain(negative)
+    }
+
+    /// The reversals that still determine the output of some operator, oldest first.
+    pub(crate) fn memory(&self) -> Vec<f64> {
+        let mut all: Vec<TurningPoint> = self.remembered().collect();
+        all.sort_by_key(|point| point.reversal);
+        all.dedup_by_key(|point| point.reversal);
+        all.into_iter().map(|point| point.input).collect()
+    }
+
+    pub(crate) fn state(&self) -> TurningPointState {
+        TurningPointState {
+            direction: self.state.direction,
+            reversals: self.reversals,
+            positive: self.state.positive.state(&self.stacks.positive),
+            negative: self.state.negative.state(&self.stacks.negative),
+        }
+    }
+
+    /// Continues from a saved state that was at this input and output.
+    pub(crate) fn restore(&mut self, state: &TurningPointState, input: f64, output: f64) -> Result<(), Error> {
+        let TurningPointState { direction, reversals, .. } = *state;
+        if reversals > MAX_REVERSALS {
+            return Err(Error::State { expected: "at most 2^63 reversals" });
+        }
+        let restored = |family: &Family<f64, Heap>, saved: &FamilyState, direction: Direction| {
+            saved.check(family.len(), reversals, direction)?;
+            Ok(Branch::restored(family, saved, direction))
+        };
+        let families = self.model.clone();
+        let (positive, positive_stack) = restored(&families.positive, &state.positive, direction)?;
+        let (negative, negative_stack) = restored(&families.negative, &state.negative, direction.reversed())?;
+        let engine_state = EngineState { direction, positive, negative };
+        let stacks = Stacks { positive: positive_stack, negative: negative_stack };
+        let candidate = Self { model: families, state: engine_state, stacks, reversals };
+        candidate.check_position(input, output)?;
+        candidate.check_turning_points(input)?;
+        *self = candidate;
+        Ok(())
+    }
+
+    /// The input must lie on the branches that the state tells of, and the model have the output there.
+    fn check_position(&self, input: f64, output: f64) -> Result<(), Error> {
+        if self.state.holds(input) && self.agree(self.state.line(&self.model).at(input), output, input) {
+            Ok(())
+        } else {
+            Err(Error::State { expected: "the output that the model has at the last input on this branch" })
+        }
+    }
+
+    /// Back at a remembered turning point the model is back at its output: so the inverse may rely on those.
+    fn check_turning_points(&self, input: f64) -> Result<(), Error> {
+        for TurningPoint { input: turn, output, .. } in self.remembered() {
+            if !self.agree(self.peek_input(input, turn), output, input.abs() + turn.abs()) {
+                return Err(Error::State { expected: "turning points with the outputs that the model has there" });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether two outputs at inputs of that magnitude are equal but for rounding.
+    fn agree(&self, one: f64, other: f64, input: f64) -> bool {
+        (one - other).abs() <= restore_tolerance(self.model.output_scale(input.abs() + f64::MIN_POSITIVE))
+    }
+}

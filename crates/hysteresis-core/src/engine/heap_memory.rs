@@ -1,0 +1,156 @@
+//! The memory of a stream on the heap: turning points where the thresholds are nested, else a bank of operators.
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+use super::bank::Bank;
+use super::checks::count_as_f64;
+use super::compiled_model::{CompiledModel, Method};
+use super::direction::Direction;
+use super::engine_changes::SharedEngine;
+use super::line::Piece;
+use super::memory::Memory;
+use super::memory_state::MemoryState;
+use super::solve::{Point, Reach};
+use super::turning_point_engine::Engine;
+use crate::error::Error;
+
+impl CompiledModel {
+    /// The memory of a stream at rest.
+    pub(crate) fn memory_at_rest(&self) -> HeapMemory {
+        match &self.families {
+            Some(families) => HeapMemory::TurningPoints(Box::new(Engine::new(families.clone()))),
+            None => HeapMemory::Bank(Box::new(Bank::at_rest(self.members.clone()))),
+        }
+    }
+
+    /// The memory of a stream that starts from the operator outputs `initial`.
+    pub(crate) fn memory_from(&self, initial: &[f64]) -> Result<HeapMemory, Error> {
+        Bank::new(self.members.clone(), initial).map(Box::new).map(HeapMemory::Bank)
+    }
+}
+
+/// A model's parameters together with the memory of one stream.
+///
+/// Behind a pointer, as only a sample that leaves its line needs it: a stream is two cache lines, many fit in the cache.
+#[derive(Clone, Debug)]
+pub(crate) enum HeapMemory {
+    TurningPoints(Box<SharedEngine>),
+    Bank(Box<Bank>),
+}
+
+impl HeapMemory {
+    pub(crate) fn method(&self) -> Method {
+        match self {
+            Self::TurningPoints(_) => Method::TurningPoints,
+            Self::Bank(_) => Method::Bank,
+        }
+    }
+
+    /// The reversals that still determine the output, oldest first: nothing for a bank.
+    pub(crate) fn turning_points(&self) -> Vec<f64> {
+        match self {
+            Self::TurningPoints(engine) => engine.memory(),
+            Self::Bank(_) => Vec::new(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> MemoryState {
+        match self {
+            Self::TurningPoints(engine) => MemoryState::TurningPoints(engine.state()),
+            Self::Bank(bank) => MemoryState::Bank { outputs: bank.outputs().into() },
+        }
+    }
+
+    /// Continues from a saved state that was at this input and output.
+    pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
+        match (self, state) {
+            (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
+            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, input, output),
+            _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
+        }
+    }
+
+    /// Takes over the weights of another model of the same operators, the input being `input`: whether they differ.
+    ///
+    /// The position, the turning points and the operator outputs stay; what they sum to is computed anew.
+    pub(crate) fn reweigh(&mut self, compiled: &CompiledModel, input: f64) -> Result<bool, Error> {
+        match self {
+            Self::TurningPoints(engine) => match &compiled.families {
+                Some(families) => engine.reweigh(families, input),
+                None => Err(Error::OtherOperators {
+                    what: "number of operators with nested thresholds",
+                    expected: count_as_f64(engine.operators()),
+                    got: 0.0,
+                }),
+            },
+            Self::Bank(bank) => bank.reweigh(&compiled.members),
+        }
+    }
+}
+
+impl Memory<f64> for HeapMemory {
+    fn reset(&mut self) {
+        match self {
+            Self::TurningPoints(engine) => engine.reset(),
+            Self::Bank(bank) => bank.reset(),
+        }
+    }
+
+    #[inline]
+    fn move_input(&mut self, from: f64, to: f64) {
+        match self {
+            Self::TurningPoints(engine) => engine.move_input(from, to),
+            Self::Bank(bank) => bank.move_input(to),
+        }
+    }
+
+    #[inline]
+    fn peek_input(&self, from: f64, to: f64) -> f64 {
+        match self {
+            Self::TurningPoints(engine) => engine.peek_input(from, to),
+            Self::Bank(bank) => bank.peek_input(to),
+        }
+    }
+
+    #[inline(always)]
+    fn move_output(&mut self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
+        match self {
+            Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
+            Self::Bank(bank) => {
+                let reach = bank.look_output(from, to, limits);
+                bank.move_input(reach.input);
+                reach
+            }
+        }
+    }
+
+    fn peek_output(&self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
+        match self {
+            Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
+            Self::Bank(bank) => bank.look_output(from, to, limits),
+        }
+    }
+
+    fn is_at(&self, input: f64) -> bool {
+        match self {
+            Self::TurningPoints(_) => true,
+            Self::Bank(bank) => bank.is_at(input),
+        }
+    }
+
+    fn forward_piece(&self, input: f64) -> Piece {
+        match self {
+            Self::TurningPoints(engine) => engine.forward_piece(input),
+            Self::Bank(bank) => Piece::point(Direction::Rising, input, bank.output()),
+        }
+    }
+
+    #[inline]
+    fn inverse_piece(&self, input: f64, output: f64, limits: (f64, f64)) -> Piece {
+        match self {
+            Self::TurningPoints(engine) => engine.inverse_piece(input, output, limits),
+            Self::Bank(_) => Piece::point(Direction::Rising, output, input),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! The forward direction of a stream, whatever its numbers are and wherever its memory lies.
+
+use super::segment::Segment;
+use crate::engine::{Memory, Point};
+use crate::real::Real;
+
+/// A model, sample by sample.
+#[derive(Clone, Debug)]
+pub(crate) struct ForwardCore<T, M> {
+    segment: Segment<T>,
+    /// The offsets of the model.
+    pub(super) origin: Point<T>,
+    pub(super) memory: M,
+    pub(super) rejected: u64,
+}
+
+impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
+    pub(crate) fn new(memory: M, origin: Point<T>) -> Self {
+        let segment = Segment::new(memory.forward_piece(T::ZERO), T::ZERO);
+        Self { segment, origin, memory, rejected: 0 }
+    }
+
+    #[inline]
+    pub(crate) fn step(&mut self, input: T) -> T {
+        let x = input - self.origin.input;
+        let y = match self.segment.step(x) {
+            Some(y) => y,
+            None => self.leave_segment(x),
+        };
+        y + self.origin.output
+    }
+
+    #[inline]
+    pub(crate) fn peek(&self, input: T) -> T {
+        let x = input - self.origin.input;
+        let y = match self.segment.peek(x) {
+            Some(y) => y,
+            None if x.is_admissible() => self.memory.peek_input(self.segment.input(), x),
+            None => self.segment.output(),
+        };
+        y + self.origin.output
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.memory.reset();
+        self.enter_segment(T::ZERO);
+        self.rejected = 0;
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn leave_segment(&mut self, x: T) -> T {
+        if x.is_admissible() {
+            self.memory.move_input(self.segment.input(), x);
+            self.enter_segment(x);
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.segment.output()
+    }
+
+    /// The segment at the input to which the memory has come.
+    #[inline]
+    pub(super) fn enter_segment(&mut self, x: T) {
+        self.segment = Segment::new(self.memory.forward_piece(x), x);
+    }
+
+    /// The last input and output, relative to the offsets.
+    #[cfg(feature = "alloc")]
+    pub(super) fn known(&self) -> Point<T> {
+        Point { input: self.segment.input(), output: self.segment.output() }
+    }
+
+    pub(crate) fn output(&self) -> T {
+        self.segment.output() + self.origin.output
+    }
+
+    pub(crate) fn memory(&self) -> &M {
+        &self.memory
+    }
+
+    pub(crate) fn rejected(&self) -> u64 {
+        self.rejected
+    }
+}

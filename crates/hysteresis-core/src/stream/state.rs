@@ -1,0 +1,51 @@
+use crate::engine::MemoryState;
+use crate::error::{Bound, Error};
+
+/// Everything that a stream remembers: restored, it continues bit for bit.
+///
+/// ```
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
+/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let mut stream = actuator.forward();
+/// stream.step(300.0);
+/// let saved = stream.state();
+/// let next = stream.step(-100.0);
+/// let mut other = actuator.forward();
+/// other.set_state(&saved)?;
+/// assert_eq!(other.step(-100.0), next);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct StreamState {
+    /// The fingerprint of the model: a state is restored into a stream of the same model only.
+    pub model: u64,
+    /// The last accepted sample, relative to the offset of the model on that side (for an inverse at a limit: the
+    /// output that the limit allows).
+    pub last_input: f64,
+    /// The last output, relative to the offset of the model on that side.
+    pub last_output: f64,
+    /// Whether the last target was out of reach (inverse only).
+    pub saturated: bool,
+    /// How many inputs were rejected.
+    pub rejected: u64,
+    /// What the operators remember.
+    pub memory: MemoryState,
+}
+
+impl StreamState {
+    pub(super) fn check_model(&self, expected: u64) -> Result<(), Error> {
+        check_model(expected, self.model)
+    }
+}
+
+/// Whether a saved state belongs to the model with the fingerprint `expected`.
+pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
+    if expected == got { Ok(()) } else { Err(Error::OtherModel { expected, got }) }
+}
+
+/// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
+pub(super) fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if got.is_finite() { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
+}
