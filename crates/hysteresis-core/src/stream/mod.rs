@@ -3,6 +3,8 @@
 mod array;
 mod forward;
 mod inverse;
+#[cfg(feature = "serde")]
+mod memory_form;
 mod segment;
 
 pub use array::{ActuatorError, StreamArray};
@@ -43,6 +45,7 @@ pub struct StreamState {
     /// How many inputs were rejected.
     pub rejected: u64,
     /// What the operators remember.
+    #[cfg_attr(feature = "serde", serde(with = "memory_form"))]
     pub memory: MemoryState,
 }
 
