@@ -4,6 +4,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod binary;
 pub mod feedforward;
 pub mod filters;
 pub mod learning;

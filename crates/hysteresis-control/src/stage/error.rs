@@ -44,6 +44,13 @@ pub enum Error {
         /// What is wrong with it.
         message: String,
     },
+    /// Bytes that are not what they should be.
+    Bytes {
+        /// What was expected.
+        expected: &'static str,
+        /// What came.
+        got: String,
+    },
 }
 
 impl Error {
@@ -58,6 +65,7 @@ impl Error {
             Self::Falling => Some("output_map"),
             Self::NoLimits => Some("limits"),
             Self::NoNoise => Some("noise"),
+            Self::Bytes { .. } => Some("bytes"),
             Self::File { .. } => None,
         }
     }
@@ -90,6 +98,7 @@ impl fmt::Display for Error {
             ),
             Self::NoLimits => write!(f, "limits: expected (low, high), got None, and the stage has none"),
             Self::NoNoise => write!(f, "noise: expected the rms noise of the sensor, got none: the stage states none"),
+            Self::Bytes { expected, got } => write!(f, "bytes: expected {expected} as bytes, got {got}"),
             Self::File { message } => write!(f, "not a stage file: {message}"),
         }
     }

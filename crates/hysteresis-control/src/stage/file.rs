@@ -39,14 +39,14 @@ struct File {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MapFile {
+pub(crate) struct MapFile {
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LoopShiftFile {
+pub(crate) struct LoopShiftFile {
     center: f64,
     half_range: f64,
     amplitudes: [f64; 2],
@@ -56,21 +56,21 @@ struct LoopShiftFile {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CreepFile {
+pub(crate) struct CreepFile {
     amplitudes: Vec<f64>,
     time_constants: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ModeFile {
+pub(crate) struct ModeFile {
     frequency: f64,
     damping: f64,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-enum SectionFile {
+pub(crate) enum SectionFile {
     FirstOrder { frequency: f64 },
     SecondOrder { frequency: f64, damping: f64 },
     Antiresonance { zero: ModeFile, pole: ModeFile },
@@ -83,10 +83,6 @@ impl Stage {
     #[must_use]
     pub fn to_json(&self) -> String {
         let parts = self.parts();
-        let map = |map: &PiecewiseLinearMap| {
-            let (x, y) = map.points().unzip();
-            MapFile { x, y }
-        };
         let file = File {
             schema: SCHEMA.into(),
             units: parts.units.clone(),
@@ -94,16 +90,13 @@ impl Stage {
             slew: parts.slew,
             dead_time: parts.dead_time,
             amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
-            input_map: parts.input_map.as_ref().map(map),
+            input_map: parts.input_map.as_ref().map(MapFile::from),
             // What the core writes is JSON.
             hysteresis: serde_json::from_str(&Model::from(parts.hysteresis.clone()).to_json()).unwrap_or_default(),
-            output_map: parts.output_map.as_ref().map(map),
+            output_map: parts.output_map.as_ref().map(MapFile::from),
             loop_shift: parts.loop_shift.map(LoopShiftFile::from),
-            creep: parts.creep.as_ref().map(|creep| CreepFile {
-                amplitudes: creep.amplitudes().to_vec(),
-                time_constants: creep.time_constants().to_vec(),
-            }),
-            dynamics: parts.dynamics.sections().iter().map(SectionFile::from).collect(),
+            creep: parts.creep.as_ref().map(CreepFile::from),
+            dynamics: sections(&parts.dynamics).collect(),
             noise: parts.noise,
             identified: parts.identified.clone(),
         };
@@ -139,20 +132,14 @@ fn hysteresis(text: &str) -> Result<ModifiedPrandtlIshlinskii, Error> {
 
 impl File {
     fn stage(self) -> Result<Stage, Error> {
-        let map = |map: Option<MapFile>| map.map(|MapFile { x, y }| PiecewiseLinearMap::new(&x, &y)).transpose();
-        let mut dynamics = LinearDynamics::none();
-        for section in self.dynamics {
-            dynamics = dynamics.then(LinearDynamics::from(section.section()?));
-        }
-        let creep = self.creep.map(|creep| Creep::new(&creep.amplitudes, &creep.time_constants)).transpose()?;
         Stage::new(StageParts {
             hysteresis: hysteresis(&self.hysteresis.to_string())?,
-            input_map: map(self.input_map)?,
-            output_map: map(self.output_map)?,
+            input_map: self.input_map.map(MapFile::map).transpose()?,
+            output_map: self.output_map.map(MapFile::map).transpose()?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
             loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
-            creep,
-            dynamics,
+            creep: self.creep.map(CreepFile::creep).transpose()?,
+            dynamics: dynamics(self.dynamics)?,
             dead_time: self.dead_time,
             limits: self.limits,
             slew: self.slew,
@@ -160,6 +147,41 @@ impl File {
             identified: self.identified,
             units: self.units,
         })
+    }
+}
+
+/// The sections of linear dynamics, one by one.
+pub(crate) fn sections(dynamics: &LinearDynamics) -> impl Iterator<Item = SectionFile> + '_ {
+    dynamics.sections().iter().map(SectionFile::from)
+}
+
+/// Sections one behind the other.
+pub(crate) fn dynamics(sections: impl IntoIterator<Item = SectionFile>) -> Result<LinearDynamics, Error> {
+    sections.into_iter().try_fold(LinearDynamics::none(), |dynamics, section| Ok(dynamics.then(section.section()?)))
+}
+
+impl From<&PiecewiseLinearMap> for MapFile {
+    fn from(map: &PiecewiseLinearMap) -> Self {
+        let (x, y) = map.points().unzip();
+        Self { x, y }
+    }
+}
+
+impl MapFile {
+    pub(crate) fn map(self) -> Result<PiecewiseLinearMap, Error> {
+        Ok(PiecewiseLinearMap::new(&self.x, &self.y)?)
+    }
+}
+
+impl From<&Creep> for CreepFile {
+    fn from(creep: &Creep) -> Self {
+        Self { amplitudes: creep.amplitudes().to_vec(), time_constants: creep.time_constants().to_vec() }
+    }
+}
+
+impl CreepFile {
+    pub(crate) fn creep(self) -> Result<Creep, Error> {
+        Ok(Creep::new(&self.amplitudes, &self.time_constants)?)
     }
 }
 
@@ -176,7 +198,7 @@ impl From<LoopShift> for LoopShiftFile {
 }
 
 impl LoopShiftFile {
-    fn shift(self) -> Result<LoopShift, Error> {
+    pub(crate) fn shift(self) -> Result<LoopShift, Error> {
         Ok(LoopShift::new(self.center, self.half_range, self.amplitudes, self.time_constant, self.limit)?)
     }
 }

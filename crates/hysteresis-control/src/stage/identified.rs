@@ -88,7 +88,8 @@ impl PartialEq for Identified {
     }
 }
 
-/// A number that may be infinite or none at all: JSON has no word for those, so they are written as text.
+/// A number that may be infinite or none at all: JSON has no word for those, so they are written as text. Bytes have the number
+/// itself.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(untagged)]
 enum AnyNumber {
@@ -134,10 +135,16 @@ mod number {
 
     #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
     pub(super) fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return number.serialize(serializer);
+        }
         AnyNumber::from(*number).serialize(serializer)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        if !deserializer.is_human_readable() {
+            return f64::deserialize(deserializer);
+        }
         AnyNumber::deserialize(deserializer).map(f64::from)
     }
 }
@@ -146,12 +153,18 @@ mod numbers {
     use super::{AnyNumber, Deserialize, Deserializer, Serialize, Serializer};
 
     pub(super) fn serialize<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return rows.serialize(serializer);
+        }
         let rows: Vec<Vec<AnyNumber>> =
             rows.iter().map(|row| row.iter().map(|x| AnyNumber::from(*x)).collect()).collect();
         rows.serialize(serializer)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>, D::Error> {
+        if !deserializer.is_human_readable() {
+            return Vec::deserialize(deserializer);
+        }
         let rows = Vec::<Vec<AnyNumber>>::deserialize(deserializer)?;
         Ok(rows.into_iter().map(|row| row.into_iter().map(f64::from).collect()).collect())
     }

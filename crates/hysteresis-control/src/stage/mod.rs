@@ -28,7 +28,7 @@
 mod changed;
 mod design;
 mod error;
-mod file;
+pub(crate) mod file;
 mod forward;
 mod identified;
 mod loop_shift;

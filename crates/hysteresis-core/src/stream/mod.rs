@@ -10,6 +10,8 @@ mod forward_core;
 #[cfg(feature = "alloc")]
 mod inverse;
 mod inverse_core;
+#[cfg(all(feature = "alloc", feature = "serde"))]
+mod memory_form;
 mod segment;
 #[cfg(feature = "alloc")]
 mod state;

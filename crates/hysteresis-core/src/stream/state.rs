@@ -31,6 +31,7 @@ pub struct StreamState {
     /// How many inputs were rejected.
     pub rejected: u64,
     /// What the operators remember.
+    #[cfg_attr(feature = "serde", serde(with = "super::memory_form"))]
     pub memory: MemoryState,
 }
 
