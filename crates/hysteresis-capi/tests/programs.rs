@@ -35,9 +35,7 @@ fn succeeded(program: &str, output: &Output) {
 
 /// Compiles an example; nothing, with a word about it, on a machine without the compiler.
 fn compiled([compiler, standard]: [&str; 2], source: &str, library: &[&str]) -> Option<PathBuf> {
-    if Command::new(compiler).arg("--version").output().is_err() {
-        let mut told = stderr(); // not `eprintln!`: the test harness would keep that to itself
-        writeln!(told, "SKIPPED: {source} was not compiled, as there is no {compiler} on this machine").unwrap();
+    if !there_is(compiler, &format!("{source} was not compiled")) {
         return None;
     }
     let name = source.replace(['/', '.'], "_");
@@ -50,6 +48,30 @@ fn compiled([compiler, standard]: [&str; 2], source: &str, library: &[&str]) -> 
     command.arg(format!("-Wl,-rpath,{}", libraries().display()));
     succeeded(source, &command.output().unwrap());
     Some(program)
+}
+
+/// Whether the program is on this machine; if not, a word about what is left out.
+fn there_is(program: &str, left_out: &str) -> bool {
+    let is_there = Command::new(program).arg("--version").output().is_ok();
+    if !is_there {
+        let mut told = stderr(); // not `eprintln!`: the test harness would keep that to itself
+        writeln!(told, "SKIPPED: {left_out}, as there is no {program} on this machine").unwrap();
+    }
+    is_there
+}
+
+/// No byte is used that is not the program's own or was never written, and none is left behind.
+fn clean_memory(program: &Path, arguments: &[&Path]) {
+    if there_is("valgrind", "the memory of the C examples was not looked at") {
+        let mut command = Command::new("valgrind");
+        command.args([
+            "--quiet",
+            "--error-exitcode=9",
+            "--leak-check=full",
+            "--errors-for-leak-kinds=definite,possible",
+        ]);
+        succeeded("valgrind", &command.arg(program).args(arguments).output().unwrap());
+    }
 }
 
 fn run(program: &Path, arguments: &[&Path]) -> Output {
@@ -65,6 +87,7 @@ fn the_closed_loop_runs_in_c_with_the_static_library() {
     let Some(program) = compiled(C, "c/closed_loop.c", &library) else { return };
     let said = String::from_utf8(run(&program, &[&stage()]).stdout).unwrap();
     assert!(said.contains("drives from -30 to 150 V") && said.contains("stopped at 0"), "{said}");
+    clean_memory(&program, &[&stage()]);
 }
 
 #[test]
