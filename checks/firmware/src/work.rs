@@ -27,12 +27,6 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// The name and the digest of all outputs.
-    pub(crate) fn digest(&self) -> impl fmt::Display + '_ {
-        let [what, number, signal] = self.name;
-        fmt::from_fn(move |f| write!(f, "{what:<10} {number:<11} {signal:<6} {:016x}", self.digest))
-    }
-
     /// Whether the samples were only read and the outputs written.
     #[cfg(target_os = "none")]
     pub(crate) fn is_nothing(&self) -> bool {
@@ -43,6 +37,14 @@ impl Case {
     #[cfg(target_os = "none")]
     pub(crate) fn per_sample(&self, per_tick: u32) -> u32 {
         (self.ticks * per_tick + SAMPLES as u32 / 2) / SAMPLES as u32
+    }
+}
+
+/// The name, and the digest of all outputs.
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [what, number, signal] = self.name;
+        write!(f, "{what:<10} {number} {signal:<6} {:016x}", self.digest)
     }
 }
 
@@ -83,9 +85,8 @@ fn measure<T: Real>(
     let ticks = clock().wrapping_sub(start);
     // FNV-1a over the bits.
     let bytes = outputs.iter().flat_map(|y| y.to_bits().to_le_bytes());
-    let digest = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
+    let digest = bytes
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     Case { name, digest, ticks }
 }
 
