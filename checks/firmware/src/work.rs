@@ -140,3 +140,13 @@ pub(crate) fn sizes(mut report: impl FnMut(&'static str, &'static str, usize)) {
     report("inverse", "f64", size_of::<Inverse<f64, 20, &Model<f64, 20>>>());
     report("controller without its inverse", "f64", size_of::<HybridController>());
 }
+
+/// The bytes that docs/firmware.md tells of.
+#[cfg(target_os = "none")]
+const _: () = {
+    assert!(size_of::<Model<f32, 40>>() == 128 * 40 + 240 && size_of::<Model<f64, 40>>() == 144 * 40 + 344);
+    assert!(size_of::<Forward<f32, 40, &Model<f32, 40>>>() == 96 * 40 + 352);
+    assert!(size_of::<Forward<f64, 40, &Model<f64, 40>>>() == 112 * 40 + 424);
+    assert!(size_of::<Inverse<f32, 40, &Model<f32, 40>>>() == 96 * 40 + 368);
+    assert!(size_of::<Inverse<f64, 40, &Model<f64, 40>>>() == 112 * 40 + 464);
+};
