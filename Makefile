@@ -23,7 +23,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi realtime header soak fuzz mutants audit sbom picture stub \
+	bench-check bench-reference bench-brief bench-python bench-many capi realtime firmware header soak fuzz mutants audit sbom picture stub \
 	format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -40,10 +40,12 @@ FIXED_SEED := 20170401
 test: test-rust test-python ## every test
 
 test-rust: export PROPTEST_RNG_SEED := $(FIXED_SEED)
-test-rust: ## the Rust tests, the documentation's examples, the proofs that the core needs no std and never panics
+test-rust: ## the Rust tests, the documentation's examples, the proofs that the core needs no std and no allocator and never panics
 	cargo test --quiet --workspace --exclude hysteresis-python --all-features
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std
+	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std --features alloc
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
+	checks/firmware/run
 
 test-python: $(PACKAGE) capi ## the Python tests against the compiled package, and the C library beside it
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile
@@ -174,6 +176,9 @@ SECONDS ?= 60
 
 realtime: ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took, and what it missed
 	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
+
+firmware: ## streams of fixed size on a Cortex-M4F in qemu: the bits of this machine, and instructions per sample
+	checks/firmware/run
 
 header: ## write the header of the C library anew from its sources
 	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header

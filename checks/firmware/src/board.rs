@@ -78,7 +78,7 @@ extern "C" fn main() -> ! {
         if case.is_nothing() {
             nothing = instructions;
         }
-        _ = writeln!(Console, "{} {:6}", case.digest(), instructions - nothing);
+        _ = writeln!(Console, "{case} {:6}", instructions - nothing);
     });
     work::sizes(|what, number, bytes| _ = writeln!(Console, "bytes: {what} {number} {bytes}"));
     exit(done.is_ok());

@@ -27,12 +27,6 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// The name and the digest of all outputs.
-    pub(crate) fn digest(&self) -> impl fmt::Display + '_ {
-        let [what, number, signal] = self.name;
-        fmt::from_fn(move |f| write!(f, "{what:<10} {number:<11} {signal:<6} {:016x}", self.digest))
-    }
-
     /// Whether the samples were only read and the outputs written.
     #[cfg(target_os = "none")]
     pub(crate) fn is_nothing(&self) -> bool {
@@ -43,6 +37,14 @@ impl Case {
     #[cfg(target_os = "none")]
     pub(crate) fn per_sample(&self, per_tick: u32) -> u32 {
         (self.ticks * per_tick + SAMPLES as u32 / 2) / SAMPLES as u32
+    }
+}
+
+/// The name, and the digest of all outputs.
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [what, number, signal] = self.name;
+        write!(f, "{what:<10} {number} {signal:<6} {:016x}", self.digest)
     }
 }
 
@@ -83,9 +85,8 @@ fn measure<T: Real>(
     let ticks = clock().wrapping_sub(start);
     // FNV-1a over the bits.
     let bytes = outputs.iter().flat_map(|y| y.to_bits().to_le_bytes());
-    let digest = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
+    let digest = bytes
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     Case { name, digest, ticks }
 }
 
@@ -139,3 +140,13 @@ pub(crate) fn sizes(mut report: impl FnMut(&'static str, &'static str, usize)) {
     report("inverse", "f64", size_of::<Inverse<f64, 20, &Model<f64, 20>>>());
     report("controller without its inverse", "f64", size_of::<HybridController>());
 }
+
+/// The bytes that docs/firmware.md tells of.
+#[cfg(target_os = "none")]
+const _: () = {
+    assert!(size_of::<Model<f32, 40>>() == 128 * 40 + 240 && size_of::<Model<f64, 40>>() == 144 * 40 + 344);
+    assert!(size_of::<Forward<f32, 40, &Model<f32, 40>>>() == 96 * 40 + 352);
+    assert!(size_of::<Forward<f64, 40, &Model<f64, 40>>>() == 112 * 40 + 424);
+    assert!(size_of::<Inverse<f32, 40, &Model<f32, 40>>>() == 96 * 40 + 368);
+    assert!(size_of::<Inverse<f64, 40, &Model<f64, 40>>>() == 112 * 40 + 464);
+};

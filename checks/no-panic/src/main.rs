@@ -1,6 +1,7 @@
 //! Links only if the hot path cannot panic: see Cargo.toml. Run, it takes every path once.
 
 mod control;
+mod embedded;
 mod several;
 
 use std::hint::black_box;
@@ -285,5 +286,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     array_peek(&array, &samples[..3], &mut output[..3])?;
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;
+    embedded::run(&model)?;
     control::run(&model)
 }

@@ -75,3 +75,8 @@ pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// The example of docs/firmware.md, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/firmware.md")]
+struct Firmware;

@@ -8,8 +8,7 @@ use crate::store::Inline;
 /// A model of up to N operators, equations (4) and (6), ready to run, without an allocator.
 ///
 /// Constants come in `f64`, whatever T is, so they can be those of a file; weights in output unit per input unit (um/V), thresholds
-/// in the unit of the input (V). It takes 104 N bytes or less with `f32` and 128 N or less with `f64`, and a few hundred; see
-/// docs/firmware.md. The thresholds must be nested: in the order of r no rb may fall, and in the order of ra no rc. Models of
+/// in the unit of the input (V). With `f32` it takes about 128 bytes for each of N, with `f64` 144; see docs/firmware.md. The thresholds must be nested: in the order of r no rb may fall, and in the order of ra no rc. Models of
 /// proportional thresholds and conventional models always are.
 ///
 /// ```
