@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use hysteresis_control::stage::{self, FeedForwardKind};
-use hysteresis_core::{ControllerOptions as Options, HybridController, Sections};
+use hysteresis_core::{ControllerOptions as Options, HybridController};
 
 use crate::status::{Failure, Status, guard, tell};
 
@@ -127,8 +127,7 @@ impl ControllerOptions {
         let kind = self.kind(stage, dt)?;
         let mut options = stage.controller_options(dt, limits(self.limit_low, self.limit_high)?)?;
         if let Some((kp, ki)) = pair(["kp", "ki"], [self.kp, self.ki])? {
-            // Filters belong to the gains that were tuned with them.
-            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
+            options = options.with_gains(kp, ki);
         }
         self.change(&mut options)?;
         Ok(stage.controller(kind, &options)?)

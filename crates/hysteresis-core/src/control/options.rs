@@ -103,6 +103,12 @@ impl ControllerOptions {
         }
     }
 
+    /// The same with other gains, and without filters: those belong to the gains that were tuned with them.
+    #[must_use]
+    pub fn with_gains(self, kp: f64, ki: f64) -> Self {
+        Self { kp, ki, filters: Sections::default(), ..self }
+    }
+
     /// The sampling interval, checked.
     pub(super) fn checked_dt(&self) -> Result<f64, Error> {
         check_positive("dt", self.dt)

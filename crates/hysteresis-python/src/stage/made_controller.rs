@@ -2,7 +2,6 @@
 
 use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::learning::RepetitiveOptions;
-use hysteresis_core::Sections;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -36,8 +35,7 @@ impl Stage {
         }
         let mut options = self.0.controller_options(dt, limits).map_err(raise)?;
         if let Some((kp, ki)) = both(gains)? {
-            // Filters belong to the gains that were tuned with them.
-            (options.kp, options.ki, options.filters) = (kp, ki, Sections::default());
+            options = options.with_gains(kp, ki);
         }
         let source = match feedforward {
             "inverse" | "preview" => {
