@@ -9,6 +9,10 @@ TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 BENCHES := $(VENV)/.benches
 TIMES := target/bench/python.json
+# The library of functional mock-up units, which the Python package packs: in the folder that FMI gives this platform.
+FMI_PLATFORM := $(if $(filter Darwin,$(shell uname -s)),darwin64,$(if $(filter Windows_NT,$(OS)),win64,linux64))
+FMU_SUFFIX := $(if $(filter darwin64,$(FMI_PLATFORM)),dylib,$(if $(filter win64,$(FMI_PLATFORM)),dll,so))
+FMU := python/mpi_hyst/_fmu/binaries/$(FMI_PLATFORM)/mpi_hyst_fmu.$(FMU_SUFFIX)
 PYTHON_CODE := python tests docs benches/python checks/fuzz
 CAPI ?= target/capi
 
@@ -23,7 +27,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi realtime firmware header soak fuzz mutants audit sbom picture stub \
+	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel realtime firmware header soak fuzz mutants audit sbom picture stub \
 	format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -171,6 +175,11 @@ capi: ## the C library, its header and its pkg-config file, in the folder CAPI (
 	version=$$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml) && \
 		sed "s/@VERSION@/$$version/" crates/hysteresis-capi/mpi_hyst.pc.in > $(CAPI)/lib/pkgconfig/mpi_hyst.pc
 
+fmu: $(FMU) ## the library of functional mock-up units, which the Python package holds
+
+wheel: $(TOOLS) $(FMU) ## the Python package as one file, in dist
+	$(BIN)/maturin build --quiet --release --out dist
+
 RATE ?= 10000
 SECONDS ?= 60
 
@@ -199,7 +208,7 @@ format: $(TOOLS) ## format all code
 	$(BIN)/ruff check --fix $(PYTHON_CODE)
 
 clean: ## remove all that was built
-	rm -rf target $(VENV) mpi-hyst-demo mpi-hyst-reproduce python/mpi_hyst/*.so
+	rm -rf target $(VENV) mpi-hyst-demo mpi-hyst-reproduce dist python/mpi_hyst/*.so python/mpi_hyst/_fmu/binaries
 
 $(MEASURED):
 	mkdir -p $@
@@ -217,6 +226,12 @@ $(BENCHES): $(TOOLS)
 	$(BIN)/python -m pip install --quiet --group bench
 	@touch $@
 
-$(PACKAGE): $(TOOLS) $(RUST) pyproject.toml
+# Cargo knows what has changed; without symbols it is a quarter of the size.
+$(FMU): $(RUST)
+	cargo rustc --quiet --release -p hysteresis-fmu --lib --crate-type cdylib -- -C strip=symbols
+	mkdir -p $(@D)
+	cp target/release/$(if $(filter win64,$(FMI_PLATFORM)),,lib)mpi_hyst_fmu.$(FMU_SUFFIX) $@
+
+$(PACKAGE): $(TOOLS) $(RUST) $(FMU) pyproject.toml
 	$(BIN)/maturin develop --quiet --release --extras cli,report
 	@touch $@

@@ -1,4 +1,8 @@
-"""A million mixed samples give the same bits in Rust, in Python, in ctypes and in a C program."""
+"""A million mixed samples give the same bits wherever a stage runs.
+
+That is in Rust, Python, ctypes, a C program, functional mock-up units, and the record of a loop in
+real time.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,15 @@ import math
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import mpi_hyst as mh
 import numpy as np
 import numpy.typing as npt
 import pytest
+from units import Unit
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +30,7 @@ CHECKOUT = Path(__file__).parents[1]
 HERE = CHECKOUT / "crates" / "hysteresis-capi"
 STAGE = HERE / "examples" / "stage.json"
 SAMPLES, SHIFT, DT, DRIFT = 1_000_000, 503, 1e-4, 0.5
-NAMES = ["forward", "inverse", "controller", "observer"]
+NAMES = ["forward", "inverse", "controller", "observer", "plant", "loop"]
 TOOLS = ["make", "cargo", "cc", "pkg-config"]
 
 pytestmark = pytest.mark.skipif(
@@ -50,19 +55,36 @@ def mixed(seed: int) -> Iterator[float]:
         ]
 
 
-def outputs_of(steps: Any) -> list[Array]:
-    """The outputs of a face that offers arrays in open loop and steps in closed loop."""
+def outputs_of(made: Callable[[], Any]) -> dict[str, Array]:
+    """The outputs of a face: arrays in open loop, steps in closed loop. Each object runs once."""
     s = np.fromiter(itertools.islice(mixed(1), SAMPLES), float)
+    steps, references = made(), 14.0 + 18.0 * s
+    found = {"inverse": steps.inverse(references), **closed_loop(steps, references)}
+    if hasattr(steps, "forward"):
+        found["forward"] = steps.forward(60.0 + 90.0 * s)
+    steps = made()
+    found["plant"] = np.fromiter(map(steps.advance, (60.0 + 90.0 * s).tolist()), float)
+    # A reference that is not finite is the last one.
+    good = np.abs(references) < 1e100
+    assert good[0]
+    last = np.maximum.accumulate(np.where(good, np.arange(SAMPLES), 0))
+    found["loop"] = closed_loop(made(), references[last])["controller"]
+    return {name: found[name] for name in NAMES if name in found}
+
+
+def closed_loop(steps: Any, references: Array) -> dict[str, Array]:
     d = np.fromiter(itertools.islice(mixed(2), SHIFT, SHIFT + SAMPLES), float)
-    found = [steps.forward(60.0 + 90.0 * s), steps.inverse(14.0 + 18.0 * s)]
     drives, estimates = np.empty(SAMPLES), np.empty(SAMPLES)
     drive = position = 0.0
-    for k, (reference, bad) in enumerate(zip((14.0 + 18.0 * s).tolist(), d.tolist(), strict=True)):
+    observe = getattr(steps, "observe", None)
+    for k, (reference, bad) in enumerate(zip(references.tolist(), d.tolist(), strict=True)):
         measured = position if abs(bad) < 1e100 else bad
-        estimates[k] = steps.observe(drive, measured)
+        if observe is not None:
+            estimates[k] = observe(drive, measured)
         drives[k] = drive = steps.control(reference, measured)
         position = steps.advance(drive)
-    return [*found, drives, estimates]
+    found = {"controller": drives}
+    return found if observe is None else {**found, "observer": estimates}
 
 
 class FromPython:
@@ -152,6 +174,45 @@ class FromC:
             free(found)
 
 
+class FromUnits:
+    """Functional mock-up units, loaded by FMPy and called as a tool calls them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.step_inverse = self.stepper("inverse", 1, "drive")
+        self.control = self.stepper("controller", 2, "drive")
+        self.advance = self.stepper("forward", 1, "position")
+
+    def stepper(self, kind: Literal["forward", "inverse", "controller"], n: int, out: str) -> Any:
+        """Sets the first variables, takes a step, and reads one."""
+        path = self.folder / f"{kind}.fmu"
+        if not path.exists():
+            stage = mh.load(STAGE)
+            assert isinstance(stage, mh.Stage)
+            mh.export.fmu(stage, path, kind, dt=DT)
+        unit = Unit(path)
+        inputs, references = (ctypes.c_double * n)(), (ctypes.c_uint * n)(*range(n))
+        output, read = ctypes.c_double(), ctypes.c_uint(unit.references[out])
+        library, instance = unit.slave.dll, unit.slave.component
+        set_real, do_step, get_real = library.fmi2SetReal, library.fmi2DoStep, library.fmi2GetReal
+        do_step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int]
+        one, given, size = ctypes.c_size_t(1), ctypes.byref(output), ctypes.c_size_t(n)
+        which, component = ctypes.byref(read), ctypes.c_void_p(instance)
+
+        def step(*numbers: float) -> float:
+            inputs[:] = numbers
+            status = set_real(component, references, size, inputs)
+            status |= do_step(component, 0.0, DT, 1)
+            status |= get_real(component, which, one, given)
+            assert status == 0 and unit
+            return output.value
+
+        return step
+
+    def inverse(self, targets: Array) -> Array:
+        return np.fromiter(map(self.step_inverse, targets.tolist()), float)
+
+
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder that `make capi` fills."""
@@ -160,13 +221,13 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def in_rust() -> dict[str, str]:
-    command = ["cargo", "run", "--quiet", "--release", "-p", "same-bits", "--", str(STAGE)]
+def in_rust(*command: str) -> dict[str, str]:
+    command = ("cargo", "run", "--quiet", "--release", *command)
     said = subprocess.run(command, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
     return dict(line.split() for line in said.splitlines())
 
 
-def as_program(prefix: Path) -> list[Array]:
+def as_program(prefix: Path) -> dict[str, Array]:
     """A program that is compiled as the pkg-config file says."""
     search = {"PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig"), "PATH": os.environ["PATH"]}
     asked = ["pkg-config", "--cflags", "--libs", "mpi_hyst"]
@@ -177,23 +238,63 @@ def as_program(prefix: Path) -> list[Array]:
     linked = [*flags.split(), "-lm", f"-Wl,-rpath,{prefix / 'lib'}"]
     subprocess.run(["cc", *warnings, source, "-o", program, *linked], check=True)
     subprocess.run([program, STAGE, output], check=True)
-    return list(np.fromfile(output).reshape(len(NAMES), SAMPLES))
+    return dict(zip(NAMES, np.fromfile(output).reshape(len(NAMES), SAMPLES), strict=True))
 
 
-def digests(outputs: list[Array]) -> dict[str, str]:
-    found = [hashlib.sha256(numbers.astype("<f8").tobytes()).hexdigest() for numbers in outputs]
-    return dict(zip(NAMES, found, strict=True))
+def digests(outputs: dict[str, Array]) -> dict[str, str]:
+    def digest(numbers: Array) -> str:
+        return hashlib.sha256(numbers.astype("<f8").tobytes()).hexdigest()
+
+    return {name: digest(numbers) for name, numbers in outputs.items()}
 
 
-def test_a_million_mixed_samples_are_the_same_in_every_language(prefix: Path) -> None:
-    library = FromC(prefix)
-    python = outputs_of(FromPython())
-    expected = digests(python)
-    assert all(np.isfinite(numbers).all() and np.ptp(numbers) > 1.0 for numbers in python)
+@pytest.fixture(scope="module")
+def expected() -> dict[str, str]:
+    """The digests in Python."""
+    python = outputs_of(FromPython)
+    assert list(python) == NAMES
+    assert all(np.isfinite(numbers).all() for numbers in python.values())
+    assert all(np.ptp(numbers) > 1.0 for numbers in python.values())
+    found = digests(python)
+    assert len(set(found.values())) == len(NAMES)
+    return found
+
+
+def test_a_million_mixed_samples_are_the_same_in_every_language(
+    prefix: Path, expected: dict[str, str]
+) -> None:
+    made: list[FromC] = []
+
+    def library() -> FromC:
+        made.append(FromC(prefix))
+        return made[-1]
+
     assert digests(outputs_of(library)) == expected
     assert digests(as_program(prefix)) == expected
-    assert in_rust() == expected
-    library.free()
+    assert in_rust("-p", "same-bits", "--", str(STAGE)) == expected
+    for one in made:
+        one.free()
+
+
+def test_they_are_the_same_in_functional_mock_up_units(
+    tmp_path: Path, expected: dict[str, str]
+) -> None:
+    found = digests(outputs_of(lambda: FromUnits(tmp_path)))
+    names = ["inverse", "controller", "plant", "loop"]
+    assert found == {name: expected[name] for name in names}
+
+
+def test_they_are_the_same_in_the_record_of_a_loop_in_real_time(
+    tmp_path: Path, expected: dict[str, str]
+) -> None:
+    path = tmp_path / "record.npy"
+    example = ["-p", "hysteresis-realtime", "--example", "same_bits"]
+    said = in_rust(*example, "--", str(STAGE), str(path))
+    record = np.load(path)
+    # Behind the reference the drive goes to rest.
+    assert SAMPLES < len(record) < SAMPLES + 1000 and record["drive"][-1] == 0.0
+    recorded = {"loop": record["drive"][:SAMPLES]}
+    assert said == digests(recorded) == {"loop": expected["loop"]}
 
 
 def test_a_state_goes_from_c_to_python_and_back(prefix: Path) -> None:

@@ -3,10 +3,21 @@
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
 results of identification in `results`, the loop on a clock in `realtime`, files of records in
-`io`, figures in `plot`, and the published actuator in `paper`.
+`io`, files for other tools in `export`, figures in `plot`, and the published actuator in `paper`.
 """
 
-from mpi_hyst import control, io, paper, plant, plot, realtime, results, signals, trajectories
+from mpi_hyst import (
+    control,
+    export,
+    io,
+    paper,
+    plant,
+    plot,
+    realtime,
+    results,
+    signals,
+    trajectories,
+)
 from mpi_hyst._core import (
     ActuatorArray,
     Bracket,
@@ -52,6 +63,7 @@ __all__ = [
     "compare",
     "control",
     "diagnose",
+    "export",
     "identify",
     "identify_dynamics",
     "identify_many",

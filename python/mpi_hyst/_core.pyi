@@ -89,6 +89,7 @@ __all__ = [
     "StateSpace",
     "Tuning",
     "Udp",
+    "c_header_text",
     "chirp",
     "compare",
     "decaying_triangle",
@@ -96,6 +97,7 @@ __all__ = [
     "diagnose",
     "excitation",
     "experiment",
+    "fmu_texts",
     "gains",
     "identify",
     "identify_dynamics",
@@ -2418,13 +2420,14 @@ class HybridController:
 
         For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
         """
+    def state_bytes(self) -> bytes: ...
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
         amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
         """
     @state.setter
-    def state(self, state: dict[str, Any]) -> None: ...
+    def state(self, state: dict[str, Any] | bytes) -> None: ...
 
 _HeldOut: TypeAlias = tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, int | str]
 
@@ -3642,6 +3645,9 @@ class Stage:
         """The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it."""
     def to_scipy(self) -> Any:
         """The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it."""
+    def to_bytes(self) -> bytes: ...
+    @classmethod
+    def from_bytes(cls, bytes: bytes) -> Stage: ...
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the stage to a JSON file; the file appears only when it is complete."""
     def replace(self, **changes: Any) -> Stage:
@@ -3698,11 +3704,12 @@ class StageForward:
     @property
     def position(self) -> float:
         """The last position."""
+    def state_bytes(self) -> bytes: ...
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
-    def state(self, state: dict[str, Any]) -> None: ...
+    def state(self, state: dict[str, Any] | bytes) -> None: ...
     @property
     def rejected(self) -> int:
         """How many samples were not finite, or beyond 1e100."""
@@ -3759,11 +3766,12 @@ class StageInverse:
     @property
     def saturated(self) -> bool:
         """Whether the last target was out of reach and the drive is at a limit."""
+    def state_bytes(self) -> bytes: ...
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
     @state.setter
-    def state(self, state: dict[str, Any]) -> None: ...
+    def state(self, state: dict[str, Any] | bytes) -> None: ...
     @property
     def rejected(self) -> int:
         """How many samples were not finite, or beyond 1e100."""
@@ -5019,7 +5027,18 @@ def load(path: str | PathLike[str]) -> _Model | Stage:
     True
     """
 
-def write_file(path: str | PathLike[str], text: str) -> None:
+def c_header_text(
+    stage: Stage, name: str, dt: float | None = None, sha256: str | None = None
+) -> str: ...
+def fmu_texts(
+    stage: Stage,
+    kind: str,
+    name: str,
+    dt: float,
+    feedforward: str = "inverse",
+    gains: tuple[float, float] | None = None,
+) -> tuple[str, str, str, str]: ...
+def write_file(path: str | PathLike[str], content: str | bytes) -> None:
     """Writes text to a file that appears only when it is complete: to a neighbour with a random name first, which is flushed to
     the disk and renamed. A replaced file passes on its permissions; what is no regular file is refused.
     """

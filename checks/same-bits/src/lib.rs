@@ -1,5 +1,5 @@
-//! A million mixed samples through everything that a stage makes, and the SHA-256 of what comes out: the C interface and the
-//! Python package must give the same digests.
+//! A million mixed samples through everything that a stage makes, and the SHA-256 of what comes out: the C interface, the
+//! Python package, functional mock-up units and the record of a loop in real time must give the same digests.
 //!
 //! With `s` a [`Mixed`] signal of seed 1, `d` one of seed 2 without its first 503 samples, so that both are seldom bad at once,
 //! and a sampling interval of 0.1 ms:
@@ -9,7 +9,12 @@
 //! inverse     drive(k)    = step(14 + 18 s(k))
 //! controller  drive(k)    = step(14 + 18 s(k), y(k))            y(k) = advance(drive(k-1)) of a forward model; y(0) = 0
 //! observer    position(k) = step(drive(k-1), y(k))              where d(k) is not finite, y(k) is d(k)
+//! plant       position(k) = advance(60 + 90 s(k))
+//! loop        drive(k)    = step(r(k), y(k))                    r(k) is 14 + 18 s(k), or the last one where that is not finite
 //! ```
+//!
+//! The loop has its y from drives of its own, as the controller. A loop in real time takes no other references, so its record has
+//! these drives. Numbers beyond 1e100 count as not finite.
 
 mod signal;
 
@@ -33,31 +38,49 @@ pub const DRIFT: f64 = 0.5;
 const SHIFT: usize = 503;
 
 /// The names of the outputs, in their order.
-pub const NAMES: [&str; 4] = ["forward", "inverse", "controller", "observer"];
+pub const NAMES: [&str; 6] = ["forward", "inverse", "controller", "observer", "plant", "loop"];
 
 /// The outputs for a stage with limits and a noise.
 ///
 /// # Errors
 /// As for what is made from the stage.
-pub fn outputs(stage: &Stage) -> Result<[Vec<f64>; 4], Error> {
+pub fn outputs(stage: &Stage) -> Result<[Vec<f64>; 6], Error> {
     let mut forward = stage.forward(DT)?;
     let positions = Mixed::new(1).map(|s| forward.step(60.0 + 90.0 * s)).take(SAMPLES).collect();
     let mut inverse = stage.inverse(DT, None)?;
     let drives = Mixed::new(1).map(|s| inverse.step(14.0 + 18.0 * s)).take(SAMPLES).collect();
-    let [controlled, observed] = closed_loop(stage)?;
-    Ok([positions, drives, controlled, observed])
+    let [controlled, observed] = closed_loop(stage, Mixed::new(1).map(|s| 14.0 + 18.0 * s))?;
+    let mut plant = stage.forward(DT)?;
+    let advanced = Mixed::new(1).map(|s| plant.advance(60.0 + 90.0 * s)).take(SAMPLES).collect();
+    let [looped, _] = closed_loop(stage, finite_references())?;
+    Ok([positions, drives, controlled, observed, advanced, looped])
 }
 
-fn closed_loop(stage: &Stage) -> Result<[Vec<f64>; 2], Error> {
+/// The references of the loop.
+pub fn finite_references() -> impl Iterator<Item = f64> {
+    Mixed::new(1).map(|s| 14.0 + 18.0 * s).scan(14.0, |last, reference| {
+        if reference.abs() < 1e100 {
+            *last = reference;
+        }
+        Some(*last)
+    })
+}
+
+/// What is read at each sample, for what the plant shows: that, or what is not finite.
+pub fn readings() -> impl Iterator<Item = impl Fn(f64) -> f64> {
+    Mixed::new(2).skip(SHIFT).map(|d| move |position| if d.abs() < 1e100 { position } else { d })
+}
+
+fn closed_loop(stage: &Stage, references: impl Iterator<Item = f64>) -> Result<[Vec<f64>; 2], Error> {
     let mut plant = stage.forward(DT)?;
     let mut controller = stage.controller(FeedForwardKind::Inverse, &stage.controller_options(DT, None)?)?;
     let options = ObserverOptions { noise: stage.parts().noise.ok_or(Error::NoNoise)?, drift: DRIFT };
     let mut observer = Observer::new(stage, DT, &options)?;
     let (mut drive, mut position) = (0.0, 0.0);
-    let rows = Mixed::new(1).zip(Mixed::new(2).skip(SHIFT)).take(SAMPLES).map(|(s, d)| {
-        let measured = if d.abs() < 1e100 { position } else { d };
+    let rows = references.zip(readings()).take(SAMPLES).map(|(reference, read)| {
+        let measured = read(position);
         let estimate = observer.step(drive, measured);
-        drive = controller.step((14.0 + 18.0 * s).into(), measured);
+        drive = controller.step(reference.into(), measured);
         position = plant.advance(drive);
         (drive, estimate)
     });

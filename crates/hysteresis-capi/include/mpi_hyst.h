@@ -44,7 +44,7 @@ enum mpih_status
     MPIH_STATUS_NOT_INVERTIBLE = 4,
     // A file cannot be read.
     MPIH_STATUS_FILE = 5,
-    // A text is no stage, no model or no saved state.
+    // A text, or bytes, are no stage, no model or no saved state.
     MPIH_STATUS_FORMAT = 6,
     // A saved state belongs to another object, or the object cannot be in it.
     MPIH_STATUS_STATE = 7,
@@ -245,6 +245,43 @@ uint32_t mpih_abi(void);
 
 // The version of the library, such as "0.1.0".
 const char *mpih_version(void);
+
+// Reads a stage from the `n` bytes that mpih_stage_to_bytes wrote, or from those in a header that `mpi-hyst export --c` made.
+// Other bytes are refused: MPIH_STATUS_FORMAT. Free the stage with mpih_stage_free.
+mpih_status mpih_stage_from_bytes(const uint8_t *bytes,
+                                  size_t n,
+                                  mpih_stage **stage);
+
+// Writes a stage to `bytes`, of which there are `n`, and how many that takes to `needed`. With NULL for `bytes` it only tells
+// how many; `needed` may be NULL otherwise.
+mpih_status mpih_stage_to_bytes(const mpih_stage *stage,
+                                uint8_t *bytes,
+                                size_t n,
+                                size_t *needed);
+
+// mpih_forward_save in bytes, without a closing zero byte.
+mpih_status mpih_forward_save_bytes(const mpih_forward *forward, uint8_t *bytes, size_t n, size_t *needed);
+
+// mpih_forward_load from the `n` bytes that mpih_forward_save_bytes wrote.
+mpih_status mpih_forward_load_bytes(mpih_forward *forward, const uint8_t *bytes, size_t n);
+
+// mpih_inverse_save in bytes, without a closing zero byte.
+mpih_status mpih_inverse_save_bytes(const mpih_inverse *inverse, uint8_t *bytes, size_t n, size_t *needed);
+
+// mpih_inverse_load from the `n` bytes that mpih_inverse_save_bytes wrote.
+mpih_status mpih_inverse_load_bytes(mpih_inverse *inverse, const uint8_t *bytes, size_t n);
+
+// mpih_controller_save in bytes, without a closing zero byte.
+mpih_status mpih_controller_save_bytes(const mpih_controller *controller, uint8_t *bytes, size_t n, size_t *needed);
+
+// mpih_controller_load from the `n` bytes that mpih_controller_save_bytes wrote.
+mpih_status mpih_controller_load_bytes(mpih_controller *controller, const uint8_t *bytes, size_t n);
+
+// mpih_observer_save in bytes, without a closing zero byte.
+mpih_status mpih_observer_save_bytes(const mpih_observer *observer, uint8_t *bytes, size_t n, size_t *needed);
+
+// mpih_observer_load from the `n` bytes that mpih_observer_save_bytes wrote.
+mpih_status mpih_observer_load_bytes(mpih_observer *observer, const uint8_t *bytes, size_t n);
 
 // How many bytes mpih_controller_new needs.
 size_t mpih_controller_size(void);

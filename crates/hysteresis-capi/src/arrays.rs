@@ -28,17 +28,17 @@ pub(crate) unsafe fn each_row<const N: usize>(
     }
 }
 
-/// What was driven before: `n` numbers.
+/// What was driven before, or bytes: `n` of them.
 ///
 /// # Safety
-/// The array is NULL or has `n` numbers, which nothing changes while the slice lives.
-pub(crate) unsafe fn history<'a>(name: &str, n: usize, numbers: *const f64) -> Result<&'a [f64], Failure> {
+/// The array is NULL or has `n` elements, which nothing changes while the slice lives.
+pub(crate) unsafe fn slice<'a, T>(name: &str, n: usize, elements: *const T) -> Result<&'a [T], Failure> {
     if n == 0 {
         return Ok(&[]);
     }
-    if numbers.is_null() {
+    if elements.is_null() {
         return Err(Failure::null(name));
     }
-    // SAFETY: it is not NULL, so it has n numbers.
-    Ok(unsafe { core::slice::from_raw_parts(numbers, n) })
+    // SAFETY: it is not NULL, so it has n elements.
+    Ok(unsafe { core::slice::from_raw_parts(elements, n) })
 }

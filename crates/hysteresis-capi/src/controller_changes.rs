@@ -5,7 +5,7 @@ use core::mem::MaybeUninit;
 
 use hysteresis_core::ControllerState;
 
-use crate::arrays::history;
+use crate::arrays::slice;
 use crate::controller::Controller;
 use crate::status::{Failure, Status, guard, there};
 use crate::text::{Buffer, read, saved};
@@ -120,7 +120,7 @@ pub unsafe extern "C" fn mpih_controller_follow(
     guard(|| {
         let controller = there("controller", controller)?;
         // SAFETY: as the header asks of the caller.
-        Ok(controller.controller.follow(unsafe { history("drives", n, drives) }?)?)
+        Ok(controller.controller.follow(unsafe { slice("drives", n, drives) }?)?)
     })
 }
 
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn mpih_controller_save(
     guard(|| {
         let state = there("controller", controller)?.controller.state();
         // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { text, bytes, needed }.save(&state) }
+        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
     })
 }
 

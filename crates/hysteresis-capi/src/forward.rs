@@ -3,21 +3,28 @@
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 
+use hysteresis_control::binary::Sampled;
 use hysteresis_control::stage::{StageForward, StageState};
 use hysteresis_core::Process;
 
-use crate::arrays::{check, each_row, history};
+use crate::arrays::{check, each_row, slice};
 use crate::memory::{Object, Owner, Place, end};
 use crate::stage::Stage;
 use crate::status::{Status, guard, there};
-use crate::text::{Buffer, Sampled, read, saved};
+use crate::text::{Buffer, at, read, saved};
 
 /// The whole stage sample by sample, from the drive to the position: dead time, amplifier, maps, hysteresis, loop shift,
 /// creep and modes. A simulated plant, or the model beside a real one.
 pub struct Forward {
     owner: Owner,
     rest_drive: f64,
-    stream: StageForward,
+    pub(crate) stream: StageForward,
+}
+
+impl Forward {
+    pub(crate) fn state(&self) -> Sampled<StageState> {
+        Sampled { dt: self.stream.dt(), stream: self.stream.state() }
+    }
 }
 
 impl Object for Forward {
@@ -142,7 +149,7 @@ pub unsafe extern "C" fn mpih_forward_follow(forward: Option<&mut Forward>, driv
     guard(|| {
         let forward = there("forward", forward)?;
         // SAFETY: as the header asks of the caller.
-        Ok(forward.stream.follow(unsafe { history("drives", n, drives) }?)?)
+        Ok(forward.stream.follow(unsafe { slice("drives", n, drives) }?)?)
     })
 }
 
@@ -156,10 +163,9 @@ pub unsafe extern "C" fn mpih_forward_save(
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
     guard(|| {
-        let stream = &there("forward", forward)?.stream;
-        let state = Sampled { dt: stream.dt(), stream: stream.state() };
+        let state = there("forward", forward)?.state();
         // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { text, bytes, needed }.save(&state) }
+        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
     })
 }
 
@@ -171,6 +177,6 @@ pub unsafe extern "C" fn mpih_forward_load(forward: Option<&mut Forward>, text: 
         let stream = &mut there("forward", forward)?.stream;
         // SAFETY: as the header asks of the caller.
         let state: Sampled<StageState> = saved(unsafe { read("text", text) }?)?;
-        Ok(stream.set_state(&state.at(stream.dt())?)?)
+        Ok(stream.set_state(&at(state, stream.dt())?)?)
     })
 }

@@ -3,22 +3,29 @@
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 
+use hysteresis_control::binary::Sampled;
 use hysteresis_core::{Process, QuasiStaticInverse, QuasiStaticState};
 
-use crate::arrays::{check, each_row, history};
+use crate::arrays::{check, each_row, slice};
 use crate::controller_options::limits;
 use crate::memory::{Object, Owner, Place, end};
 use crate::stage::Stage;
 use crate::status::{Status, guard, there};
-use crate::text::{Buffer, Sampled, read, saved};
+use crate::text::{Buffer, at, read, saved};
 
 /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample: the drive that brings the position to the
 /// target. Modes, amplifier and dead time are not part of it. The drive never leaves its limits.
 pub struct Inverse {
     owner: Owner,
-    dt: f64,
+    pub(crate) dt: f64,
     rest_drive: f64,
-    stream: QuasiStaticInverse,
+    pub(crate) stream: QuasiStaticInverse,
+}
+
+impl Inverse {
+    pub(crate) fn state(&self) -> Sampled<QuasiStaticState> {
+        Sampled { dt: self.dt, stream: self.stream.state() }
+    }
 }
 
 impl Object for Inverse {
@@ -151,7 +158,7 @@ pub unsafe extern "C" fn mpih_inverse_follow(inverse: Option<&mut Inverse>, driv
     guard(|| {
         let inverse = there("inverse", inverse)?;
         // SAFETY: as the header asks of the caller.
-        Ok(inverse.stream.follow(unsafe { history("drives", n, drives) }?)?)
+        Ok(inverse.stream.follow(unsafe { slice("drives", n, drives) }?)?)
     })
 }
 
@@ -164,10 +171,9 @@ pub unsafe extern "C" fn mpih_inverse_save(
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
     guard(|| {
-        let inverse = there("inverse", inverse)?;
-        let state = Sampled { dt: inverse.dt, stream: inverse.stream.state() };
+        let state = there("inverse", inverse)?.state();
         // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { text, bytes, needed }.save(&state) }
+        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
     })
 }
 
@@ -179,6 +185,6 @@ pub unsafe extern "C" fn mpih_inverse_load(inverse: Option<&mut Inverse>, text: 
         let inverse = there("inverse", inverse)?;
         // SAFETY: as the header asks of the caller.
         let state: Sampled<QuasiStaticState> = saved(unsafe { read("text", text) }?)?;
-        Ok(inverse.stream.set_state(&state.at(inverse.dt)?)?)
+        Ok(inverse.stream.set_state(&at(state, inverse.dt)?)?)
     })
 }

@@ -1,14 +1,15 @@
 //! The C interface: the stage file in, and from it the forward model, the exact inverse, the controller and the observer.
 //!
 //! The header `include/mpi_hyst.h` is made from these files, so their documentation is that of C: `docs/c.md` is where to
-//! begin. Nothing is computed here. `status` has what can go wrong, `memory` where objects lie, `text` the strings,
-//! `arrays` the loops of `run`; every other file is one object.
+//! begin. Nothing is computed here. `status` has what can go wrong, `memory` where objects lie, `text` the strings, `arrays`
+//! the loops of `run`, `bytes` what stages and states are as bytes; every other file is one object.
 //!
 //! # Pointers
 //! A pointer to an object is an `Option` of a reference, which C sees as a pointer that may be NULL. So the functions of the
 //! loop are safe code. What else C must keep is at the top of the header.
 
 mod arrays;
+mod bytes;
 mod controller;
 mod controller_changes;
 mod controller_options;
@@ -23,6 +24,7 @@ mod text;
 
 use core::ffi::{CStr, c_char};
 
+pub use bytes::*;
 pub use controller::*;
 pub use controller_changes::*;
 pub use controller_options::*;

@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 use hysteresis_control::stage::Error;
 use hysteresis_control::{ObserverOptions, ObserverState};
 
-use crate::arrays::{check, each_row, history};
+use crate::arrays::{check, each_row, slice};
 use crate::controller_options::given;
 use crate::memory::{Object, Owner, Place, end};
 use crate::stage::Stage;
@@ -17,7 +17,7 @@ use crate::text::{Buffer, read, saved};
 /// controller instead of the measurement.
 pub struct Observer {
     owner: Owner,
-    observer: hysteresis_control::Observer,
+    pub(crate) observer: hysteresis_control::Observer,
 }
 
 impl Object for Observer {
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn mpih_observer_follow(observer: Option<&mut Observer>, d
     guard(|| {
         let observer = there("observer", observer)?;
         // SAFETY: as the header asks of the caller.
-        Ok(observer.observer.follow(unsafe { history("drives", n, drives) }?)?)
+        Ok(observer.observer.follow(unsafe { slice("drives", n, drives) }?)?)
     })
 }
 
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn mpih_observer_save(
     guard(|| {
         let state = there("observer", observer)?.observer.state();
         // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { text, bytes, needed }.save(&state) }
+        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
     })
 }
 

@@ -57,7 +57,11 @@ fn string(name: &str, text: &str) -> Result<CString, Failure> {
 
 impl Stage {
     fn from_json(text: &str) -> Result<Self, Failure> {
-        let stage = stage::Stage::from_json(text)?;
+        Self::of(stage::Stage::from_json(text)?)
+    }
+
+    /// A stage with its texts as C reads them.
+    pub(crate) fn of(stage: stage::Stage) -> Result<Self, Failure> {
         let parts = stage.parts();
         let warnings = parts.identified.iter().flat_map(|identified| &identified.warnings);
         let warnings = warnings
@@ -76,7 +80,7 @@ impl Stage {
 ///
 /// # Safety
 /// `place` is NULL or may be written.
-unsafe fn hand_over(place: *mut *mut Stage, make: impl FnOnce() -> Result<Stage, Failure>) -> Status {
+pub(crate) unsafe fn hand_over(place: *mut *mut Stage, make: impl FnOnce() -> Result<Stage, Failure>) -> Status {
     guard(|| {
         if place.is_null() {
             return Err(Failure::null("stage"));

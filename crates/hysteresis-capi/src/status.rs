@@ -26,7 +26,7 @@ pub enum Status {
     NotInvertible = 4,
     /// A file cannot be read.
     File = 5,
-    /// A text is no stage, no model or no saved state.
+    /// A text, or bytes, are no stage, no model or no saved state.
     Format = 6,
     /// A saved state belongs to another object, or the object cannot be in it.
     State = 7,
@@ -63,7 +63,7 @@ impl From<stage::Error> for Failure {
     fn from(error: stage::Error) -> Self {
         let status = match &error {
             stage::Error::Core(error) => return (*error).into(),
-            stage::Error::File { .. } => Status::Format,
+            stage::Error::File { .. } | stage::Error::Bytes { .. } => Status::Format,
             _ => Status::Argument,
         };
         Self::new(status, error.to_string())

@@ -1,8 +1,9 @@
-//! Strings from C and to C, and saved states, which are JSON.
+//! Strings from C, and saved states to C, which are JSON or bytes.
 
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 
+use hysteresis_control::binary::Sampled;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -21,39 +22,45 @@ pub(crate) unsafe fn read<'a>(name: &str, text: *const c_char) -> Result<&'a str
     text.to_str().map_err(|error| Failure::new(Status::Format, format!("{name}: expected UTF-8 text: {error}")))
 }
 
-/// A buffer of the caller for a text.
+/// A buffer of the caller for a text or bytes.
 pub(crate) struct Buffer<'a> {
-    pub(crate) text: *mut c_char,
+    pub(crate) to: *mut u8,
     pub(crate) bytes: usize,
     pub(crate) needed: Option<&'a mut MaybeUninit<usize>>,
 }
 
 impl Buffer<'_> {
-    /// Writes a saved state with its closing zero byte. Without a buffer it only tells how many bytes are needed.
+    /// Writes a saved state as text with its closing zero byte, as [`put`](Self::put) does.
     ///
     /// # Safety
-    /// `text` is NULL or has `bytes` bytes.
+    /// As for `put`.
     pub(crate) unsafe fn save(self, state: &impl Serialize) -> Result<(), Failure> {
-        let json = serde_json::to_string(state).map_err(|error| Failure::new(Status::Internal, error.to_string()))?;
-        let needed = json.len() + 1;
+        let mut json = serde_json::to_vec(state).map_err(|error| Failure::new(Status::Internal, error.to_string()))?;
+        json.push(0);
+        // SAFETY: as asked of the caller.
+        unsafe { self.put("text", &json) }
+    }
+
+    /// Copies bytes of ours to the caller. Without a buffer it only tells how many are needed.
+    ///
+    /// # Safety
+    /// `to` is NULL or has `bytes` bytes.
+    pub(crate) unsafe fn put(self, name: &str, ours: &[u8]) -> Result<(), Failure> {
+        let needed = ours.len();
         if let Some(place) = self.needed {
             tell("needed", Some(place), needed)?;
-        } else if self.text.is_null() {
-            return Err(Failure::null("text"));
+        } else if self.to.is_null() {
+            return Err(Failure::null(name));
         }
-        if self.text.is_null() {
+        if self.to.is_null() {
             return Ok(());
         }
         if self.bytes < needed {
             let message = format!("bytes: expected at least {needed}, got {}", self.bytes);
             return Err(Failure::new(Status::Buffer, message));
         }
-        let to = self.text.cast::<u8>();
-        // SAFETY: there is room for the text and the zero byte, and JSON of ours overlaps no memory of the caller.
-        unsafe {
-            to.copy_from_nonoverlapping(json.as_ptr(), json.len());
-            to.add(json.len()).write(0);
-        }
+        // SAFETY: there is room, and bytes of ours overlap no memory of the caller.
+        unsafe { self.to.copy_from_nonoverlapping(ours.as_ptr(), needed) };
         Ok(())
     }
 }
@@ -65,20 +72,10 @@ pub(crate) fn saved<T: DeserializeOwned>(text: &str) -> Result<T, Failure> {
     })
 }
 
-/// The state of a stream, and the sampling interval that it belongs to: as Python's `state` of the same stream.
-#[derive(Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Sampled<T> {
-    pub(crate) dt: f64,
-    pub(crate) stream: T,
-}
-
-impl<T> Sampled<T> {
-    /// The state, if it belongs to this sampling interval.
-    pub(crate) fn at(self, dt: f64) -> Result<T, Failure> {
-        if self.dt.to_bits() == dt.to_bits() {
-            return Ok(self.stream);
-        }
-        Err(Failure::new(Status::State, format!("state.dt: expected {dt:?}, got {:?}", self.dt)))
+/// The state of a stream, if it belongs to this sampling interval.
+pub(crate) fn at<T>(state: Sampled<T>, dt: f64) -> Result<T, Failure> {
+    if state.dt.to_bits() == dt.to_bits() {
+        return Ok(state.stream);
     }
+    Err(Failure::new(Status::State, format!("state.dt: expected {dt:?}, got {:?}", state.dt)))
 }

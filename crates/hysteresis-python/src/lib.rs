@@ -78,7 +78,7 @@ mod _core {
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]
-    use crate::convert::files::write_file;
+    use crate::convert::files::write_content;
     #[pymodule_export]
     use crate::identify::compare::compare;
     #[pymodule_export]
@@ -127,6 +127,8 @@ mod _core {
     use crate::signal::multisine::multisine;
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
+    #[pymodule_export]
+    use crate::stage::export::{c_header_text, fmu_texts};
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;
     #[pymodule_export]

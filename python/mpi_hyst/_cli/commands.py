@@ -12,6 +12,7 @@ import click
 from mpi_hyst._cli.demo.command import demo
 from mpi_hyst._cli.errors import CommandError, one_line, short_line
 from mpi_hyst._cli.excite.command import excite
+from mpi_hyst._cli.export.command import export
 from mpi_hyst._cli.identify.command import identify
 from mpi_hyst._cli.interrupts import NOTHING_WRITTEN, STATUS, interrupts_restored
 from mpi_hyst._cli.look.command import look
@@ -68,5 +69,5 @@ def commands(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (look, excite, identify, precompensate, simulate, realtime, demo, reproduce):
+for command in (look, excite, identify, precompensate, simulate, export, realtime, demo, reproduce):
     commands.add_command(command)

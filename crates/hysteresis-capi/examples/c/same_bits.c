@@ -72,7 +72,17 @@ static void open_loop(const mpih_stage *stage, FILE *file) {
     mpih_inverse_free(inverse);
 }
 
-static void closed_loop(const mpih_stage *stage, FILE *file) {
+static void plant_alone(const mpih_stage *stage, FILE *file) {
+    mpih_forward *plant;
+    check(mpih_forward_new(stage, DT, NULL, 0, &plant));
+    mixed s = {1, 0, 0.0};
+    for (int k = 0; k < SAMPLES; k++) output[k] = mpih_forward_advance(plant, 60.0 + 90.0 * mixed_next(&s));
+    keep(file, output);
+    mpih_forward_free(plant);
+}
+
+// With `finite` a reference that is none is the last one, as a loop in real time has it.
+static void closed_loop(const mpih_stage *stage, bool finite) {
     mpih_forward *plant;
     mpih_controller *controller;
     mpih_observer *observer;
@@ -81,16 +91,16 @@ static void closed_loop(const mpih_stage *stage, FILE *file) {
     check(mpih_observer_new(stage, DT, 0.5, NAN, NULL, 0, &observer));
     mixed s = {1, 0, 0.0}, d = {2, 0, 0.0};
     for (int k = 0; k < SHIFT; k++) mixed_next(&d);
-    double drive = 0.0, position = 0.0;
+    double drive = 0.0, position = 0.0, last = 14.0;
     for (int k = 0; k < SAMPLES; k++) {
         double reference = 14.0 + 18.0 * mixed_next(&s), bad = mixed_next(&d);
+        if (finite && !(fabs(reference) < 1e100)) reference = last;
+        last = reference;
         double measured = fabs(bad) < 1e100 ? position : bad;
         estimates[k] = mpih_observer_step(observer, drive, measured);
         drive = output[k] = mpih_controller_step(controller, reference, measured);
         position = mpih_forward_advance(plant, drive);
     }
-    keep(file, output);
-    keep(file, estimates);
     mpih_observer_free(observer);
     mpih_controller_free(controller);
     mpih_forward_free(plant);
@@ -109,7 +119,12 @@ int main(int count, char **arguments) {
         return 1;
     }
     open_loop(stage, file);
-    closed_loop(stage, file);
+    closed_loop(stage, false);
+    keep(file, output);
+    keep(file, estimates);
+    plant_alone(stage, file);
+    closed_loop(stage, true);
+    keep(file, output);
     mpih_stage_free(stage);
     return fclose(file) != 0;
 }

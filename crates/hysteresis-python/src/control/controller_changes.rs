@@ -1,8 +1,9 @@
 //! Changes of a running controller: gains, model, feed-forward, stops, histories and states.
 
+use hysteresis_control::binary::Binary;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,7 @@ use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
+use crate::convert::pickling::bytes_of;
 use crate::model::object::compiled_of;
 
 impl HybridController {
@@ -116,13 +118,22 @@ impl HybridController {
         Ok(if is_plain { pythonize(py, &state.controller) } else { pythonize(py, &state) }?)
     }
 
+    /// What `state` says, as bytes: `state` takes them too.
+    fn state_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let state = self.stage_controller.state();
+        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        PyBytes::new(py, &if is_plain { state.controller.to_bytes() } else { state.to_bytes() })
+    }
+
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         if this.observer.is_none() && this.repetitive.is_none() {
-            return this.controller_mut().set_state(&plain_state(state)?).map_err(raise);
+            let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
+            return this.controller_mut().set_state(&state).map_err(raise);
         }
-        this.stage_controller.set_state(&plain_state(state)?).map_err(raise)
+        let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
+        this.stage_controller.set_state(&state).map_err(raise)
     }
 }
 

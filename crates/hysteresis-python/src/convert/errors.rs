@@ -157,6 +157,16 @@ impl Refusal for stage::Error {
     }
 }
 
+impl Refusal for hysteresis_export::Error {
+    fn parameter(&self) -> Option<&str> {
+        hysteresis_export::Error::parameter(self)
+    }
+
+    fn is_not_invertible(&self) -> bool {
+        matches!(self, Self::Stage(error) if error.is_not_invertible())
+    }
+}
+
 impl Refusal for plant::Error {
     fn parameter(&self) -> Option<&str> {
         plant::Error::parameter(self)

@@ -1,8 +1,9 @@
 //! What pickle and deepcopy make an object of: a call that makes one like it, and the state from which it goes on.
 
+use hysteresis_control::binary::Binary;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use pythonize::depythonize;
 use serde::Deserialize;
 
@@ -31,6 +32,17 @@ pub(crate) fn reduce<'py>(
 /// A saved state from a dictionary.
 pub(crate) fn saved<T: for<'de> Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
     depythonize(state).map_err(|error| value("state", format_args!("expected what .state returned; {error}")))
+}
+
+/// A saved state from a dictionary, or from its bytes.
+pub(crate) fn saved_or_bytes<T: Binary + for<'de> Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
+    bytes_of(state).unwrap_or_else(|| saved(state))
+}
+
+/// A saved state from its bytes, if it is bytes.
+pub(crate) fn bytes_of<T: Binary>(state: &Bound<'_, PyAny>) -> Option<PyResult<T>> {
+    let bytes = state.cast::<PyBytes>().ok()?;
+    Some(T::from_bytes(bytes.as_bytes()).map_err(|error| value("state", error)))
 }
 
 /// Keyword arguments by their names: `keywords!(py, offset = 0.0, period = None)`.

@@ -1,6 +1,7 @@
 //! The stage: one object that holds all parts, its file, and what runs that is made from it.
 
 mod design;
+pub(crate) mod export;
 pub(crate) mod file;
 pub(crate) mod loop_shift;
 mod made_controller;

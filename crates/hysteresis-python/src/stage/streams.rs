@@ -1,19 +1,20 @@
 //! Streams of a stage: the whole chain, the exact inverse of its slow part, and the bracket of an unknown memory.
 
+use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageParts};
 use hysteresis_core::{self as core, Process};
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use pythonize::pythonize;
-use serde::{Deserialize, Serialize};
 
 use super::object::Stage;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+use crate::convert::pickling::{Reduced, keywords, reduce, saved_or_bytes};
 use crate::model::object::{compiled_of, model_of};
 use crate::stream::process::process_methods;
 
@@ -57,14 +58,6 @@ pub(crate) struct StageInverse {
     pub(crate) dt: f64,
 }
 
-/// The state of a stream, and the sampling interval that it belongs to.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Saved<T> {
-    dt: f64,
-    stream: T,
-}
-
 /// The array of drives that were put out before.
 fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(vector("drives", drives)?.as_slice()?.to_vec())
@@ -80,15 +73,20 @@ macro_rules! stage_stream {
                 self.dt
             }
 
+            /// What `state` says, as bytes: `state` takes them too.
+            fn state_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+                PyBytes::new(py, &Sampled { dt: self.dt, stream: self.stream.state() }.to_bytes())
+            }
+
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
             #[getter]
             fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-                Ok(pythonize(py, &Saved { dt: self.dt, stream: self.stream.state() })?)
+                Ok(pythonize(py, &Sampled { dt: self.dt, stream: self.stream.state() })?)
             }
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let Saved { dt, stream } = saved(state)?;
+                let Sampled { dt, stream } = saved_or_bytes(state)?;
                 let mut this = exclusive(slf)?;
                 if dt.to_bits() != this.dt.to_bits() {
                     let place = Place::part("state", "state.dt");

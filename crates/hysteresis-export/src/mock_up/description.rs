@@ -1,0 +1,145 @@
+//! `modelDescription.xml` of FMI 2.0.
+
+use std::fmt::Write as _;
+
+use hysteresis_control::stage::Stage;
+
+use super::settings::{Kind, Settings};
+use super::simulation::Simulation;
+use super::variables::{Quantity, Role, Type, Variable, variables};
+
+/// The description of a unit of this name and identifier.
+pub(super) fn description(
+    stage: &Stage,
+    settings: &Settings,
+    simulation: &Simulation,
+    [name, identifier]: [&str; 2],
+) -> String {
+    let (guid, version) = (&settings.guid, env!("CARGO_PKG_VERSION"));
+    let what = match settings.kind {
+        Kind::Forward => "The stage: the position that follows a drive",
+        Kind::Inverse => "The exact inverse of the hysteresis of the stage: the drive for a target",
+        Kind::Controller => "The controller of the stage: the drive for a reference and a measurement",
+    };
+    let dt = settings.dt;
+    let variables = variables(settings.kind);
+    let units = units(stage, variables);
+    let rows: String =
+        (0_u32..).zip(variables).map(|(reference, variable)| scalar(stage, simulation, reference, variable)).collect();
+    let outputs = unknowns(variables, |role| role == Role::Output);
+    let initial = unknowns(variables, |role| role != Role::Input);
+    format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{guid}" description="{what}, at {dt:?} s" version="{version}" generationTool="mpi_hyst {version}" variableNamingConvention="flat">
+  <CoSimulation modelIdentifier="{identifier}" canHandleVariableCommunicationStepSize="false" canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>
+  <UnitDefinitions>
+{units}  </UnitDefinitions>
+  <LogCategories>
+    <Category name="logStatusError" description="Why a call failed"/>
+  </LogCategories>
+  <DefaultExperiment startTime="0.0" stopTime="1.0" stepSize="{dt:?}"/>
+  <ModelVariables>
+{rows}  </ModelVariables>
+  <ModelStructure>
+    <Outputs>
+{outputs}    </Outputs>
+    <InitialUnknowns>
+{initial}    </InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"#,
+        name = escaped(name),
+    )
+}
+
+fn scalar(stage: &Stage, simulation: &Simulation, reference: u32, variable: &Variable) -> String {
+    let (causality, variability) = match (variable.role, variable.kind()) {
+        (Role::Input, _) => ("input", "continuous"),
+        (Role::Parameter, _) => ("calculatedParameter", "fixed"),
+        (Role::Output, Type::Real) => ("output", "continuous"),
+        (Role::Output, _) => ("output", "discrete"),
+    };
+    let mut attributes = String::new();
+    if let Some(unit) = unit(stage, variable.quantity) {
+        let _ = write!(attributes, r#" unit="{}""#, escaped(&unit));
+    }
+    if let (Quantity::Drive, Some((low, high))) = (variable.quantity, stage.parts().limits) {
+        let _ = write!(attributes, r#" min="{low:?}" max="{high:?}""#);
+    }
+    if let (Role::Input, Ok(start)) = (variable.role, simulation.real(reference)) {
+        let _ = write!(attributes, r#" start="{start:?}""#);
+    }
+    let Variable { name, description, .. } = variable;
+    let kind = variable.kind();
+    format!(
+        "    <ScalarVariable name=\"{name}\" valueReference=\"{reference}\" causality=\"{causality}\" \
+         variability=\"{variability}\" description=\"{description}\"><{kind:?}{attributes}/></ScalarVariable>\n"
+    )
+}
+
+/// Those with a role, by their places counted from 1.
+fn unknowns(variables: &[Variable], has: impl Fn(Role) -> bool) -> String {
+    let found = (1..).zip(variables).filter(|(_, variable)| has(variable.role));
+    found.map(|(index, _)| format!("      <Unknown index=\"{index}\"/>\n")).collect()
+}
+
+fn unit(stage: &Stage, quantity: Quantity) -> Option<String> {
+    let units = &stage.parts().units;
+    Some(match quantity {
+        Quantity::Drive => units.drive.clone(),
+        Quantity::Position | Quantity::Target | Quantity::Reference | Quantity::Measurement => units.position.clone(),
+        Quantity::Kp => format!("{}/{}", units.drive, units.position),
+        Quantity::Ki => format!("{}/({}.s)", units.drive, units.position),
+        _ => return None,
+    })
+}
+
+/// The definitions of all units, each once. One that is known says what it is in those of the SI.
+fn units(stage: &Stage, variables: &[Variable]) -> String {
+    let mut names: Vec<String> = variables.iter().filter_map(|variable| unit(stage, variable.quantity)).collect();
+    names.sort();
+    names.dedup();
+    let definition = |name: String| {
+        let shown = escaped(&name);
+        match base(&name) {
+            Some(base) => format!("    <Unit name=\"{shown}\"><BaseUnit {base}/></Unit>\n"),
+            None => format!("    <Unit name=\"{shown}\"/>\n"),
+        }
+    };
+    names.into_iter().map(definition).collect()
+}
+
+fn base(name: &str) -> Option<String> {
+    const VOLT: &str = r#"kg="1" m="2" s="-3" A="-1""#;
+    const METRE: &str = r#"m="1""#;
+    let (base, factor) = match name {
+        "V" => (VOLT, ""),
+        "mV" => (VOLT, "1e-3"),
+        "kV" => (VOLT, "1e3"),
+        "m" => (METRE, ""),
+        "mm" => (METRE, "1e-3"),
+        // The micro sign and the Greek letter.
+        "um" | "\u{b5}m" | "\u{3bc}m" => (METRE, "1e-6"),
+        "nm" => (METRE, "1e-9"),
+        "rad" => (r#"rad="1""#, ""),
+        "mrad" => (r#"rad="1""#, "1e-3"),
+        _ => return None,
+    };
+    Some(if factor.is_empty() { base.into() } else { format!(r#"{base} factor="{factor}""#) })
+}
+
+/// A text in an attribute. Control characters are not allowed there at all.
+fn escaped(text: &str) -> String {
+    let mut made = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => made.push_str("&amp;"),
+            '<' => made.push_str("&lt;"),
+            '>' => made.push_str("&gt;"),
+            '"' => made.push_str("&quot;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => made.push(' '),
+            c => made.push(c),
+        }
+    }
+    made
+}

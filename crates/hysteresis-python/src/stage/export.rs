@@ -1,0 +1,67 @@
+//! A stage for other tools: as bytes, as a header for C, and the contents of a functional mock-up unit.
+
+use hysteresis_control::binary::Binary;
+use hysteresis_control::stage;
+use hysteresis_export::{HeaderOptions, Kind, MockUp, Settings, Source};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
+
+use super::object::Stage;
+use crate::convert::arguments::{numbers, two};
+use crate::convert::errors::raise;
+
+#[pymethods]
+impl Stage {
+    /// The stage as bytes, which `from_bytes` and the C library read: smaller than its file. Every number is there bit for bit.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> stage = mh.Stage(mh.paper.table_1(), limits=(-500.0, 500.0))
+    /// >>> mh.Stage.from_bytes(stage.to_bytes()) == stage
+    /// True
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.to_bytes())
+    }
+
+    /// The stage that `to_bytes` wrote.
+    ///
+    /// Raises ValueError for bytes that are cut off, changed, longer, of something else or of another release.
+    #[classmethod]
+    fn from_bytes(_: &Bound<'_, PyType>, bytes: &[u8]) -> PyResult<Self> {
+        stage::Stage::from_bytes(bytes).map(Self).map_err(raise)
+    }
+}
+
+/// The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file.
+#[pyfunction]
+#[pyo3(signature = (stage, name, dt=None, sha256=None))]
+pub(crate) fn c_header_text(
+    stage: &Stage,
+    name: &str,
+    dt: Option<&Bound<'_, PyAny>>,
+    sha256: Option<&str>,
+) -> PyResult<String> {
+    numbers!(dt);
+    hysteresis_export::c_header(&stage.0, &HeaderOptions { name, dt, sha256 }).map_err(raise)
+}
+
+/// The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them.
+#[pyfunction]
+#[pyo3(signature = (stage, kind, name, dt, feedforward="inverse", gains=None))]
+pub(crate) fn fmu_texts(
+    stage: &Stage,
+    kind: &str,
+    name: &str,
+    dt: &Bound<'_, PyAny>,
+    feedforward: &str,
+    gains: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(String, String, String, String)> {
+    numbers!(dt);
+    let gains = gains.map(|gains| two("gains", "(kp, ki)", gains)).transpose()?;
+    let kind = Kind::of(kind).map_err(raise)?;
+    let feedforward = Source::of(feedforward).map_err(raise)?;
+    let settings = Settings { feedforward, gains, ..Settings::new(kind, dt) };
+    let unit = MockUp::new(&stage.0, &settings, name).map_err(raise)?;
+    Ok((unit.identifier, unit.description, unit.settings, unit.stage))
+}

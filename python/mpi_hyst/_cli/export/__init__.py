@@ -1,0 +1,1 @@
+"""`mpi-hyst export`: a stage for other tools."""

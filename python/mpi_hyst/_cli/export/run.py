@@ -1,0 +1,130 @@
+"""`mpi-hyst export`: a stage in, a file for another tool out."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import mpi_hyst as mh
+from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.outputs import Output, check_outputs, write_file, write_outputs
+from mpi_hyst._cli.stage import StageOptions, load_stage, name_options
+from mpi_hyst._core import c_header_text
+from mpi_hyst._fmu.pack import c_name, packed
+from mpi_hyst._text import digits, text_pairs
+
+_ENDINGS = {"--fmu": ".fmu", "--c": ".h", "--bytes": ".bin"}
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options, by their names."""
+
+    stage_path: Path
+    stage: StageOptions
+    fmu: bool = False
+    c: bool = False
+    as_bytes: bool = False
+    result_path: Path | None = None
+    kind: Literal["forward", "inverse", "controller"] | None = None
+    dt: float | None = None
+    rate: float | None = None
+    feedforward: Literal["inverse", "preview"] | None = None
+    gains: tuple[float, float] | None = None
+    name: str | None = None
+    limits: tuple[float, float] | None = None
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Request:
+        """Take what the command line gives."""
+        stage, others = StageOptions.split(given)
+        return cls(stage=stage, **others)
+
+    def format(self) -> str:
+        """Return the option of the file to write."""
+        asked = dict(zip(_ENDINGS, (self.fmu, self.c, self.as_bytes), strict=True))
+        chosen = [name for name, is_asked in asked.items() if is_asked]
+        if len(chosen) != 1:
+            got = " and ".join(chosen) or "none"
+            raise CommandError(f"expected one of {', '.join(_ENDINGS)}, got {got}")
+        return chosen[0]
+
+    def interval(self) -> float | None:
+        """Return the sampling interval in seconds, if one was given."""
+        if self.rate is None:
+            return self.dt
+        if self.dt is not None:
+            raise CommandError("--rate: expected --dt or --rate, got both")
+        if not (math.isfinite(self.rate) and self.rate > 0.0):
+            raise CommandError(f"--rate: expected a finite number above 0, got {self.rate!r}")
+        return 1.0 / self.rate
+
+
+def run(request: Request) -> str:
+    """Write the file, and return the summary."""
+    made = request.format()
+    _check_options(request, made)
+    dt = request.interval()
+    path = request.result_path or Path(request.stage_path.stem + _ENDINGS[made])
+    check_outputs([path], [request.stage_path])
+    stage = load_stage(request.stage_path, request.stage)
+    try:
+        if request.limits is not None:
+            stage = stage.replace(limits=request.limits)
+        content, facts = _content(request, made, stage, path, dt)
+    except mh.NotInvertibleError as error:
+        raise CommandError(f"{request.stage_path}: {error}") from error
+    except (ValueError, TypeError) as error:
+        others = {"dt": "--dt" if request.rate is None else "--rate", "gains": "--gains"}
+        names = {"kp": "--gains", "ki": "--gains", "name": "--name", **others}
+        raise CommandError(name_options(error, names)) from error
+    write_outputs([Output(path, lambda place: write_file(place, content))])
+    return f"{request.stage_path}\n\n{text_pairs(facts)}\n\nwritten  {path}"
+
+
+def _check_options(request: Request, made: str) -> None:
+    """Refuse options that the file has no use for."""
+    of_unit = {
+        "--kind": request.kind,
+        "--feedforward": request.feedforward,
+        "--gains": request.gains,
+    }
+    of_controller = {name: of_unit[name] for name in ("--feedforward", "--gains")}
+    useless = {} if made == "--fmu" else of_unit
+    if made == "--fmu" and request.kind != "controller":
+        useless = of_controller
+    if made == "--bytes":
+        useless = {**useless, "--dt": request.dt, "--rate": request.rate, "--name": request.name}
+    for name, value in useless.items():
+        if value is not None:
+            only = "--fmu --kind controller" if name in of_controller else "--fmu"
+            where = only if name in of_unit else "--fmu or --c"
+            raise CommandError(f"{name}: has no effect without {where}")
+    if made == "--fmu" and request.dt is None and request.rate is None:
+        raise CommandError(
+            "--dt: expected the sampling interval of the unit in seconds, or --rate in Hz"
+        )
+
+
+def _content(
+    request: Request, made: str, stage: mh.Stage, path: Path, dt: float | None
+) -> tuple[bytes, list[tuple[str, str]]]:
+    """Return what is written, and what is said of it."""
+    seconds = [] if dt is None else [("sampling interval", f"{digits(dt)} s")]
+    if made == "--bytes":
+        content = stage.to_bytes()
+        return content, [("stage", f"{len(content)} bytes")]
+    if made == "--c":
+        name = request.name or c_name(path)
+        file = hashlib.sha256(request.stage_path.read_bytes()).hexdigest()
+        text = c_header_text(stage, name, dt, file)
+        return text.encode(), [("names begin with", f"{name}_"), *seconds]
+    assert dt is not None
+    kind = request.kind or "forward"
+    name = request.name or path.stem
+    feedforward = request.feedforward or "inverse"
+    content = packed(stage, kind, name, dt=dt, feedforward=feedforward, gains=request.gains)
+    return content, [("unit", f"FMI 2.0, co-simulation, {kind}"), *seconds]
