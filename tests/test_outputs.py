@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 from commands import COLUMNS, assert_refused, names_in, run
-from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._cli.outputs import write_file
+from mpi_hyst._files import write_file
 
 posix = pytest.mark.skipif(os.name == "nt", reason="permissions, links and devices")
 
@@ -56,9 +55,9 @@ def test_nothing_but_a_plain_file_is_replaced(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("nowhere")
     before = names_in(tmp_path)
-    with pytest.raises(CommandError, match="is not a regular file"):
+    with pytest.raises(OSError, match="is not a regular file"):
         write_file(tmp_path / "pipe", "text")
-    with pytest.raises(CommandError, match="is a link to a file that does not exist"):
+    with pytest.raises(OSError, match="is a link to a file that does not exist"):
         write_file(tmp_path / "link", "text")
     assert names_in(tmp_path) == before
     assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
@@ -68,7 +67,7 @@ def test_nothing_but_a_plain_file_is_replaced(tmp_path: Path) -> None:
 def test_nobody_can_plant_the_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "victim").write_text("old", encoding="utf-8")
     monkeypatch.setattr("secrets.token_hex", lambda _: "known")
-    (tmp_path / ".known.tmp").symlink_to("victim")
+    (tmp_path / ".mpi_hyst-known.tmp").symlink_to("victim")
     with pytest.raises(FileExistsError):
         write_file(tmp_path / "out.csv", "text")
     assert (tmp_path / "victim").read_text("utf-8") == "old"

@@ -68,6 +68,7 @@ def test_a_reference_is_made_that_stays_in_range(here: Path) -> None:
         ),
         (["--reference", "none.csv"], "none.csv"),
         (["-o", "stage.json"], "stage.json: is an input file"),
+        (["--plot", "x.tiff"], "--plot: expected a name that ends in .svg, .png or .pdf"),
     ],
 )
 def test_what_cannot_be_is_refused(here: Path, more: list[str], said: str) -> None:

@@ -118,7 +118,6 @@ __all__ = [
     "triangle",
     "tune",
     "verdict",
-    "write_file",
 ]
 
 class NotInvertibleError(ValueError):
@@ -5038,11 +5037,6 @@ def fmu_texts(
     feedforward: str = "inverse",
     gains: tuple[float, float] | None = None,
 ) -> tuple[str, str, str, str]: ...
-def write_file(path: str | PathLike[str], content: str | bytes) -> None:
-    """Writes text to a file that appears only when it is complete: to a neighbour with a random name first, which is flushed to
-    the disk and renamed. A replaced file passes on its permissions; what is no regular file is refused.
-    """
-
 def table_1() -> ModifiedPrandtlIshlinskii:
     """Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
 

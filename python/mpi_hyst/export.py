@@ -10,7 +10,8 @@ import os
 from pathlib import Path
 from typing import Literal
 
-from mpi_hyst._core import Stage, c_header_text, write_file
+from mpi_hyst._core import Stage, c_header_text
+from mpi_hyst._files import write_file
 from mpi_hyst._fmu.pack import c_name, packed
 
 __all__ = ["c_header", "fmu"]

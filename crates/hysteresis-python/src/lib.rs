@@ -9,7 +9,8 @@
 //!
 //! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
 //! (a million samples take milliseconds) and signals are looked at between them. The threads of an array of streams are
-//! Rust's own and end before the call does. Identification works on its own copy
+//! Rust's own and end before the call does. So the module needs the lock of the interpreter: a free-threaded one takes it up when it
+//! imports the module. Identification works on its own copy
 //! and lets the interpreter go, as does a loop in real time.
 
 mod control;
@@ -25,7 +26,7 @@ mod stream;
 use pyo3::prelude::*;
 
 /// The compiled core of `mpi_hyst`.
-#[pymodule]
+#[pymodule(gil_used = true)]
 mod _core {
     use pyo3::prelude::*;
 
@@ -77,8 +78,6 @@ mod _core {
     use crate::control::tuning::{Margins, Tuning};
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
-    #[pymodule_export]
-    use crate::convert::files::write_content;
     #[pymodule_export]
     use crate::identify::compare::compare;
     #[pymodule_export]

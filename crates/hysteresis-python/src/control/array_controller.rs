@@ -163,13 +163,14 @@ impl ArrayController {
         let rows = (BLOCK / actuators.max(sensors)).max(1);
         sample(reference, out, |reference, drives| {
             let ArraySample { reference, measurement, sensor_reference } = beside.with(reference)?;
+            let mut this = exclusive(slf)?;
             let blocks = reference.chunks(rows * actuators).zip(drives.chunks_mut(rows * actuators));
             for (k, (reference, drives)) in blocks.enumerate() {
                 py.check_signals()?;
                 let (from, to) = (k * rows * sensors, (k + 1) * rows * sensors);
                 let (measurement, sensor_reference) = (part(measurement, from, to), part(sensor_reference, from, to));
                 let block = ArraySample { reference, measurement, sensor_reference };
-                exclusive(slf)?.controller.run(&block, drives).map_err(raise)?;
+                this.controller.run(&block, drives).map_err(raise)?;
             }
             Ok(())
         })
@@ -294,7 +295,7 @@ impl ArrayController {
             let matrix = Array2::from_shape_vec(shape, matrix.clone()).expect("whole rows");
             keywords.set_item("reconstruction", matrix.into_pyarray(py))?;
         }
-        this.made.reduce_with(py, "controller", keywords, this.state(py)?)
+        this.made.reduce_with(py, "controller", keywords, Self::state(slf)?)
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {

@@ -92,8 +92,9 @@ impl ArrayController {
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
     /// amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not part of it.
     #[getter]
-    pub(super) fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.controller.state())?)
+    pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.controller.state())?)
     }
 
     #[setter]

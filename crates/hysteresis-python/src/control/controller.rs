@@ -229,8 +229,8 @@ impl HybridController {
         measurements: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        run_both([("references", references), ("measurements", measurements)], out, |x, y, drives| {
-            exclusive(slf)?.stage_controller.run(x, y, drives).map_err(raise)
+        run_both(slf, [("references", references), ("measurements", measurements)], out, |this, x, y, drives| {
+            this.stage_controller.run(x, y, drives)
         })
     }
 
@@ -268,8 +268,8 @@ impl HybridController {
     }
 
     /// Takes the sample that was planned; False if there is none.
-    fn commit(&mut self) -> bool {
-        self.stage_controller.commit()
+    fn commit(slf: &Bound<'_, Self>) -> PyResult<bool> {
+        Ok(exclusive(slf)?.stage_controller.commit())
     }
 
     /// The present drive in volts: what the amplifier has.
@@ -380,7 +380,7 @@ impl HybridController {
         keywords.set_item("preview", &this.preview)?;
         keywords.set_item("observer", &this.observer)?;
         keywords.set_item("repetitive", &this.repetitive)?;
-        let state = this.state(py)?;
+        let state = Self::state(slf)?;
         reduce(py.get_type::<Self>().into_any(), (&this.source,), keywords, Some(state))
     }
 

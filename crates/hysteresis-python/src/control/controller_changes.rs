@@ -112,28 +112,32 @@ impl HybridController {
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
     /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
     #[getter]
-    pub(super) fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let state = self.stage_controller.state();
+    pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        let state = this.stage_controller.state();
         let is_plain = state.observer.is_none() && state.repetitive.is_none();
-        Ok(if is_plain { pythonize(py, &state.controller) } else { pythonize(py, &state) }?)
+        Ok(if is_plain { pythonize(slf.py(), &state.controller) } else { pythonize(slf.py(), &state) }?)
     }
 
     /// What `state` says, as bytes: `state` takes them too.
-    fn state_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let state = self.stage_controller.state();
+    fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        let state = shared(slf)?.stage_controller.state();
         let is_plain = state.observer.is_none() && state.repetitive.is_none();
-        PyBytes::new(py, &if is_plain { state.controller.to_bytes() } else { state.to_bytes() })
+        Ok(PyBytes::new(slf.py(), &if is_plain { state.controller.to_bytes() } else { state.to_bytes() }))
     }
 
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let mut this = exclusive(slf)?;
-        if this.observer.is_none() && this.repetitive.is_none() {
+        let is_plain = {
+            let this = shared(slf)?;
+            this.observer.is_none() && this.repetitive.is_none()
+        };
+        if is_plain {
             let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
-            return this.controller_mut().set_state(&state).map_err(raise);
+            return exclusive(slf)?.controller_mut().set_state(&state).map_err(raise);
         }
         let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
-        this.stage_controller.set_state(&state).map_err(raise)
+        exclusive(slf)?.stage_controller.set_state(&state).map_err(raise)
     }
 }
 

@@ -9,7 +9,7 @@ use pythonize::pythonize;
 use super::filters::{as_tuple, sections};
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stream::process::process_methods;
 
@@ -72,8 +72,9 @@ process_methods!(Filter, filter {
 
     /// Everything that the filters remember, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.filter.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.filter.state())?)
     }
 
     #[setter]
@@ -86,9 +87,10 @@ process_methods!(Filter, filter {
         Self::set_state(slf, state)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let made = (as_tuple(py, self.filter.sections())?, self.dt);
-        reduce(py.get_type::<Self>().into_any(), made, keywords!(py), Some(self.state(py)?))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let made = (as_tuple(py, this.filter.sections())?, this.dt);
+        reduce(py.get_type::<Self>().into_any(), made, keywords!(py), Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

@@ -8,6 +8,7 @@ use super::linear::part::LinearPart;
 use super::reference::positions;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
+use crate::convert::memory::{PASS, check_room};
 use crate::stage::object::Stage;
 use crate::stage::precompensate::{Keywords, precompensate as drives};
 
@@ -69,6 +70,7 @@ pub(crate) fn invert_dynamics<'py>(
     numbers!(dt, amplifier_bandwidth, dead_time, start, seconds);
     let dynamics = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
     let reference = positions("reference", reference, dt, seconds)?;
+    check_room("reference", reference.len(), PASS)?;
     let inputs = py.detach(|| DynamicsInverse::new(&dynamics, dt)?.invert(&reference, start)).map_err(raise)?;
     Ok(PyArray1::from_vec(py, inputs))
 }

@@ -11,6 +11,7 @@ use super::filters::sections;
 use crate::convert::arguments::{numbers, pair, whole};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::memory::{FIT, check_room};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
@@ -101,6 +102,7 @@ impl IterativeLearning {
     /// Learning in this loop, from this target on.
     pub(crate) fn of(feedback: FeedbackLoop, target: &Bound<'_, PyAny>, options: LearningOptions) -> PyResult<Self> {
         let first = numbers("target", target)?;
+        check_room("target", first.len(), FIT)?;
         let learning = learning::IterativeLearning::new(&feedback, &first, &options).map_err(raise)?;
         Ok(Self { learning, feedback, options, first })
     }
@@ -195,19 +197,22 @@ impl IterativeLearning {
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
     #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
-        &self,
+        slf: &Bound<'_, Self>,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
         dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         numbers!(slope, dead_time);
-        self.learning.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+        let feedback = shared(slf)?.feedback.clone();
+        let truth = truth(feedback, dynamics, slope, dead_time)?;
+        shared(slf)?.learning.convergence_rate(&truth).map_err(raise)
     }
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.learning.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.learning.state())?)
     }
 
     #[setter]
@@ -237,7 +242,7 @@ impl IterativeLearning {
         keywords.update(options.as_mapping())?;
         keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
         let first = PyArray1::from_slice(py, &this.first);
-        reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(this.state(py)?))
+        reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

@@ -9,6 +9,7 @@ use pyo3::types::PyTuple;
 use super::controller::HybridController;
 use super::terms::ControllerTerms;
 use crate::convert::errors::{self, Place, raise};
+use crate::convert::memory;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::plant::multi_axis::{as_matrix, list_of, square};
@@ -86,7 +87,7 @@ struct Asked<'py> {
 }
 
 /// What acts on a sample and writes the drives.
-type Act<'a> = &'a mut dyn FnMut(AxesCommand<'_>, &[f64], &mut [f64]) -> Result<(), core::Error>;
+type Act<'a> = &'a mut dyn FnMut(AxesCommand<'_>, &[f64], &mut [f64]) -> PyResult<()>;
 
 impl<'py> Asked<'py> {
     /// The arguments references, measurements, targets, corrections and feedforward.
@@ -118,7 +119,7 @@ impl<'py> Asked<'py> {
         };
         apply(self.references, out, |block| {
             let (Block::Apart(_, drives) | Block::InPlace(drives)) = block;
-            act(asked, &measurements, drives).map_err(raise)
+            act(asked, &measurements, drives)
         })
     }
 }
@@ -169,9 +170,9 @@ impl MultiAxisController {
         corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
-        let mut this = exclusive(slf)?;
-        asked.through(out, &mut |command, y, drives| this.controller.step(command, y, drives))
+        let axes = shared(slf)?.axes();
+        let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
+        asked.through(out, &mut |command, y, drives| exclusive(slf)?.controller.step(command, y, drives).map_err(raise))
     }
 
     /// The drives that `step` would return, without taking the sample.
@@ -185,9 +186,9 @@ impl MultiAxisController {
         corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
-        let this = shared(slf)?;
-        asked.through(out, &mut |command, y, drives| this.controller.peek(command, y, drives))
+        let axes = shared(slf)?.axes();
+        let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
+        asked.through(out, &mut |command, y, drives| shared(slf)?.controller.peek(command, y, drives).map_err(raise))
     }
 
     /// The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
@@ -204,14 +205,14 @@ impl MultiAxisController {
         corrections: Option<&Bound<'py, PyAny>>,
         feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let asked = Asked::new(shared(slf)?.axes(), [references, measurements], [targets, corrections, feedforward])?;
-        let mut this = exclusive(slf)?;
-        asked.through(out, &mut |command, y, drives| this.controller.plan(command, y, drives))
+        let axes = shared(slf)?.axes();
+        let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
+        asked.through(out, &mut |command, y, drives| exclusive(slf)?.controller.plan(command, y, drives).map_err(raise))
     }
 
     /// Takes the sample that was planned, on all axes; False, and none moves on, if there is no plan.
-    fn commit(&mut self) -> bool {
-        self.controller.commit()
+    fn commit(slf: &Bound<'_, Self>) -> PyResult<bool> {
+        Ok(exclusive(slf)?.controller.commit())
     }
 
     /// Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives, in `out`
@@ -235,7 +236,7 @@ impl MultiAxisController {
             ));
         }
         // A copy: what is written may overlap it.
-        let measured = beside.as_slice()?.to_vec();
+        let measured = memory::copy("measurements", beside.as_slice()?)?;
         drop(beside);
         apply(samples, out, |block| {
             let mut this = exclusive(slf)?;
@@ -249,7 +250,7 @@ impl MultiAxisController {
                     inputs.zip(drives.chunks_mut(ROWS * axes)).try_for_each(|((x, y), drives)| take(x, y, drives))
                 }
                 Block::InPlace(samples) => {
-                    let copy = samples.to_vec();
+                    let copy = memory::copy("references", samples)?;
                     take(&copy, &measured, samples)
                 }
             }

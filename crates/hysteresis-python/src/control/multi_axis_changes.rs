@@ -36,7 +36,8 @@ impl MultiAxisController {
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
     fn set_filters(slf: &Bound<'_, Self>, axis: &Bound<'_, PyAny>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
         let axis = whole("axis", axis)?;
-        let sections = sections(filters, shared(slf)?.dt())?;
+        let dt = shared(slf)?.dt();
+        let sections = sections(filters, dt)?;
         exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_filters(&sections)).map_err(raise)
     }
 
@@ -173,8 +174,9 @@ impl MultiAxisController {
     /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
     /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.controller.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.controller.state())?)
     }
 
     #[setter]

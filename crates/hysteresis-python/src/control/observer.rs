@@ -100,8 +100,8 @@ impl Observer {
         measurements: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        run_both([("drives", drives), ("measurements", measurements)], out, |x, y, positions| {
-            exclusive(slf)?.observer.run(x, y, positions).map_err(raise)
+        run_both(slf, [("drives", drives), ("measurements", measurements)], out, |this, x, y, positions| {
+            this.observer.run(x, y, positions)
         })
     }
 
@@ -136,8 +136,9 @@ impl Observer {
     }
 
     /// Back to rest.
-    fn reset(&mut self) {
-        self.observer.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.observer.reset();
+        Ok(())
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval, without measurements.
@@ -148,8 +149,9 @@ impl Observer {
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.observer.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.observer.state())?)
     }
 
     #[setter]
@@ -166,7 +168,7 @@ impl Observer {
         let (py, this) = (slf.py(), shared(slf)?);
         let ObserverOptions { noise, drift } = this.options;
         let keywords = keywords!(py, drift = drift, dt = this.dt(), noise = noise);
-        reduce(py.get_type::<Self>().into_any(), (Stage(this.stage.clone()),), keywords, Some(this.state(py)?))
+        reduce(py.get_type::<Self>().into_any(), (Stage(this.stage.clone()),), keywords, Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

@@ -116,8 +116,9 @@ impl RepetitiveControl {
     }
 
     /// Forgets everything learned.
-    fn reset(&mut self) {
-        self.control.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.control.reset();
+        Ok(())
     }
 
     /// Samples in a period.
@@ -143,19 +144,22 @@ impl RepetitiveControl {
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
     #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
-        &self,
+        slf: &Bound<'_, Self>,
         dynamics: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
         dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         numbers!(slope, dead_time);
-        self.control.convergence_rate(&truth(self.feedback.clone(), dynamics, slope, dead_time)?).map_err(raise)
+        let feedback = shared(slf)?.feedback.clone();
+        let truth = truth(feedback, dynamics, slope, dead_time)?;
+        shared(slf)?.control.convergence_rate(&truth).map_err(raise)
     }
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.control.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.control.state())?)
     }
 
     #[setter]
@@ -175,7 +179,7 @@ impl RepetitiveControl {
         let options = keywords!(py, bandwidth = bandwidth, gain = gain, settle = settle, limit = limit);
         keywords.update(options.as_mapping())?;
         keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
-        reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(this.state(py)?))
+        reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::errors::{self, Place, in_use, wrong_type};
+use super::memory;
 
 /// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
 pub(crate) fn vector<'a, 'py>(
@@ -22,7 +23,8 @@ pub(crate) fn vector<'a, 'py>(
 
 /// A copy of a one-dimensional array of real numbers: for work that lets the interpreter go, or calls Python.
 pub(crate) fn numbers<'a>(place: impl Into<Place<'a>>, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    Ok(vector(place, value)?.as_slice()?.to_vec())
+    let place = place.into();
+    memory::copy(place, vector(place, value)?.as_slice()?)
 }
 
 /// An array of real numbers with as many dimensions as D has: in place if it is C-contiguous float64, else converted

@@ -61,6 +61,13 @@ pub(crate) fn value<'a>(place: impl Into<Place<'a>>, message: impl Display) -> P
     with_parameter(PyValueError::new_err(format!("{shown}: {message}")), parameter)
 }
 
+/// A MemoryError about an argument of so many samples.
+pub(crate) fn no_memory<'a>(place: impl Into<Place<'a>>, samples: usize) -> PyErr {
+    let Place { parameter, shown } = place.into();
+    let message = format!("{shown}: expected samples that fit in memory with what is made of them, got {samples}");
+    with_parameter(PyMemoryError::new_err(message), parameter)
+}
+
 /// A TypeError about an argument: "name: message".
 pub(crate) fn wrong_type<'a>(place: impl Into<Place<'a>>, message: impl Display) -> PyErr {
     let Place { parameter, shown } = place.into();

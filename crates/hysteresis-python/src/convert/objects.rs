@@ -28,6 +28,8 @@ pub(crate) fn instance<'a, 'py, C: PyClass>(
     value.cast::<C>().map_err(|_| unexpected(name, expected, value))
 }
 
+/// The error of an object that another call has not let go of.
+#[cold]
 fn busy<C: PyClass>(object: &Bound<'_, C>) -> PyErr {
     match object.as_any().get_type().name() {
         Ok(name) => in_use(format_args!("this {name}")),

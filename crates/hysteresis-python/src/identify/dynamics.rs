@@ -17,6 +17,7 @@ use crate::control::linear::part::dynamics;
 use crate::convert::arguments::{numbers, samples};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
+use crate::convert::memory::{FIT, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::compiled_of;
 
@@ -263,6 +264,7 @@ pub(crate) fn identify_dynamics(
     };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (numbers("u", u)?, numbers("y", y)?);
+    check_room("u", u.len(), FIT)?;
     let record = Record::new(&u, &y, skip).map_err(|error| one_record(error, None))?;
     let mut stopped_by = None;
     let found = py.detach(|| {

@@ -15,6 +15,7 @@ use super::options::{kind, law, placed, setting, smooth};
 use crate::convert::arguments::{Given, count};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, raise, record, unexpected};
+use crate::convert::memory::{FIT, check_room};
 
 /// Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
 ///
@@ -188,6 +189,9 @@ impl Signals {
         if actuators == 0 {
             return Err(errors::value("Y", "expected at least one actuator, got none"));
         }
+        // Copies of both, and what the fits hold of one actuator each.
+        check_room("Y", u.len().saturating_add(y.len()), 3 * size_of::<f64>())?;
+        check_room("Y", samples, FIT)?;
         let inputs = u.as_array().t().iter().copied().collect();
         let positions = y.as_array().t().iter().copied().collect();
         Ok(Self { inputs, positions, samples, own_drives, skip })

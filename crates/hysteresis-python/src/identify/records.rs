@@ -7,6 +7,7 @@ use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
 use super::intervals::{Intervals, duration};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, one_record, record, unexpected, wrong_type};
+use crate::convert::memory::{FIT, check_room};
 
 /// What is held out for validation.
 pub(crate) enum HeldOut {
@@ -126,7 +127,8 @@ pub(crate) type Signals = Vec<(Vec<f64>, Vec<f64>)>;
 /// One record from two arrays, or several from a list of pairs.
 pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyResult<Signals> {
     if let Some(y) = y {
-        return Ok(vec![(numbers("u", u)?, numbers("y", y)?)]);
+        let signals = vec![(numbers("u", u)?, numbers("y", y)?)];
+        return has_room(signals);
     }
     let pairs: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = u
         .extract()
@@ -135,7 +137,13 @@ pub(crate) fn signals(u: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>) -> PyR
         let part = |name, signal| numbers(Place::part(name, &format!("record {i}: {name}")), signal);
         Ok((part("u", u)?, part("y", y)?))
     };
-    pairs.iter().enumerate().map(copy).collect()
+    has_room(pairs.iter().enumerate().map(copy).collect::<PyResult<_>>()?)
+}
+
+/// The same signals, if there is memory to fit them.
+fn has_room(signals: Signals) -> PyResult<Signals> {
+    check_room("u", signals.iter().map(|(u, _)| u.len()).sum(), FIT)?;
+    Ok(signals)
 }
 
 /// When the samples of every record were taken: one array, or a list of one for each record; none where it is not given.

@@ -11,7 +11,7 @@ use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::{model_of, object};
 
@@ -154,14 +154,16 @@ impl RecursiveIdentifier {
     }
 
     /// Back to the given model, the operators at rest.
-    fn reset(&mut self) {
-        self.0.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.0.reset();
+        Ok(())
     }
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.0.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.0.state())?)
     }
 
     #[setter]
@@ -171,8 +173,9 @@ impl RecursiveIdentifier {
         exclusive(slf)?.0.set_state(&state).map_err(raise)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = self.0.options();
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+        let (py, this) = (slf.py(), shared(slf)?);
+        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = this.0.options();
         let keywords =
             keywords!(py, forgetting = forgetting, covariance = covariance, covariance_limit = covariance_limit);
         if let Setting::Fixed(offset) = output_offset {
@@ -183,8 +186,8 @@ impl RecursiveIdentifier {
             keywords.set_item("dead_time", dynamics.dead_time())?;
             keywords.set_item("dt", dt)?;
         }
-        let model = object(py, self.0.given().clone())?;
-        reduce(py.get_type::<Self>().into_any(), (model,), keywords, Some(self.state(py)?))
+        let model = object(py, this.0.given().clone())?;
+        reduce(py.get_type::<Self>().into_any(), (model,), keywords, Some(Self::state(slf)?))
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {

@@ -11,6 +11,7 @@ use super::object::PrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::memory::{OPERATOR, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
 use crate::stream::streams::{Forward, Inverse};
@@ -30,6 +31,7 @@ model_methods!(PrandtlIshlinskii {
         numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
+        check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
         core::PrandtlIshlinskii::new(weights.as_slice()?, thresholds.as_slice()?, offsets)
             .map(Self::from)
             .map_err(raise)

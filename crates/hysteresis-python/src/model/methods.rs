@@ -47,10 +47,10 @@ pub(super) fn inverse(
     Ok(Inverse { stream: stream.map_err(raise)?, made: Made { model: model.clone().unbind(), limits, initial } })
 }
 
-pub(super) fn save(model: &Model, path: PathBuf) -> PyResult<()> {
+pub(super) fn save(py: Python<'_>, model: &Model, path: PathBuf) -> PyResult<()> {
     let mut text = model.to_json();
     text.push('\n');
-    write_file(path, &text)
+    write_file(py, path, &text)
 }
 
 /// The methods that both models have, and its own.
@@ -119,8 +119,8 @@ macro_rules! model_methods {
             }
 
             /// Writes the model to a JSON file; the file appears only when it is complete.
-            fn save(&self, path: PathBuf) -> PyResult<()> {
-                $crate::model::methods::save(&self.model.clone().into(), path)
+            fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+                $crate::model::methods::save(py, &self.model.clone().into(), path)
             }
 
             fn __eq__(&self, other: &Self) -> bool {

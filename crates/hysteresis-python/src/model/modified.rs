@@ -11,6 +11,7 @@ use super::object::ModifiedPrandtlIshlinskii;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
+use crate::convert::memory::{OPERATOR, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
 use crate::stream::streams::{Forward, Inverse};
@@ -51,6 +52,7 @@ model_methods!(ModifiedPrandtlIshlinskii {
         numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let weights = vector("weights", weights)?;
         let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
+        check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
         let model = core::ModifiedPrandtlIshlinskii::new(
             weights.as_slice()?,
             r.as_slice()?,

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::objects::exclusive;
+use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::stream::process::process_methods;
 
@@ -69,8 +69,8 @@ process_methods!(Play, 0 {
 
     /// The last output z: the whole memory. Set it to continue from there.
     #[getter]
-    fn state(&self) -> f64 {
-        self.0.state()
+    fn state(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(shared(slf)?.0.state())
     }
 
     #[setter]
@@ -80,7 +80,7 @@ process_methods!(Play, 0 {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let state = self.state().into_pyobject(py)?.into_any();
+        let state = self.0.state().into_pyobject(py)?.into_any();
         reduce(py.get_type::<Self>().into_any(), (self.r(),), keywords!(py), Some(state))
     }
 
@@ -137,8 +137,8 @@ process_methods!(CoupledPlay, 0 {
 
     /// The last output z: the whole memory. Set it to continue from there.
     #[getter]
-    fn state(&self) -> f64 {
-        self.0.state()
+    fn state(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(shared(slf)?.0.state())
     }
 
     #[setter]
@@ -148,7 +148,7 @@ process_methods!(CoupledPlay, 0 {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let (thresholds, state) = ((self.r(), self.ra(), self.rb(), self.rc()), self.state().into_pyobject(py)?);
+        let (thresholds, state) = ((self.r(), self.ra(), self.rb(), self.rc()), self.0.state().into_pyobject(py)?);
         reduce(py.get_type::<Self>().into_any(), thresholds, keywords!(py), Some(state.into_any()))
     }
 

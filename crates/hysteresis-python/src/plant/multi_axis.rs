@@ -153,8 +153,9 @@ impl MultiAxisPlant {
     }
 
     /// Back to the start, at rest: the same drives give the same measurements again, noise included.
-    fn reset(&mut self) {
-        self.plant.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.plant.reset();
+        Ok(())
     }
 
     /// The single plants, as copies in their present states.
@@ -211,8 +212,9 @@ impl MultiAxisPlant {
 
     /// Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.plant.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.plant.state())?)
     }
 
     #[setter]

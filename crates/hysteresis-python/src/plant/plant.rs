@@ -174,8 +174,9 @@ impl Plant {
     }
 
     /// Back to the start, at rest: the same drives give the same measurements again, noise included.
-    fn reset(&mut self) {
-        self.plant.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.plant.reset();
+        Ok(())
     }
 
     /// The stage between the converters.
@@ -246,8 +247,9 @@ impl Plant {
 
     /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.plant.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.plant.state())?)
     }
 
     #[setter]
@@ -266,7 +268,7 @@ impl Plant {
         let (adc_bits, adc_range) = adc.unzip();
         let keywords =
             keywords!(py, dt = dt, seed = seed, dac_bits = dac_bits, adc_bits = adc_bits, adc_range = adc_range,);
-        reduce(py.get_type::<Self>().into_any(), (this.stage(),), keywords, Some(this.state(py)?))
+        reduce(py.get_type::<Self>().into_any(), (this.stage(),), keywords, Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

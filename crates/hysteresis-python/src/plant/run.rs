@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
+use crate::convert::memory::{PASS, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -145,6 +146,7 @@ impl Run {
             position: numbers("position", position)?,
             drive: numbers("drive", drive)?,
         };
+        check_room("reference", record.reference.len(), PASS)?;
         let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
         metrics::Run::new(record, limits, period).map(Self).map_err(raise)
     }

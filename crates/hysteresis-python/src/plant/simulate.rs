@@ -22,6 +22,7 @@ use crate::control::source::check_interval;
 use crate::convert::arguments::{count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
+use crate::convert::memory::{PASS, check_room};
 use crate::convert::objects::{exclusive, instance};
 use crate::identify::recursive::RecursiveIdentifier;
 
@@ -143,6 +144,7 @@ pub(crate) fn simulate<'py>(
     }
     // Copies: a controller or a progress function may change the arrays.
     let reference = numbers("reference", reference)?;
+    check_room("reference", reference.len(), PASS)?;
     let task = TrackingTask::new(&reference, period).map_err(raise)?;
     let one_each = |name, given: Option<&Bound<'py, PyAny>>| {
         given.map(|given| checked_samples(name, given, reference.len())).transpose()

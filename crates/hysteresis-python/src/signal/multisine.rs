@@ -1,12 +1,14 @@
 //! `mpi_hyst.signals.multisine`.
 
+use hysteresis_control::sampling::MAX_SAMPLES;
 use hysteresis_simulate::signals::{Multisine, Phases};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::signals::Samples;
 use crate::convert::arguments::{count, numbers, whole};
-use crate::convert::errors::{raise, unexpected};
+use crate::convert::errors::{raise, unexpected, value};
+use crate::convert::memory::{SPECTRUM, check_room};
 
 /// Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a peak of
 /// `amplitude`.
@@ -61,10 +63,17 @@ pub(crate) fn multisine<'py>(
     center: Option<&Bound<'py, PyAny>>,
 ) -> Samples<'py> {
     numbers!(amplitude, center = 0.0);
-    let lines = lines.extract().map_err(|_| unexpected("lines", "whole numbers above 0", lines))?;
     // More than any signal may have stays more.
     let few = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-    let samples = few(count("samples", samples)?);
+    let samples = count("samples", samples)?;
+    // The number of lines first: a range may be longer than memory.
+    let most = samples.min(MAX_SAMPLES as usize) / 2;
+    if let Some(got) = lines.len().ok().filter(|got| *got > most) {
+        return Err(value("lines", format_args!("expected at most {most} lines, half of the samples, got {got}")));
+    }
+    check_room("samples", samples.min(MAX_SAMPLES as usize), SPECTRUM)?;
+    let lines = lines.extract().map_err(|_| unexpected("lines", "whole numbers above 0", lines))?;
+    let samples = few(samples);
     let periods = few(periods.map_or(Ok(1), |periods| count("periods", periods))?);
     let fade = few(fade.map_or(Ok(0), |fade| whole("fade", fade))?);
     let phases = match seed {

@@ -7,6 +7,7 @@ use crate::control::reference::samples;
 use crate::convert::arguments::{Given, pair};
 use crate::convert::arrays::vector;
 use crate::convert::errors::{raise, warn};
+use crate::convert::memory::{self, PASS, check_room};
 
 /// The keywords of `precompensate`, as they came.
 #[derive(FromPyObject)]
@@ -41,7 +42,8 @@ pub(crate) fn precompensate(
     keywords: &Keywords<'_>,
 ) -> PyResult<Precompensated> {
     let history = keywords.history.as_ref().map(|drives| vector("history", drives)).transpose()?;
-    let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?.to_vec();
+    let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?;
+    let history = memory::copy("history", history)?;
     let options = PrecompensateOptions {
         limits: checked_limits(stage, keywords.limits.as_ref())?,
         start: keywords.start.as_ref().number("start")?,
@@ -49,6 +51,7 @@ pub(crate) fn precompensate(
         lead_in: keywords.lead_in.as_ref().number("lead_in")?,
     };
     let reference_samples = samples("reference", reference, dt)?;
+    check_room("reference", reference_samples.len(), PASS)?;
     let py = reference.py();
     let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
     if found.begins_with_a_jump() {

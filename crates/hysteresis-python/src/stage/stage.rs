@@ -239,10 +239,10 @@ impl Stage {
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut text = self.0.to_json();
         text.push('\n');
-        files::write_file(path, &text)
+        files::write_file(py, path, &text)
     }
 
     /// A copy with other arguments of the constructor; of what was identified it keeps what still holds.

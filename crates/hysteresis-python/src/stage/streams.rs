@@ -11,7 +11,7 @@ use pythonize::pythonize;
 
 use super::object::Stage;
 use crate::convert::arguments::numbers;
-use crate::convert::arrays::vector;
+use crate::convert::arrays;
 use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved_or_bytes};
@@ -60,7 +60,7 @@ pub(crate) struct StageInverse {
 
 /// The array of drives that were put out before.
 fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    Ok(vector("drives", drives)?.as_slice()?.to_vec())
+    arrays::numbers("drives", drives)
 }
 
 /// The methods that both streams of a stage have, and their own.
@@ -74,14 +74,16 @@ macro_rules! stage_stream {
             }
 
             /// What `state` says, as bytes: `state` takes them too.
-            fn state_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-                PyBytes::new(py, &Sampled { dt: self.dt, stream: self.stream.state() }.to_bytes())
+            fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+                let this = shared(slf)?;
+                Ok(PyBytes::new(slf.py(), &Sampled { dt: this.dt, stream: this.stream.state() }.to_bytes()))
             }
 
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
             #[getter]
-            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-                Ok(pythonize(py, &Sampled { dt: self.dt, stream: self.stream.state() })?)
+            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+                let this = shared(slf)?;
+                Ok(pythonize(slf.py(), &Sampled { dt: this.dt, stream: this.stream.state() })?)
             }
 
             #[setter]
@@ -143,7 +145,7 @@ stage_stream!(StageForward {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
-        reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(this.state(py)?))
+        reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(Self::state(slf)?))
     }
 });
 
@@ -195,6 +197,6 @@ stage_stream!(StageInverse {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
         let arguments = (this.dt, this.stream.limits());
-        reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(this.state(py)?))
+        reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(Self::state(slf)?))
     }
 });

@@ -181,7 +181,7 @@ impl ActuatorArray {
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let models =
             self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
-        write_file(path, &array_file::text(&models))
+        write_file(py, path, &array_file::text(&models))
     }
 
     /// Reads what `save` wrote.

@@ -97,15 +97,17 @@ impl BracketArray {
     }
 
     /// Nothing is known of any history.
-    fn reset(&mut self) {
-        self.brackets.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.brackets.reset();
+        Ok(())
     }
 
     /// Everything that is remembered, as a list of M dictionaries to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let states = self.brackets.brackets().iter().map(|bracket| Ok(pythonize(py, &bracket.state())?));
-        PyList::new(py, states.collect::<PyResult<Vec<_>>>()?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
+        let this = shared(slf)?;
+        let states = this.brackets.brackets().iter().map(|bracket| Ok(pythonize(slf.py(), &bracket.state())?));
+        PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
     }
 
     #[setter]
@@ -127,7 +129,7 @@ impl BracketArray {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
-        this.made.reduce(slf.py(), "bracket", this.state(slf.py())?.into_any())
+        this.made.reduce(slf.py(), "bracket", Self::state(slf)?.into_any())
     }
 
     fn __repr__(&self) -> String {

@@ -2,13 +2,17 @@
 
 use std::fmt;
 
-use hysteresis_core::Process;
+use hysteresis_core::{self as core, Process};
 use numpy::ndarray::Dimension;
 use numpy::{BorrowError, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyUntypedArrayMethods};
+use pyo3::PyClass;
 use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::False;
 
 use crate::convert::arrays::{is_slice, vector, zeros};
 use crate::convert::errors::{self, in_use, raise, wrong_type};
+use crate::convert::memory;
+use crate::convert::objects::exclusive;
 
 /// Samples between two looks at pending signals (Ctrl-C).
 pub(crate) const BLOCK: usize = 1 << 20;
@@ -69,12 +73,13 @@ pub(crate) fn run<'py>(
     apply(vector("input", input)?, out, work)
 }
 
-/// Two arrays side by side through `work`, which takes as many samples of both and writes as many outputs; the result is `out` where it
-/// is given.
-pub(crate) fn run_both<'py>(
+/// Two arrays side by side through an object: `work` takes as many samples of both and writes as many outputs; the result is `out`
+/// where it is given.
+pub(crate) fn run_both<'py, C: PyClass<Frozen = False>>(
+    object: &Bound<'py, C>,
     [(name, input), (other, beside)]: [(&str, &Bound<'py, PyAny>); 2],
     out: Option<&Bound<'py, PyAny>>,
-    mut work: impl FnMut(&[f64], &[f64], &mut [f64]) -> PyResult<()>,
+    mut work: impl FnMut(&mut C, &[f64], &[f64], &mut [f64]) -> Result<(), core::Error>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     /// Samples that are copied at a time where the outputs take their place.
     const COPIED: usize = 512;
@@ -87,23 +92,26 @@ pub(crate) fn run_both<'py>(
         return Err(errors::value("out", format_args!("expected another array than {other}")));
     }
     let beside = both.as_slice()?;
-    apply(samples, out, |block| match block {
-        Block::Apart(input, output) => {
-            for ((x, y), z) in input.chunks(BLOCK).zip(beside.chunks(BLOCK)).zip(output.chunks_mut(BLOCK)) {
-                py.check_signals()?;
-                work(x, y, z)?;
+    apply(samples, out, |block| {
+        // For the whole run: what a signal handler does between two blocks is no part of it.
+        let mut object = exclusive(object)?;
+        match block {
+            Block::Apart(input, output) => {
+                for ((x, y), z) in input.chunks(BLOCK).zip(beside.chunks(BLOCK)).zip(output.chunks_mut(BLOCK)) {
+                    py.check_signals()?;
+                    work(&mut object, x, y, z).map_err(raise)?;
+                }
             }
-            Ok(())
-        }
-        Block::InPlace(samples) => {
-            let mut copy = [0.0; COPIED];
-            for (x, y) in samples.chunks_mut(COPIED).zip(beside.chunks(COPIED)) {
-                py.check_signals()?;
-                copy[..x.len()].copy_from_slice(x);
-                work(&copy[..y.len()], y, x)?;
+            Block::InPlace(samples) => {
+                let mut copy = [0.0; COPIED];
+                for (x, y) in samples.chunks_mut(COPIED).zip(beside.chunks(COPIED)) {
+                    py.check_signals()?;
+                    copy[..x.len()].copy_from_slice(x);
+                    work(&mut object, &copy[..y.len()], y, x).map_err(raise)?;
+                }
             }
-            Ok(())
         }
+        Ok(())
     })
 }
 
@@ -133,7 +141,7 @@ pub(crate) fn apply<'py, D: Dimension>(
         work(Block::Apart(samples.as_slice()?, free.as_slice_mut()?))?;
     } else {
         // The output overlaps the input: what is written must not be read back as input.
-        let copy = samples.as_slice()?.to_vec();
+        let copy = memory::copy("input", samples.as_slice()?)?;
         drop(samples);
         let mut free = out.try_readwrite().map_err(|_| in_use("out"))?;
         work(Block::Apart(&copy, free.as_slice_mut()?))?;

@@ -78,14 +78,16 @@ impl Bracket {
     }
 
     /// Nothing is known of the history.
-    fn reset(&mut self) {
-        self.bracket.reset();
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.bracket.reset();
+        Ok(())
     }
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize(py, &self.bracket.state())?)
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = shared(slf)?;
+        Ok(pythonize(slf.py(), &this.bracket.state())?)
     }
 
     #[setter]
@@ -101,7 +103,7 @@ impl Bracket {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let make = this.made_of.bind(py).getattr(intern!(py, "bracket"))?;
-        reduce(make, (this.limits(),), keywords!(py), Some(this.state(py)?))
+        reduce(make, (this.limits(),), keywords!(py), Some(Self::state(slf)?))
     }
 
     fn __repr__(&self) -> String {

@@ -29,8 +29,9 @@ macro_rules! process_methods {
             }
 
             /// Back to the start: at rest, or at the initial outputs that were given.
-            fn reset(&mut self) {
-                self.$field.reset();
+            fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+                $crate::convert::objects::exclusive(slf)?.$field.reset();
+                Ok(())
             }
 
             /// How many samples were not finite, or beyond 1e100.

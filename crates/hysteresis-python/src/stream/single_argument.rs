@@ -13,6 +13,8 @@ use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
+use crate::convert::objects::{exclusive, shared};
+
 /// A class around a process.
 pub(crate) trait Stepper: PyClass<Frozen = False> {
     fn process(&self) -> &impl Process;
@@ -52,12 +54,12 @@ fn add_method<C: Stepper>(py: Python<'_>, definition: &'static ffi::PyMethodDef)
 
 unsafe extern "C" fn step<C: Stepper>(class: *mut ffi::PyObject, sample: *mut ffi::PyObject) -> *mut ffi::PyObject {
     // SAFETY: Python calls this as a method of C.
-    unsafe { call::<C>(class, sample, |class, x| Ok(class.try_borrow_mut()?.process_mut().step(x))) }
+    unsafe { call::<C>(class, sample, |class, x| Ok(exclusive(class)?.process_mut().step(x))) }
 }
 
 unsafe extern "C" fn peek<C: Stepper>(class: *mut ffi::PyObject, sample: *mut ffi::PyObject) -> *mut ffi::PyObject {
     // SAFETY: Python calls this as a method of C.
-    unsafe { call::<C>(class, sample, |class, x| Ok(class.try_borrow()?.process().peek(x))) }
+    unsafe { call::<C>(class, sample, |class, x| Ok(shared(class)?.process().peek(x))) }
 }
 
 /// A float in, a float out.

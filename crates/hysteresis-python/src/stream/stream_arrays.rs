@@ -232,26 +232,29 @@ macro_rules! stream_array_methods {
             }
 
             /// Every actuator back to rest.
-            fn reset(&mut self) {
-                self.stream.reset();
+            fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+                exclusive(slf)?.stream.reset();
+                Ok(())
             }
 
             /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
             /// bit for bit.
             #[getter]
-            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-                let states = self.stream.streams().iter().map(|stream| Ok(pythonize(py, &stream.state())?));
-                PyList::new(py, states.collect::<PyResult<Vec<_>>>()?)
+            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
+                let this = shared(slf)?;
+                let states = this.stream.streams().iter().map(|stream| Ok(pythonize(slf.py(), &stream.state())?));
+                PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
             }
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+                let (py, actuators) = (slf.py(), shared(slf)?.stream.len());
+                let states = states(state, actuators)?.into_iter().enumerate();
+                let states = states.map(|(m, state)| from_python(&state).map_err(|error| in_state(py, m, error)));
+                let states = states.collect::<PyResult<Vec<_>>>()?;
                 let mut restored = shared(slf)?.stream.clone();
-                let states = states(state, restored.len())?;
                 for (m, (stream, state)) in restored.streams_mut().iter_mut().zip(states).enumerate() {
-                    from_python(&state)
-                        .and_then(|state| stream.set_state(&state).map_err(raise))
-                        .map_err(|error| in_state(state.py(), m, error))?;
+                    stream.set_state(&state).map_err(|error| in_state(py, m, raise(error)))?;
                 }
                 exclusive(slf)?.stream = restored;
                 Ok(())
@@ -304,14 +307,14 @@ macro_rules! stream_array_methods {
 stream_array_methods!(ForwardArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
-        this.made.reduce(slf.py(), "forward", this.state(slf.py())?.into_any())
+        this.made.reduce(slf.py(), "forward", Self::state(slf)?.into_any())
     }
 });
 
 stream_array_methods!(InverseArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
-        this.made.reduce(slf.py(), "inverse", this.state(slf.py())?.into_any())
+        this.made.reduce(slf.py(), "inverse", Self::state(slf)?.into_any())
     }
 
     /// Whether the last target of each actuator was out of reach and its drive is at a limit.

@@ -81,8 +81,9 @@ macro_rules! stream_methods {
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
             /// bit.
             #[getter]
-            fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-                Ok(pythonize(py, &self.stream.state())?)
+            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+                let this = shared(slf)?;
+                Ok(pythonize(slf.py(), &this.stream.state())?)
             }
 
             #[setter]
@@ -133,7 +134,7 @@ stream_methods!(Forward {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
-        this.made.reduce_forward(this.state(slf.py())?)
+        this.made.reduce_forward(Self::state(slf)?)
     }
 
     fn __repr__(&self) -> String {
@@ -175,7 +176,7 @@ stream_methods!(Inverse {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
-        this.made.reduce_inverse(this.state(slf.py())?)
+        this.made.reduce_inverse(Self::state(slf)?)
     }
 
     /// Whether the last target was out of reach and the drive is at a limit.

@@ -34,11 +34,11 @@ def _experiment(request: Request) -> str:
         for path, part in zip(paths, plan.parts, strict=True)
     ]
     if directory is not None:
-        outputs.append(Output.of_text(directory / "plan.json", plan.as_json()))
+        outputs.append(Output.of(directory / "plan.json", plan.as_json()))
     if report_path is not None:
         from mpi_hyst._report.excite.plan_page import report
 
-        outputs.append(Output.of_text(report_path, report(plan)))
+        outputs.append(Output.of(report_path, report(plan)))
     write_outputs(outputs, directory)
     return plan.as_text([str(output.path) for output in outputs])
 
@@ -95,7 +95,7 @@ def _demagnetize(request: Request) -> str:
     if request.report_path is not None:
         from mpi_hyst._report.excite.page import report
 
-        outputs.append(Output.of_text(request.report_path, report(drive, request.out.name)))
+        outputs.append(Output.of(request.report_path, report(drive, request.out.name)))
     write_outputs(outputs)
     low, high = request.limits
     center = 0.5 * (low + high) if request.center is None else request.center
@@ -107,4 +107,4 @@ def _demagnetize(request: Request) -> str:
 
 
 def _table(path: Path, seconds: Samples, column: str, drive: Samples) -> Output:
-    return Output.of_text(path, write_table({TIME: seconds, column: drive}))
+    return Output.of(path, write_table({TIME: seconds, column: drive}))

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._cli.outputs import Output, check_outputs, write_file, write_outputs
+from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, load_stage, name_options
 from mpi_hyst._core import c_header_text
 from mpi_hyst._fmu.pack import c_name, packed
@@ -81,7 +81,7 @@ def run(request: Request) -> str:
         others = {"dt": "--dt" if request.rate is None else "--rate", "gains": "--gains"}
         names = {"kp": "--gains", "ki": "--gains", "name": "--name", **others}
         raise CommandError(name_options(error, names)) from error
-    write_outputs([Output(path, lambda place: write_file(place, content))])
+    write_outputs([Output.of(path, content)])
     return f"{request.stage_path}\n\n{text_pairs(facts)}\n\nwritten  {path}"
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.look.guess import Guess, guess
 from mpi_hyst._cli.look.sampling import Sampling
-from mpi_hyst._cli.outputs import Output, check_outputs, write_file, write_outputs
+from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._io.read import numeric, opened, take, time_index
 from mpi_hyst._io.table import Table
@@ -20,7 +20,6 @@ from mpi_hyst._text import digits, text_pairs, text_table
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
-_KINDS = ("svg", "png", "pdf")
 _MOST_PANELS = 6
 
 
@@ -74,7 +73,7 @@ def run(request: Request) -> str:
     lines = [_heading(request, record), _table(record), _guesses(record), _next(request, record)]
     if place is not None:
         content = _image(request, record, place.suffix.lower()[1:])
-        write_outputs([Output(place, lambda path: write_file(path, content))])
+        write_outputs([Output.of(place, content)])
         lines.insert(-1, f"figure  {place}")
     return "\n\n".join(line for line in lines if line)
 
@@ -122,8 +121,7 @@ def _place(plot: Path | None) -> Path | None:
     if plot is None:
         return None
     place = plot / "look.svg" if plot.is_dir() else plot
-    if place.suffix.lower()[1:] not in _KINDS:
-        raise CommandError(f"--plot: expected a name that ends in .svg, .png or .pdf, got {place}")
+    check_figure(place)
     return place
 
 

@@ -64,7 +64,7 @@ def run(request: Request) -> str:
     check_unit(str(request.trajectory), quantity, stage)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {**_times(columns, drive.size, dt), _DRIVE: drive}
-    write_outputs([Output.of_text(request.drive_path, write_table(table))])
+    write_outputs([Output.of(request.drive_path, write_table(table))])
     summary = _summary(request, stage, quantity, drive, residual)
     return "\n".join([summary, *notes])
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._io.read import read_trajectory
@@ -54,6 +54,7 @@ def run(request: Request) -> str:
     inputs = [path for path in (request.stage_path, request.reference) if path is not None]
     check_outputs([request.record_path, request.json_path, request.plot_path], inputs)
     if request.plot_path is not None:
+        check_figure(request.plot_path)
         require_report_packages("--plot")
     stage = load_stage(request.stage_path, StageOptions())
     if stage.drive_range is None:
@@ -62,11 +63,12 @@ def run(request: Request) -> str:
     report = _loop(stage, stage.drive_range, reference, request)
     outputs = []
     if request.json_path is not None:
-        outputs.append(
-            Output.of_text(request.json_path, json.dumps(report.to_dict(), indent=1) + "\n")
-        )
+        outputs.append(Output.of(request.json_path, json.dumps(report.to_dict(), indent=1) + "\n"))
     if request.plot_path is not None:
-        outputs.append(Output(request.plot_path, mh.plot.realtime(report).savefig))
+        from mpi_hyst._report.look.figure import image
+
+        kind = request.plot_path.suffix.lower()[1:]
+        outputs.append(Output.of(request.plot_path, image(mh.plot.realtime(report), kind)))
     write_outputs(outputs)
     return _summary(report, request, [output.path for output in outputs])
 

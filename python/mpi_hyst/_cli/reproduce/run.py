@@ -28,8 +28,8 @@ def run(directory: Path, *, quick: bool = False) -> str:
     with step_bar("reproduce", reproduction.steps()) as advance:
         made = reproduction.compute(QUICK_SEEDS if quick else SEEDS, advance)
     outputs = [
-        Output.of_text(report, page(made)),
-        Output.of_text(results, json.dumps(reproduction.as_json(made), indent=1) + "\n"),
+        Output.of(report, page(made)),
+        Output.of(results, json.dumps(reproduction.as_json(made), indent=1) + "\n"),
     ]
     write_outputs(outputs, directory)
     return "\n\n".join(

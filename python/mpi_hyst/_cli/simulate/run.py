@@ -60,11 +60,11 @@ def run(request: Request) -> str:
     outputs = []
     if request.result_path is not None:
         table = write_table(_table(columns, simulation, request))
-        outputs.append(Output.of_text(request.result_path, table))
+        outputs.append(Output.of(request.result_path, table))
     if request.report_path is not None:
         from mpi_hyst._report.simulate.page import report
 
-        outputs.append(Output.of_text(request.report_path, report(simulation)))
+        outputs.append(Output.of(request.report_path, report(simulation)))
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]

@@ -1,0 +1,36 @@
+"""What commands and `save` leave where the disk is full."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits on the size of files")
+def test_a_full_disk_is_one_line_and_nothing_half_written(tmp_path: Path) -> None:
+    # In a process of its own, which has no threads when it forks.
+    code = """
+import os, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import full_disk
+here = Path.cwd()
+full_disk.prepare(here)
+print(full_disk.every(here, full_disk.QUICK, [100, 20_000]))
+print(full_disk.saves(here, [0, 100, 10_000_000]))
+"""
+    tests = str(Path(__file__).parent)
+    done = subprocess.run(
+        [sys.executable, "-c", code, tests],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # Where 20 000 bytes are enough for the first file, the second is refused.
+    assert done.stdout == "Figures(runs=10, refused=9)\nFigures(runs=3, refused=2)\n"
