@@ -116,6 +116,7 @@ lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, st
 lint-rust:
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets --all-features -- -D warnings
+	cargo clippy --quiet -p hysteresis-core --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 
 lint-python: $(PACKAGE)
