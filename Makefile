@@ -71,7 +71,7 @@ coverage: ## how often 95 % intervals of identified parameters hold the truth, o
 	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test coverage -- --nocapture
 
 FUZZ_SECONDS ?= 3600
-FUZZ_TARGETS ?= stage_file steps c_interface record_reader
+FUZZ_TARGETS ?= stage_file saved_bytes steps c_interface record_reader
 # Sanitizers and counters of coverage are unstable options of the compiler.
 FUZZ := RUSTC_BOOTSTRAP=1 target/tools/bin/cargo-fuzz
 
