@@ -23,7 +23,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi realtime header soak picture stub format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi realtime kill-saves full-disk wheel licences header soak picture stub format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -132,6 +132,26 @@ SECONDS ?= 60
 
 realtime: ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took, and what it missed
 	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
+
+KILLS ?= 200
+KILL_SEED ?= 1
+
+kill-saves: $(PACKAGE) ## KILLS processes killed while they save: the old file or the new one is there, nothing is left for long
+	$(BIN)/python tests/killed_saves.py $(KILLS) $(KILL_SEED)
+
+full-disk: $(PACKAGE) ## every writing command and save() where the disk is full: one line, nothing half-written
+	$(BIN)/python tests/full_disk.py
+
+# Neither the folders of this machine nor those of its tools are in what others get. Built apart, as other flags build all anew.
+WHEEL_FLAGS = --remap-path-prefix=$(CURDIR)=. --remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)=cargo
+
+wheel: $(TOOLS) ## the wheel for this system, with all licences and without paths of this machine, in target/wheel/dist
+	rm -rf target/wheel/dist
+	RUSTFLAGS="$(WHEEL_FLAGS)" $(BIN)/maturin build --quiet --release --target-dir target/wheel --out target/wheel/dist
+	$(BIN)/python tests/check_wheel.py target/wheel/dist/*.whl $(CURDIR) $(or $(CARGO_HOME),$(HOME)/.cargo)
+
+licences: ## write the licences of all linked crates anew
+	$(PYTHON) docs/make_licences.py
 
 header: ## write the header of the C library anew from its sources
 	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header
