@@ -35,7 +35,7 @@ def stage() -> mh.Stage:
 @pytest.fixture(scope="module")
 def made(stage: mh.Stage, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("units")
-    paths = {kind: folder / f"{kind}.fmu" for kind in KINDS}
+    paths: dict[str, Path] = {kind: folder / f"{kind}.fmu" for kind in KINDS}
     for kind in KINDS:
         mh.export.fmu(stage, paths[kind], kind, dt=DT)
     return paths

@@ -5046,6 +5046,7 @@ def c_header_text(
     stage: Stage, name: str, dt: float | None = None, sha256: str | None = None
 ) -> str:
     """The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file."""
+
 def fmu_texts(
     stage: Stage,
     kind: str,
@@ -5055,6 +5056,7 @@ def fmu_texts(
     gains: tuple[float, float] | None = None,
 ) -> tuple[str, str, str, str]:
     """The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them."""
+
 def table_1() -> ModifiedPrandtlIshlinskii:
     """Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
 
