@@ -55,7 +55,8 @@ def texts(crate: dict[str, Any]) -> Iterator[str]:
     directory = Path(crate["manifest_path"]).parent
     named = sorted(path for path in directory.iterdir() if path.name.upper().startswith(_NAMES))
     # Some crates have a folder of licences.
-    files = [file for path in named for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+    folders = [sorted(path.iterdir()) if path.is_dir() else [path] for path in named]
+    files = [file for folder in folders for file in folder]
     mit = [path for path in files if "MIT" in path.name.upper()]
     chosen = mit if mit and " AND " not in crate["license"] else files
     for path in chosen:
