@@ -116,7 +116,6 @@ __all__ = [
     "triangle",
     "tune",
     "verdict",
-    "write_file",
 ]
 
 class NotInvertibleError(ValueError):
@@ -5017,11 +5016,6 @@ def load(path: str | PathLike[str]) -> _Model | Stage:
     >>> mh.paper.table_1().save(path)
     >>> mh.load(path) == mh.paper.table_1()
     True
-    """
-
-def write_file(path: str | PathLike[str], text: str) -> None:
-    """Writes text to a file that appears only when it is complete: to a neighbour with a random name first, which is flushed to
-    the disk and renamed. A replaced file passes on its permissions; what is no regular file is refused.
     """
 
 def table_1() -> ModifiedPrandtlIshlinskii:
