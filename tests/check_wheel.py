@@ -26,5 +26,7 @@ def faults(wheel: Path, places: Sequence[str]) -> list[str]:
 
 if __name__ == "__main__":
     wrong = faults(Path(sys.argv[1]), sys.argv[2:])
-    print("\n".join(wrong) or f"{sys.argv[1]}: all licences, no paths of this machine")
+    sys.stdout.write(
+        "\n".join(wrong or [f"{sys.argv[1]}: all licences, no paths of this machine", ""])
+    )
     sys.exit(1 if wrong else 0)
