@@ -6503,6 +6503,7 @@ class Functions:
     """
 
     def __new__(cls, read: object, write: object, context: int = 0) -> Functions: ...
+    def __deepcopy__(self, _memo: Any) -> Functions: ...
 
 @final
 class Udp:
@@ -6525,6 +6526,7 @@ class Udp:
     """
 
     def __new__(cls, plant: str, *, local: str) -> Udp: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, str]]: ...
     @property
     def plant(self) -> str:
         """Where drives go, and from where measurements are taken."""
