@@ -3,11 +3,13 @@
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
 results of identification in `results`, the loop on a clock in `realtime`, files of records in
-`io`, files for other tools in `export`, figures in `plot`, and the published actuator in `paper`.
+`io`, measured records in `datasets`, files for other tools in `export`, figures in `plot`, and the
+published actuator in `paper`.
 """
 
 from mpi_hyst import (
     control,
+    datasets,
     export,
     io,
     paper,
@@ -62,6 +64,7 @@ __all__ = [
     "StageInverse",
     "compare",
     "control",
+    "datasets",
     "diagnose",
     "export",
     "identify",
