@@ -37,6 +37,7 @@ WITHOUT_EXAMPLES = {
 MODULES = [
     mh,
     mh.control,
+    mh.datasets,
     mh.io,
     mh.paper,
     mh.plant,

@@ -80,7 +80,7 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     assert {path.name for path in directory.iterdir()} == {
-        *("report.html", "modified.json", "conventional.json", "drive.csv"),
+        *("report.html", "stack.json", "modified.json", "conventional.json", "drive.csv"),
         *("identification.csv", "validation.csv", "trajectory.csv"),
     }
     assert str(directory / "report.html") in result.stdout
@@ -90,10 +90,10 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
 def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, Result]) -> None:
     root = parsed(demo[0] / "report.html")
     assert sections(root) == [
-        *("operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
+        *("stack", "operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
         *("memory", "next"),
     ]
-    assert len(list(root.iter("img"))) == 8
+    assert len(list(root.iter("img"))) == 10
     assert "5.31 % for the conventional model" in words(root)
     assert "depend on data that are not published" in words(root)
     table = words(next(root.iter("table")))

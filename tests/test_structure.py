@@ -19,7 +19,7 @@ MAY_IMPORT = {
     "_io": {"_io"},
     "_fmu": {"_fmu"},
 }
-PUBLIC = {"export": {"_fmu"}, "io": {"_io"}, "plot": {"_report"}}
+PUBLIC = {"datasets": {"_io"}, "export": {"_fmu"}, "io": {"_io"}, "plot": {"_report"}}
 
 
 def modules() -> dict[str, Path]:
