@@ -44,6 +44,7 @@ MODULES = [
     mh.plot,
     mh.realtime,
     mh.results,
+    mh.scan,
     mh.signals,
     mh.trajectories,
 ]
