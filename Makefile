@@ -13,7 +13,7 @@ TIMES := target/bench/python.json
 FMI_PLATFORM := $(if $(filter Darwin,$(shell uname -s)),darwin64,$(if $(filter Windows_NT,$(OS)),win64,linux64))
 FMU_SUFFIX := $(if $(filter darwin64,$(FMI_PLATFORM)),dylib,$(if $(filter win64,$(FMI_PLATFORM)),dll,so))
 FMU := python/mpi_hyst/_fmu/binaries/$(FMI_PLATFORM)/mpi_hyst_fmu.$(FMU_SUFFIX)
-PYTHON_CODE := python tests docs benches/python checks/fuzz
+PYTHON_CODE := python tests examples docs benches/python checks/fuzz
 CAPI ?= target/capi
 
 # Where cargo builds, and criterion and gungraun leave what they measured.

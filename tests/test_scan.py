@@ -120,8 +120,9 @@ def test_trajectories_are_taken() -> None:
 
 
 def test_a_scan_in_motion_is_told() -> None:
+    quick = mh.signals.sine(0.3, 30.0, seconds=0.2, rate=1 / DT)
     with pytest.warns(UserWarning, match=r"positions\['x'\]: begin in motion.*give a lead_in"):
-        scanner(x=FAST.replace(slew=1e6)).run({"x": WAVE})
+        scanner(x=FAST.replace(slew=1e6)).run({"x": quick})
 
 
 # ---- what it refuses

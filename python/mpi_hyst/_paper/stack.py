@@ -97,8 +97,9 @@ def _judged(
     unseen: mh.datasets.Record,
     of_unseen: Samples,
 ) -> Prediction:
-    errors = [
-        Error.of(residuals[record.skip :], record.y[record.skip :])
-        for record, residuals in ((fitted, of_fitted), (unseen, of_unseen))
-    ]
-    return Prediction(name, *errors, unseen.y - of_unseen)
+    def error(residuals: Samples, record: mh.datasets.Record) -> Error:
+        return Error.of(residuals[record.skip :], record.y[record.skip :])
+
+    return Prediction(
+        name, error(of_fitted, fitted), error(of_unseen, unseen), unseen.y - of_unseen
+    )
