@@ -44,7 +44,7 @@ def mirror(across: int = 8) -> HystereticMirror:
     one = mh.paper.table_1_recovered()
     models = [
         mh.ModifiedPrandtlIshlinskii.from_ratios(
-            gain * one.weights, one.thresholds, 0.95, 0.3, 0.35
+            gain * one.weights, one.r, ra=0.95, rb=0.3, rc=0.35
         )
         for gain in gains
     ]

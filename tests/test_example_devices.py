@@ -139,6 +139,8 @@ def controller() -> Iterator[tuple[str, int]]:
             thread.join()
 
 
+# A device that is forgotten closes a socket that is closed.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 def test_pipython_loads_the_wave_table(
     controller: tuple[str, int], capsys: pytest.CaptureFixture[str]
