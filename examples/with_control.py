@@ -30,7 +30,8 @@ def margins(one: mh.Stage, integral: float) -> tuple[float, float]:
 
 def resonance(one: mh.Stage) -> tuple[float, float]:
     """Return frequency in Hz and damping ratio of the slowest mode, by scipy."""
-    slowest = min(one.to_scipy().poles, key=abs)
+    # Its own `poles` take the way over a transfer function, which is badly conditioned.
+    slowest = min(np.linalg.eigvals(one.to_scipy().A), key=abs)
     return float(abs(slowest) / (2.0 * np.pi)), float(-slowest.real / abs(slowest))
 
 

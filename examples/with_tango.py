@@ -13,18 +13,14 @@ from support_stage import scanner
 from tango import AttrWriteType, DevState
 from tango.server import Device, attribute, device_property
 
-
-def axis() -> attribute:
-    """Return an attribute that is read and written, by `read_NAME` and `write_NAME`."""
-    return attribute(dtype=float, access=AttrWriteType.READ_WRITE, unit="um", format="%.6f")
+AXIS = {"dtype": float, "access": AttrWriteType.READ_WRITE, "unit": "um", "format": "%.6f"}
 
 
 class PiezoScanner(Device):
     """Positions in, drives out; derive from it and replace `put_out`."""
 
+    x, y = attribute(**AXIS), attribute(**AXIS)
     memory = device_property(dtype=str, default_value="scanner.json", doc="what is remembered")
-    x = axis()
-    y = axis()
 
     def init_device(self) -> None:
         """Go on from the file, if there is one."""
@@ -38,7 +34,7 @@ class PiezoScanner(Device):
         """Give the drives of all axes to the hardware, one for each `dt`."""
 
     def move(self, name: str, position: float) -> None:
-        """Move one axis smoothly; what is out of reach fails, and nothing has moved then."""
+        """Move smoothly; what is out of reach fails, and nothing has moved then."""
         self.put_out(self._scanner.run({name: [position, position]}, lead_in=0.1))
         self._scanner.save(self.memory)
 
