@@ -42,3 +42,14 @@ def test_processes_change_no_bit(
     assert found == alone and len(found) == 260
     np.testing.assert_array_equal(found.weights, alone.weights)
     assert told == [(256 / 260, 256), (1.0, 260)]
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("identify", [many_with_dask.identify, many_with_joblib.identify])
+def test_ctrl_c_stops_it(identify: Callable[..., mh.results.ManyIdentifications]) -> None:
+    def stop(*_: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        identify(U, POSITIONS, progress=stop, **OPTIONS)
