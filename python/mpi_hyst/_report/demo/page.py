@@ -339,8 +339,8 @@ def _next(directory: Path) -> Section:
         "next",
         "With your own data",
         [
-            f"The directory {directory} has stack.json, the stage of the measured stack, and of the "
-            "simulated actuator the records, both models, the trajectory and the drive of the "
+            f"The directory {directory} has stack.json, the stage of the measured stack, and of "
+            "the simulated actuator the records, both models, the trajectory and the drive of the "
             "exact inverse. These two commands repeat identification and compensation of the "
             "latter. Replace the files by your own.",
         ],
