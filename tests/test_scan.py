@@ -256,6 +256,7 @@ def test_another_file_is_refused(changed: dict[str, Any], message: str, tmp_path
 
 def test_the_state_of_another_stage_is_refused() -> None:
     begun, other = scanner(), scanner(x=SLOW, y=FAST.replace(creep=None))
+    other.run({"x": WAVE})
     before = begun.state
     with pytest.raises(ValueError, match=r"axes\['y'\]: "):
         begun.state = other.state
