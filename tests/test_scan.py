@@ -189,6 +189,13 @@ def test_what_a_scanner_cannot_be_made_of(
         mh.scan.Scanner(stages, DT, start=start)
 
 
+@pytest.mark.parametrize("dt", [0.0, -1.0, np.nan, "fast"])
+def test_a_sampling_interval_is_checked(dt: Any) -> None:
+    for stage in (SLOW, FAST):
+        with pytest.raises((ValueError, TypeError), match="dt"):
+            mh.scan.Scanner({"x": stage}, dt)
+
+
 def test_times_and_drives_are_checked() -> None:
     begun = scanner()
     for seconds in (-1.0, np.nan, np.inf):

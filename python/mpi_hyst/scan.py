@@ -42,7 +42,8 @@ class Scanner:
     is ever beyond the limits of its stage or faster than its slew rate.
 
     The drives that it returns must be put out, each for `dt`. Tell it of time that passes between
-    scans (`wait`), and of drives that something else has put out (`follow`).
+    scans (`wait`), and of drives that something else has put out (`follow`). Use it in one thread
+    at a time.
 
     Parameters
     ----------
@@ -132,6 +133,11 @@ class Scanner:
         ------
         ValueError, TypeError
             That name the axis, what was expected and what came. Nothing has changed then.
+
+        Warns
+        -----
+        UserWarning
+            If a scan begins in motion without a lead-in: its first samples are missed.
 
         """
         self._known("positions", positions)
@@ -265,9 +271,9 @@ class _Axis:
         low, high = stage.position_range or (0.0, 0.0)
         self._unit = stage.units[1]
         self._reach = f"positions that the stage reaches, {low:g} to {high:g} {self._unit}"
-        self._step = np.inf if stage.slew is None else stage.slew * dt
         self._at_rest = self._fast.forward(dt)
         self._inverse, self._forward = slow.inverse(dt), slow.forward(dt)
+        self._step = np.inf if stage.slew is None else stage.slew * dt
         low, high = stage.drive_range
         rest = min(max(0.0, low), high) if start is None else start
         if not low <= rest <= high:
