@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
+from unittest.mock import create_autospec
 
 import mpi_hyst as mh
 import numpy as np
@@ -20,6 +21,9 @@ RASTER = {
 }
 
 
+ORDER = ("write_analog_f64", "start_task", "wait_until_task_done", "clear_task")
+
+
 def told(capsys: pytest.CaptureFixture[str], what: str) -> None:
     """Say it on the terminal, whatever pytest captures."""
     with capsys.disabled():
@@ -29,79 +33,64 @@ def told(capsys: pytest.CaptureFixture[str], what: str) -> None:
 # ---- NI-DAQmx
 
 
-class FakeStream:
-    """What a writer of nidaqmx needs of the output of a task."""
+def driver(written: list[Any]) -> Any:
+    """What nidaqmx calls instead of the driver: it notes every call and keeps what is written."""
+    from nidaqmx._base_interpreter import BaseInterpreter
 
+    made = create_autospec(BaseInterpreter, instance=True)
+    made.create_task.return_value = ("task", True)  # a handle, and whether it is to be closed
+    made.get_task_attribute_string.return_value = "scan"
+    made.internal_get_last_created_chan.return_value = "Dev1/ao0"
+    made.get_write_attribute_uint32.return_value = 2  # channels
 
-class FakeTask:
-    """A task without a device: it keeps what a real one would be told."""
+    def write(_: str, samples: int, start: bool, timeout: float, layout: int, data: Any) -> int:
+        assert not start and timeout > 0.0 and data.shape == (2, samples)
+        assert layout == 0 and data.flags.c_contiguous  # channel by channel
+        written.append(data.copy())
+        return samples
 
-    made: ClassVar[list[FakeTask]] = []
-    fails = False
-
-    def __init__(self) -> None:
-        self.channels: list[tuple[str, float, float]] = []
-        self.ao_channels = self.timing = self
-        self.out_stream = FakeStream()
-        self.calls: list[str] = []
-        FakeTask.made.append(self)
-
-    def __enter__(self) -> FakeTask:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.calls.append("close")
-
-    def add_ao_voltage_chan(self, name: str, *, min_val: float, max_val: float) -> None:
-        self.channels.append((name, min_val, max_val))
-
-    def cfg_samp_clk_timing(self, rate: float, *, sample_mode: Any, samps_per_chan: int) -> None:
-        self.clock = rate, sample_mode.name, samps_per_chan
-
-    def start(self) -> None:
-        self.calls.append("start")
-
-    def wait_until_done(self, timeout: float) -> None:
-        assert timeout > 0.6
-        if FakeTask.fails:
-            raise OSError("the cable is off")
-        self.calls.append("done")
+    made.write_analog_f64.side_effect = write
+    return made
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_nidaqmx_puts_out_every_axis(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("nidaqmx", reason="LEFT OUT: nidaqmx is not installed")
+    nidaqmx = pytest.importorskip("nidaqmx", reason="LEFT OUT: nidaqmx is not installed")
     import with_nidaqmx
 
-    told(capsys, "the package nidaqmx is real, its Task is not: NI-DAQmx itself is not here")
+    told(capsys, "the package nidaqmx is real, the driver NI-DAQmx below it is not")
     written: list[Any] = []
-
-    class Writer:
-        def __init__(self, stream: FakeStream) -> None:
-            assert isinstance(stream, FakeStream)
-
-        def write_many_sample(self, samples: Any) -> int:
-            # What the real writer checks before it calls the driver.
-            assert samples.flags.c_contiguous and samples.dtype == np.float64
-            written.append(samples.copy())
-            return int(samples.shape[1])
-
-    monkeypatch.setattr(with_nidaqmx.nidaqmx, "Task", FakeTask)
-    monkeypatch.setattr(with_nidaqmx, "AnalogMultiChannelWriter", Writer)
+    below = driver(written)
+    monkeypatch.setattr(nidaqmx.utils, "_select_interpreter", lambda *_: below)
     one, expected = scanner(), scanner().run(RASTER, lead_in=0.1)
-    channels = {"y": "Dev1/ao0", "x": "Dev1/ao1"}
-    assert with_nidaqmx.put_out(one, RASTER, channels) == 600
+    assert with_nidaqmx.put_out(one, RASTER, {"y": "Dev1/ao0", "x": "Dev1/ao1"}) == 600
     np.testing.assert_array_equal(written[0], [expected["y"], expected["x"]])
-    task = FakeTask.made[-1]
-    assert task.channels == [("Dev1/ao0", 0.0, 10.0), ("Dev1/ao1", 0.0, 10.0)]
-    assert task.clock == (1.0 / DT, "FINITE", 600) and task.calls == ["start", "done", "close"]
+    channels = [call.args[1:5] for call in below.create_ao_voltage_chan.call_args_list]
+    assert channels == [("Dev1/ao0", "", 0.0, 10.0), ("Dev1/ao1", "", 0.0, 10.0)]
+    _, rate, _, _, mode, samples = below.cfg_samp_clk_timing.call_args.args
+    assert (rate, samples) == (1.0 / DT, 600)
+    assert mode == nidaqmx.constants.AcquisitionType.FINITE.value
+    order = [call[0] for call in below.method_calls if call[0] in ORDER]
+    assert order == list(ORDER)
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_scan_that_nidaqmx_did_not_put_out_is_not_remembered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nidaqmx = pytest.importorskip("nidaqmx", reason="LEFT OUT: nidaqmx is not installed")
+    import with_nidaqmx
+
+    below = driver([])
+    below.wait_until_task_done.side_effect = OSError("the cable is off")
+    monkeypatch.setattr(nidaqmx.utils, "_select_interpreter", lambda *_: below)
+    one = scanner()
     before = one.state
-    monkeypatch.setattr(FakeTask, "fails", True)
     with pytest.raises(OSError, match="the cable is off"):
-        with_nidaqmx.put_out(one, RASTER, channels)
-    assert one.state == before
+        with_nidaqmx.put_out(one, RASTER, {"x": "Dev1/ao0", "y": "Dev1/ao1"})
+    assert one.state == before and below.clear_task.called
 
 
 # ---- PIPython
