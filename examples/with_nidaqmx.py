@@ -1,7 +1,7 @@
 """A scan put out by an NI-DAQmx device, a channel for each axis.
 
-The scanner remembers from scan to scan. So a scan that did not reach the device must not count:
-its memory is put back.
+The scanner remembers from scan to scan. So of a scan that the device breaks off only what was put
+out may count.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from support_stage import DT, scanner
 
 def put_out(one: mh.scan.Scanner, positions: dict[str, Any], channels: dict[str, str]) -> int:
     """Drive a scan on the channels of its axes; return the samples of every channel."""
-    before = one.state
+    before, done = one.state, 0
+    drives = one.run(positions, lead_in=0.1)
+    samples = np.ascontiguousarray([drives[axis] for axis in channels])
     try:
-        drives = one.run(positions, lead_in=0.1)
-        samples = np.ascontiguousarray([drives[axis] for axis in channels])
         with nidaqmx.Task() as task:
             for channel in channels.values():
                 task.ao_channels.add_ao_voltage_chan(channel, min_val=0.0, max_val=10.0)
@@ -32,9 +32,14 @@ def put_out(one: mh.scan.Scanner, positions: dict[str, Any], channels: dict[str,
             )
             written = AnalogMultiChannelWriter(task.out_stream).write_many_sample(samples)
             task.start()
-            task.wait_until_done(timeout=samples.shape[1] * one.dt + 5.0)
+            try:
+                task.wait_until_done(timeout=samples.shape[1] * one.dt + 5.0)
+            except BaseException:
+                done = task.out_stream.total_samp_per_chan_generated
+                raise
     except BaseException:
         one.state = before
+        one.follow({axis: drive[:done] for axis, drive in drives.items()})
         raise
     return int(written)
 

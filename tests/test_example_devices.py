@@ -77,20 +77,23 @@ def test_nidaqmx_puts_out_every_axis(
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_scan_that_nidaqmx_did_not_put_out_is_not_remembered(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("fails", "done"), [("start_task", 0), ("wait_until_task_done", 150)])
+def test_of_a_scan_that_breaks_off_what_was_put_out_counts(
+    fails: str, done: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nidaqmx = pytest.importorskip("nidaqmx", reason="LEFT OUT: nidaqmx is not installed")
     import with_nidaqmx
 
     below = driver([])
-    below.wait_until_task_done.side_effect = OSError("the cable is off")
+    getattr(below, fails).side_effect = OSError("the cable is off")
+    below.get_write_attribute_uint64.return_value = 150  # samples generated
     monkeypatch.setattr(nidaqmx.utils, "_select_interpreter", lambda *_: below)
-    one = scanner()
-    before = one.state
+    one, expected = scanner(), scanner()
+    drives = scanner().run(RASTER, lead_in=0.1)
+    expected.follow({axis: drive[:done] for axis, drive in drives.items()})
     with pytest.raises(OSError, match="the cable is off"):
         with_nidaqmx.put_out(one, RASTER, {"x": "Dev1/ao0", "y": "Dev1/ao1"})
-    assert one.state == before and below.clear_task.called
+    assert one.state == expected.state and below.clear_task.called
 
 
 # ---- PIPython
