@@ -44,8 +44,8 @@ class PiezoAxis(StandardReadable):
     @AsyncStatus.wrap
     async def set(self, value: float) -> None:
         """Move smoothly to a position in um."""
-        drives = self._scanner.run({self._axis: [value, value]}, lead_in=0.1)
-        await asyncio.to_thread(self._write, drives)
+        positions = {self._axis: [value, value]}
+        await asyncio.to_thread(self._scanner.run, positions, lead_in=0.1, write=self._write)
         self._show(self._scanner.positions[self._axis])
 
 

@@ -14,7 +14,7 @@ from support_stage import DT, stage
 
 
 class PiezoStage(StageDevice):
-    """The axis z of a scanner; `write` puts out an array of drives, one for each `scanner.dt`."""
+    """The axis z of a scanner; `write` puts out its drives, one for each `scanner.dt`."""
 
     def __init__(self, one: mh.scan.Scanner, write: Callable[[Any], object]) -> None:
         """Drive the axis z of a scanner."""
@@ -24,7 +24,7 @@ class PiezoStage(StageDevice):
     def set_position_um(self, val: float) -> None:
         """Move smoothly, within limits and slew; out of reach is a ValueError."""
         wanted = val + self._origin
-        self._write(self._scanner.run({"z": [wanted, wanted]}, lead_in=0.1)["z"])
+        self._scanner.run({"z": [wanted, wanted]}, lead_in=0.1, write=self._write)
 
     def get_position_um(self) -> float:
         """Return where the stage is."""
@@ -52,6 +52,8 @@ def core(one: mh.scan.Scanner, write: Callable[[Any], object]) -> UniMMCore:
 
 
 if __name__ == "__main__":
-    focus = core(mh.scan.Scanner({"z": stage()}, DT), lambda drives: print(len(drives), "drives"))
+    focus = core(
+        mh.scan.Scanner({"z": stage()}, DT), lambda drives: print(len(drives["z"]), "drives")
+    )
     focus.setPosition(25.0)
     print(focus.getPosition())

@@ -40,12 +40,7 @@ class PiezoScanner:
         self._drive({axis: np.linspace(start[axis], end[axis], pixels) for axis in start}, 0.1)
 
     def _drive(self, positions: Mapping[str, Any], lead_in: float) -> None:
-        before = self._scanner.state
-        try:
-            self._write(self._scanner.run(positions, lead_in=lead_in))
-        except BaseException:
-            self._scanner.state = before
-            raise
+        self._scanner.run(positions, lead_in=lead_in, write=self._write)
         self._scanner.save(self._memory)
 
 

@@ -35,7 +35,7 @@ class PiezoScanner(Device):
 
     def move(self, name: str, position: float) -> None:
         """Move smoothly; what is out of reach fails, and nothing has moved then."""
-        self.put_out(self._scanner.run({name: [position, position]}, lead_in=0.1))
+        self._scanner.run({name: [position, position]}, lead_in=0.1, write=self.put_out)
         self._scanner.save(self.memory)
 
     def read_x(self) -> float:

@@ -205,7 +205,7 @@ def test_pymmcore_moves_the_stage() -> None:
     core.setPosition(25.0)
     core.setRelativePosition(-5.0)
     bench = stage().forward(DT)
-    reached = bench.run(np.concatenate(put_out))
+    reached = bench.run(np.concatenate([drives["z"] for drives in put_out]))
     assert core.getPosition() == pytest.approx(20.0, abs=1e-6)
     assert reached[-1] == pytest.approx(20.0, abs=0.05)
     core.setOrigin()

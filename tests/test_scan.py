@@ -113,6 +113,23 @@ def test_positions_have_the_static_gain_of_the_modes() -> None:
     assert resting.positions["x"] == pytest.approx(2.0 * single, rel=1e-12)
 
 
+def test_what_could_not_be_written_is_not_remembered() -> None:
+    def broken(_: object) -> None:
+        raise OSError("no card")
+
+    begun, put_out = scanner(), list[dict[str, Array]]()
+    drives = begun.run({"x": WAVE}, write=put_out.append)
+    assert len(put_out) == 1 and put_out[0] is drives
+    before = begun.state
+    with pytest.raises(OSError, match="no card"):
+        begun.run({"x": -WAVE}, lead_in=0.05, write=broken)
+    assert begun.state == before
+    again = begun.run({"x": -WAVE}, lead_in=0.05)
+    other = scanner()
+    other.run({"x": WAVE})
+    np.testing.assert_array_equal(again["x"], other.run({"x": -WAVE}, lead_in=0.05)["x"])
+
+
 def test_trajectories_are_taken() -> None:
     scan = mh.trajectories.PointToPoint([0.0, 1.0], velocity=20.0, acceleration=2e3, jerk=4e5)
     sampled = scanner(x=SLOW).run({"x": scan.sample(DT)[0]})

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -112,7 +112,11 @@ class Scanner:
         return {name: axis.position for name, axis in self._axes.items()}
 
     def run(
-        self, positions: Mapping[str, ArrayLike | Any], *, lead_in: float | None = None
+        self,
+        positions: Mapping[str, ArrayLike | Any],
+        *,
+        lead_in: float | None = None,
+        write: Callable[[dict[str, Samples]], object] | None = None,
     ) -> dict[str, Samples]:
         """Return the drives of a scan, and take them for put out.
 
@@ -123,6 +127,9 @@ class Scanner:
         lead_in : float, optional
             Seconds of a smooth way from where the axes are to the beginning of the scan, in front
             of it. Without it every axis must begin where it is.
+        write : callable, optional
+            Puts out the drives of all axes. If it raises an exception, nothing was put out: the
+            exception passes, and nothing is remembered.
 
         Returns
         -------
@@ -155,10 +162,13 @@ class Scanner:
             held = {
                 name: axis.hold(count) for name, axis in self._axes.items() if name not in found
             }
+            drives = {name: (found | held)[name] for name in self._axes}
+            if write is not None:
+                write(drives)
         except BaseException:
             self.state = before
             raise
-        return {name: (found | held)[name] for name in self._axes}
+        return drives
 
     def wait(self, seconds: float) -> None:
         """Take over that the drives stay as they are for a time: creep goes on."""
