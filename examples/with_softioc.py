@@ -25,7 +25,7 @@ def records(one: mh.scan.Scanner, write: Callable[[Mapping[str, Any]], object]) 
         def go(wanted: float) -> None:
             try:
                 one.run({axis: [wanted, wanted]}, lead_in=0.1, write=write)
-            except ValueError as error:
+            except (ValueError, OSError) as error:
                 refused.set(str(error)[:255])
             else:
                 refused.set("")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +130,30 @@ def test_what_could_not_be_written_is_not_remembered() -> None:
     other = scanner()
     other.run({"x": WAVE})
     np.testing.assert_array_equal(again["x"], other.run({"x": -WAVE}, lead_in=0.05)["x"])
+
+
+def test_threads_take_turns() -> None:
+    begun, order, inside = scanner(), list[str](), list[str]()
+    moves = {axis: {axis: np.full(20, 0.3)} for axis in "xy"}
+
+    def move(axis: str) -> None:
+        def write(_: object) -> None:
+            inside.append(axis)
+            time.sleep(0.01)  # another thread would come in
+            assert inside == [axis]
+            order.append(inside.pop())
+
+        for _ in range(4):
+            begun.run(moves[axis], lead_in=0.05, write=write)
+
+    with ThreadPoolExecutor(2) as pool:
+        for future in [pool.submit(move, axis) for axis in "xy"]:
+            future.result()
+    assert sorted(order) == ["x"] * 4 + ["y"] * 4
+    alone = scanner()
+    for axis in order:
+        alone.run(moves[axis], lead_in=0.05)
+    assert alone.state == begun.state
 
 
 def test_trajectories_are_taken() -> None:

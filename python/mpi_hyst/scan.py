@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
+from threading import RLock
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -42,8 +44,7 @@ class Scanner:
     is ever beyond the limits of its stage or faster than its slew rate.
 
     The drives that it returns must be put out, each for `dt`. Tell it of time that passes between
-    scans (`wait`), and of drives that something else has put out (`follow`). Use it in one thread
-    at a time.
+    scans (`wait`), and of drives that something else has put out (`follow`). Threads take turns.
 
     Parameters
     ----------
@@ -86,6 +87,7 @@ class Scanner:
             raise ValueError(f"stages: expected a dictionary of stages by axis, got {stages!r}")
         rest = dict(start or {})
         self._dt = dt
+        self._turn = RLock()
         self._axes = {
             name: _Axis(name, stage, dt, rest.pop(name, None)) for name, stage in stages.items()
         }
@@ -104,12 +106,14 @@ class Scanner:
     @property
     def drives(self) -> dict[str, float]:
         """The last drive of every axis."""
-        return {name: axis.drive for name, axis in self._axes.items()}
+        with self._turn:
+            return {name: axis.drive for name, axis in self._axes.items()}
 
     @property
     def positions(self) -> dict[str, float]:
         """Where every axis is at rest at its last drive, its modes at their ends."""
-        return {name: axis.position for name, axis in self._axes.items()}
+        with self._turn:
+            return {name: axis.position for name, axis in self._axes.items()}
 
     def run(
         self,
@@ -150,8 +154,7 @@ class Scanner:
         self._known("positions", positions)
         if not positions:
             raise ValueError("positions: expected at least one axis, got none")
-        before = self.state
-        try:
+        with self._all_or_nothing():
             found = {
                 name: self._axes[name].run(wanted, lead_in) for name, wanted in positions.items()
             }
@@ -165,36 +168,31 @@ class Scanner:
             drives = {name: (found | held)[name] for name in self._axes}
             if write is not None:
                 write(drives)
-        except BaseException:
-            self.state = before
-            raise
-        return drives
+            return drives
 
     def wait(self, seconds: float) -> None:
         """Take over that the drives stay as they are for a time: creep goes on."""
         if not 0.0 <= seconds < np.inf:
             raise ValueError(f"seconds: expected a finite time of at least 0, got {seconds!r}")
         left = round(seconds / self._dt)
-        while left > 0:
-            for axis in self._axes.values():
-                axis.hold(min(left, _BLOCK))
-            left -= _BLOCK
+        with self._turn:
+            while left > 0:
+                for axis in self._axes.values():
+                    axis.hold(min(left, _BLOCK))
+                left -= _BLOCK
 
     def follow(self, drives: Mapping[str, ArrayLike]) -> None:
         """Take over what something else has put out, oldest drive first, one for each `dt`."""
         self._known("drives", drives)
-        before = self.state
-        try:
+        with self._all_or_nothing():
             for name, put_out in drives.items():
                 self._axes[name].follow(put_out)
-        except BaseException:
-            self.state = before
-            raise
 
     @property
     def state(self) -> dict[str, Any]:
         """Everything that is remembered, as a dictionary; set it to continue bit for bit."""
-        axes = {name: axis.state for name, axis in self._axes.items()}
+        with self._turn:
+            axes = {name: axis.state for name, axis in self._axes.items()}
         return {"format": _FORMAT, "version": 1, "dt": self._dt, "axes": axes}
 
     @state.setter
@@ -206,14 +204,9 @@ class Scanner:
             raise ValueError(f"state: expected dt = {self._dt!r}, got {state.get('dt')!r}")
         if set(state["axes"]) != set(self._axes):
             raise ValueError(f"state: expected the axes {self.axes}, got {tuple(state['axes'])}")
-        before = {name: axis.state for name, axis in self._axes.items()}
-        try:
+        with self._all_or_nothing():
             for name, axis in self._axes.items():
                 axis.state = state["axes"][name]
-        except BaseException:
-            for name, axis in self._axes.items():
-                axis.state = before[name]
-            raise
 
     def save(self, path: _Path) -> None:
         """Write the state to a JSON file, which appears only when it is complete.
@@ -243,6 +236,17 @@ class Scanner:
             self.state = json.loads(Path(path).read_text("utf-8"))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        with self._turn:
+            before = {name: axis.state for name, axis in self._axes.items()}
+            try:
+                yield
+            except BaseException:
+                for name, axis in self._axes.items():
+                    axis.state = before[name]
+                raise
 
     def _known(self, argument: str, named: Mapping[str, Any]) -> None:
         if not isinstance(named, Mapping):
