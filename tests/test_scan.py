@@ -164,8 +164,11 @@ def test_trajectories_are_taken() -> None:
 
 def test_a_scan_in_motion_is_told() -> None:
     quick = mh.signals.sine(0.3, 30.0, seconds=0.2, rate=1 / DT)
-    with pytest.warns(UserWarning, match=r"positions\['x'\]: begin in motion.*give a lead_in"):
+    with pytest.warns(
+        UserWarning, match=r"positions\['x'\]: begin in motion.*give a lead_in"
+    ) as told:
         scanner(x=FAST.replace(slew=1e6)).run({"x": quick})
+    assert [Path(one.filename).name for one in told] == ["test_scan.py"]
 
 
 # ---- what it refuses

@@ -155,9 +155,10 @@ class Scanner:
         if not positions:
             raise ValueError("positions: expected at least one axis, got none")
         with self._all_or_nothing():
-            found = {
-                name: self._axes[name].run(wanted, lead_in) for name, wanted in positions.items()
-            }
+            found = {}
+            # A comprehension may be a call of its own, and a warning names the line of the caller.
+            for name, wanted in positions.items():
+                found[name] = self._axes[name].run(wanted, lead_in)
             samples = {name: drive.size for name, drive in found.items()}
             if len(set(samples.values())) > 1:
                 raise ValueError(f"positions: expected all axes equally long, got {samples}")
@@ -175,7 +176,7 @@ class Scanner:
         if not 0.0 <= seconds < np.inf:
             raise ValueError(f"seconds: expected a finite time of at least 0, got {seconds!r}")
         left = round(seconds / self._dt)
-        with self._turn:
+        with self._all_or_nothing():
             while left > 0:
                 for axis in self._axes.values():
                     axis.hold(min(left, _BLOCK))
