@@ -234,7 +234,7 @@ def test_a_folder_that_cannot_be_written_to_is_named(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (here / "closed").mkdir()
-    monkeypatch.setattr("os.access", lambda *_: False)
+    monkeypatch.setattr("os.access", lambda path, *_: Path(path).name != "closed")
     result = run("export", "stage.json", "--c", "-o", "closed/x.h")
     before = {"stage.json", "closed"}
     assert_refused(result, here, before, "closed/x.h: cannot write in the directory")
