@@ -18,10 +18,13 @@ def identify(table: Any, drive: str, position: str) -> mh.results.Identification
     """Fit the hysteresis to two columns of a table that has a column of time, too."""
     record = mh.io.read(table, [drive, position])
     return mh.identify(
-        *(record[drive], record[position]),
+        record[drive],
+        record[position],
         dt=record.sample_time,
-        **{"operators": 6, "dynamics": None, "creep": None, "loop_shift": None},
-        **{"input_map": None, "output_map": None},
+        operators=6,
+        dynamics=None,
+        creep=None,
+        loop_shift=None,
     )
 
 

@@ -99,6 +99,7 @@ def test_follow_and_start_say_what_was_before() -> None:
     resting = mh.scan.Scanner({"x": SLOW}, DT, start={"x": 120.0})
     at = resting.positions["x"]
     drive = resting.run({"x": at + 0.2 * WAVE}, lead_in=0.05)["x"]
+    assert abs(drive[0] - 120.0) < 0.1  # V: the lead-in begins where the stage is
     bench = SLOW.forward(DT)
     assert bench.settle(120.0) == at
     assert np.abs(bench.run(drive)[50:] - at - 0.2 * WAVE).max() < 1e-12
