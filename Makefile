@@ -75,7 +75,7 @@ coverage: ## how often 95 % intervals of identified parameters hold the truth, o
 FUZZ_SECONDS ?= 3600
 FUZZ_TARGETS ?= stage_file saved_bytes steps c_interface record_reader
 # Sanitizers and counters of coverage are unstable options of the compiler.
-FUZZ := RUSTC_BOOTSTRAP=1 target/tools/bin/cargo-fuzz
+FUZZ := RUSTC_BOOTSTRAP=1 $(CURDIR)/target/tools/bin/cargo-fuzz
 
 fuzz: $(addprefix fuzz-,$(FUZZ_TARGETS)) ## fuzz each of FUZZ_TARGETS for FUZZ_SECONDS, an hour by default; what is found lies in target/fuzz/found
 
@@ -87,7 +87,7 @@ fuzz-record_reader: $(PACKAGE)
 
 fuzz-%: target/tools/bin/cargo-fuzz
 	mkdir -p target/fuzz/corpus/$* target/fuzz/found
-	cd checks/fuzz && env -u CARGO_TARGET_DIR $(FUZZ:target/%=../../target/%) run --fuzz-dir libfuzzer --target-dir ../../target/fuzz $* \
+	cd checks/fuzz && env -u CARGO_TARGET_DIR $(FUZZ) run --fuzz-dir libfuzzer --target-dir ../../target/fuzz $* \
 		../../target/fuzz/corpus/$* seeds/$* -- $(FUZZ_OPTIONS)
 
 FUZZ_OPTIONS = -max_total_time=$(FUZZ_SECONDS) -timeout=60 -max_len=2000 -print_final_stats=1 \

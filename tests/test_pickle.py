@@ -58,7 +58,7 @@ def run() -> mh.plant.Run:
 
 def real_time() -> mh.realtime.LoopReport:
     plant = mh.plant.Plant(STAGE, dt=1e-3)
-    rest = {"rest_drive": 0.0, "rest_rate": 1e4}
+    rest: dict[str, Any] = {"rest_drive": 0.0, "rest_rate": 1e4}
     return mh.realtime.run(STAGE, plant, [0.5], rate=1000, seconds=0.02, **rest)
 
 

@@ -90,6 +90,7 @@ __all__ = [
     "Tuning",
     "Udp",
     "c_header_text",
+    "c_name",
     "chirp",
     "compare",
     "decaying_triangle",
@@ -5047,6 +5048,9 @@ def c_header_text(
 ) -> str:
     """The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file."""
 
+def c_name(text: str) -> str:
+    """A name of C made of any text: letters, digits and underscores, no digit first."""
+
 def fmu_texts(
     stage: Stage,
     kind: str,
@@ -6503,6 +6507,7 @@ class Functions:
     """
 
     def __new__(cls, read: object, write: object, context: int = 0) -> Functions: ...
+    def __deepcopy__(self, _memo: Any) -> Functions: ...
 
 @final
 class Udp:
@@ -6525,6 +6530,7 @@ class Udp:
     """
 
     def __new__(cls, plant: str, *, local: str) -> Udp: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, str]]: ...
     @property
     def plant(self) -> str:
         """Where drives go, and from where measurements are taken."""
