@@ -143,8 +143,7 @@ def test_pipython_loads_the_wave_table(
 
     told(capsys, "PIPython is real and speaks over a socket, the controller behind it is not")
     drives = scanner().run({"x": RASTER["x"]}, lead_in=0.1)["x"]
-    with PISocket(*controller) as gateway:
-        device = pipython.GCSDevice(gateway=gateway)
+    with pipython.GCSDevice(gateway=PISocket(*controller)) as device:
         with_pipython.load_waveform(device, drives)
         with_pipython.start(device)
     points: list[float] = []
