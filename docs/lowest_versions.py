@@ -1,4 +1,4 @@
-"""Prints the oldest versions that pyproject.toml allows of what the package needs: `make lowest`."""
+"""Prints the oldest versions of what the package needs that it allows: `make lowest`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def lowest(text: str) -> list[str]:
     needs = re.search(r"(?m)^dependencies = \[.*\]$", text)
     extras = re.search(r"(?ms)^\[project\.optional-dependencies\]\n(.*?)\n\n", text + "\n\n")
     lines = (needs[0] if needs else "") + (extras[1] if extras else "")
-    return sorted(set(re.sub(">=", "==", one) for one in re.findall(r"[\w.-]+>=[\d.]+", lines)))
+    return sorted({one.replace(">=", "==") for one in re.findall(r"[\w.-]+>=[\d.]+", lines)})
 
 
 if __name__ == "__main__":

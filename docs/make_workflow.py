@@ -13,9 +13,22 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / ".github" / "workflows" / "release.yml"
 _MANIFEST = "crates/hysteresis-python/Cargo.toml"
+_HEAD = """name: Release
+
+on:
+  push:
+    tags:
+      - 'v*'
+  workflow_dispatch:
+"""
+_GENERATED_HEAD = re.compile(r"^name: CI\n\non:\n(?:  .*\n)+", re.MULTILINE)
 _FREE_THREADED = re.compile(
-    r"(?:      - uses: actions/setup-python@\S+\n        with:\n          python-version: \"3\.\d+t\"\n"
-    r"(?:          architecture: .*\n)?)?      - name: Build free-threaded wheels\n(?:        .*\n)+"
+    r"(?:      - uses: actions/setup-python@\S+\n"
+    r"        with:\n"
+    r"          python-version: \"3\.\d+t\"\n"
+    r"(?:          architecture: .*\n)?)?"
+    r"      - name: Build free-threaded wheels\n"
+    r"(?:        .*\n)+"
 )
 _UNITS = """      - name: Build the library of units
         shell: bash
@@ -40,21 +53,11 @@ def generated() -> str:
 def changed(workflow: str) -> str:
     """Return the workflow that this project needs."""
     workflow = re.sub(r"#    maturin generate-ci .*", "#    make workflow", workflow, count=1)
-    workflow = re.sub(r"^name: CI\n\non:\n(?:  .*\n)+", _HEAD, workflow, count=1, flags=re.MULTILINE)
+    workflow = _GENERATED_HEAD.sub(_HEAD, workflow, count=1)
     # No interpreter without a lock has run the tests.
     workflow = _FREE_THREADED.sub("", workflow)
     jobs = re.split(r"(?m)^(?=  \w+:$)", workflow)
     return "".join(map(_job, jobs))
-
-
-_HEAD = """name: Release
-
-on:
-  push:
-    tags:
-      - 'v*'
-  workflow_dispatch:
-"""
 
 
 def _job(text: str) -> str:

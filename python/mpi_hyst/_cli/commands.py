@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 import click
 
+import mpi_hyst
 from mpi_hyst._cli.demo.command import demo
 from mpi_hyst._cli.errors import CommandError, one_line, short_line
 from mpi_hyst._cli.excite.command import excite
