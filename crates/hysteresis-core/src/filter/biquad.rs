@@ -100,3 +100,40 @@ impl Biquad {
         [output - self.b[0] * input, self.b[2] * input - self.a[1] * output]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Biquad;
+
+    /// The sum of the magnitudes of the impulse response is by how much the worst input is amplified.
+    fn worst_input(section: &Biquad) -> f64 {
+        let mut state = [0.0; 2];
+        let mut sum = 0.0;
+        for k in 0..40_000 {
+            let (output, next) = section.next(state, if k == 0 { 1.0 } else { 0.0 });
+            (sum, state) = (sum + output.abs(), next);
+        }
+        sum
+    }
+
+    /// From far inside the unit circle to near it, where a bound that is a little wrong is wrong by much.
+    #[test]
+    fn no_input_is_amplified_by_more_than_the_largest_gain() {
+        let sizes = [0.0, 0.3, 0.9, 0.99, 0.999];
+        for one in sizes {
+            for other in sizes {
+                let real = [(one, other), (-one, other), (-one, -other)].map(|(p, q)| [-(p + q), p * q]);
+                let pair = [0.01, 1.0, 3.1].map(|angle: f64| [-2.0 * one * angle.cos(), one * one]);
+                for a in real.into_iter().chain(pair) {
+                    let section = Biquad::new([1.0, 0.0, 0.0], a).unwrap();
+                    let (worst, bound) = (worst_input(&section), section.largest_gain());
+                    assert!(worst <= bound * (1.0 + 1e-9), "{a:?}: {worst} > {bound}");
+                    assert!(
+                        bound <= 4.0 * worst.max(1.0) / (1.0 - one.max(other)),
+                        "{a:?}: {bound} says nothing, {worst}"
+                    );
+                }
+            }
+        }
+    }
+}
