@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.metadata import PackageNotFoundError, version
+from importlib import metadata
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
@@ -15,8 +15,8 @@ project = "mpi_hyst"
 author = "The authors of mpi_hyst"
 copyright = f"2026, {author}"  # noqa: A001 (Sphinx names it so)
 try:
-    release = version("mpi_hyst")
-except PackageNotFoundError:
+    release = metadata.version("mpi_hyst")
+except metadata.PackageNotFoundError:
     release = "of a source folder"
 
 extensions = [
@@ -30,7 +30,7 @@ extensions = [
     "sphinx_copybutton",
     "docstrings",
 ]
-exclude_patterns = ["_ext", "_build", "gallery"]
+exclude_patterns = ["_ext", "gallery", "auto_gallery/*.ipynb"]
 
 # Inventories of other projects come from the network. A build without it must give no warning, so they are asked for by name.
 if os.environ.get("DOCS_INTERSPHINX") == "1":
@@ -53,7 +53,7 @@ myst_heading_anchors = 3
 # Every page runs anew at every build: what is shown is what this version does.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 180
+nb_execution_timeout = 600  # seconds for a cell: on a machine that is busy with other work
 nb_execution_show_tb = True
 nb_merge_streams = True
 suppress_warnings = ["config.cache"]  # a class for the order of the gallery cannot be kept between builds
