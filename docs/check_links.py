@@ -1,4 +1,4 @@
-"""Checks that every link of the built pages that stays in them leads to a file and an anchor: `make linkcheck`."""
+"""Checks links of the built pages that stay in them: file and anchor; `make linkcheck`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def read(path: Path) -> Page:
 
 def broken(site: Path) -> list[str]:
     """Return a line for every link that leads nowhere. Pages of rustdoc are checked by rustdoc."""
-    own = [path for path in sorted(site.rglob("*.html")) if "rust" not in path.relative_to(site).parts]
+    own = [
+        path for path in sorted(site.rglob("*.html")) if "rust" not in path.relative_to(site).parts
+    ]
     pages = {path.resolve(): read(path) for path in own}
     found = []
     for path, page in pages.items():
@@ -46,7 +48,11 @@ def broken(site: Path) -> list[str]:
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             if not target.exists():
                 found.append(f"{path.relative_to(site.resolve())}: {link}: no such file")
-            elif parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors:
+            elif (
+                parts.fragment
+                and target in pages
+                and unquote(parts.fragment) not in pages[target].anchors
+            ):
                 found.append(f"{path.relative_to(site.resolve())}: {link}: no such anchor")
     return found
 

@@ -32,7 +32,8 @@ extensions = [
 ]
 exclude_patterns = ["_ext", "gallery", "auto_gallery/*.ipynb"]
 
-# Inventories of other projects come from the network. A build without it must give no warning, so they are asked for by name.
+# Inventories of other projects come from the network. A build without it must give no warning,
+# so they are there only if they are asked for.
 if os.environ.get("DOCS_INTERSPHINX") == "1":
     extensions.append("sphinx.ext.intersphinx")
     intersphinx_mapping = {
@@ -56,7 +57,9 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 600  # seconds for a cell: on a machine that is busy with other work
 nb_execution_show_tb = True
 nb_merge_streams = True
-suppress_warnings = ["config.cache"]  # a class for the order of the gallery cannot be kept between builds
+suppress_warnings = [
+    "config.cache"
+]  # a class for the order of the gallery cannot be kept between builds
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",

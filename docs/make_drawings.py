@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -29,9 +30,11 @@ def plain(axes: Axes, xlabel: str, ylabel: str) -> None:
 
 
 def operators() -> None:
-    """A play and a coupled play, each over a large and a small loop, with their thresholds."""
+    """Draw a play and a coupled play, each over a large and a small loop, with their thresholds."""
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
-    drive = np.concatenate([np.linspace(a, b, 200) for a, b in ((0, 25), (25, -25), (-25, 25), (25, 4), (4, 25))])
+    drive = np.concatenate(
+        [np.linspace(a, b, 200) for a, b in ((0, 25), (25, -25), (-25, 25), (25, 4), (4, 25))]
+    )
     play, coupled = mh.Play(6.0), mh.CoupledPlay(10.0, ra=8.0, rb=3.0, rc=4.0)
     ticks = {
         "play, equation (1): r = 6": (play, {"-r": -6, "r": 6}),
@@ -49,18 +52,26 @@ def operators() -> None:
 
 
 def memory() -> None:
-    """A drive with its remembered turning points, and the loops that they make."""
+    """Draw a drive with its remembered turning points, and the loops that they make."""
     corners = [0.0, 9.0, 1.5, 7.0, 3.0, 5.5, 2.4]
-    drive = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in zip(corners, corners[1:], strict=False)])
+    drive = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in pairwise(corners)])
     model = mh.PrandtlIshlinskii([0.5] + [0.25] * 10, np.arange(11) * 0.5)
     position = model.forward().run(drive)
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.plot(drive, color=BLUE, linewidth=1.4)
-    for i, name in ((1, "9 kept"), (2, "1.5 kept"), (3, "7 kept"), (4, "3 wiped out"), (5, "5.5 wiped out")):
+    for i, name in (
+        (1, "9 kept"),
+        (2, "1.5 kept"),
+        (3, "7 kept"),
+        (4, "3 wiped out"),
+        (5, "5.5 wiped out"),
+    ):
         kept = "kept" in name
         left.plot(60 * i, corners[i], "o", color=BLUE if kept else RED, markersize=5)
-        left.annotate(name, (60 * i, corners[i]), xytext=(6, 4), textcoords="offset points", fontsize=8)
+        left.annotate(
+            name, (60 * i, corners[i]), xytext=(6, 4), textcoords="offset points", fontsize=8
+        )
     plain(left, "sample", "drive")
     right.plot(drive, position, color=BLUE, linewidth=1.2)
     plain(right, "drive", "position")
@@ -68,7 +79,7 @@ def memory() -> None:
 
 
 def inverse() -> None:
-    """A branch of the model and of its inverse: the same polyline with the axes exchanged."""
+    """Draw a branch of the model and of its inverse: the same polyline with the axes exchanged."""
     model = mh.PrandtlIshlinskii([0.4, 0.35, 0.3, 0.25], [0.0, 1.0, 2.2, 3.2])
     stream = model.forward()
     stream.run(np.linspace(0.0, 8.0, 100))
@@ -100,10 +111,22 @@ def boxes(name: str, labels: list[str], ends: tuple[str, str], colours: dict[int
     for i, label in enumerate(labels):
         x, y = i % columns + 0.1, -(i // columns) - 0.75
         axes.add_patch(
-            FancyBboxPatch((x, y), 0.72, 0.5, boxstyle="round,pad=0.02", facecolor=colours.get(i, "#ffffff"), edgecolor=BLUE)
+            FancyBboxPatch(
+                (x, y),
+                0.72,
+                0.5,
+                boxstyle="round,pad=0.02",
+                facecolor=colours.get(i, "#ffffff"),
+                edgecolor=BLUE,
+            )
         )
         axes.text(x + 0.36, y + 0.25, label, ha="center", va="center", fontsize=9)
-        axes.annotate("", (x - 0.03, y + 0.25), (x - 0.24, y + 0.25), arrowprops={"arrowstyle": "->", "color": GREY})
+        axes.annotate(
+            "",
+            (x - 0.03, y + 0.25),
+            (x - 0.24, y + 0.25),
+            arrowprops={"arrowstyle": "->", "color": GREY},
+        )
     last = len(labels) - 1
     x, y = last % columns + 0.84, -(last // columns) - 0.5
     axes.annotate("", (x + 0.22, y), (x, y), arrowprops={"arrowstyle": "->", "color": GREY})
@@ -117,9 +140,22 @@ def time() -> None:
     figure = Figure(figsize=(8.0, 3.0), layout="constrained")
     axes = figure.subplots()
     u = np.array([0.0, 2.0, 3.0, 2.5, 1.0])
-    axes.step(range(6), [*u, u[-1]], where="post", color=BLUE, label="drive u(k), put out at t(k) and held")
+    axes.step(
+        range(6),
+        [*u, u[-1]],
+        where="post",
+        color=BLUE,
+        label="drive u(k), put out at t(k) and held",
+    )
     axes.plot(range(5), 4.2 + 0.4 * u, "o", color=GREY, label="position y(k), dead time 0")
-    axes.plot(range(5), 4.2 + 0.4 * np.array([0.0, *u[:-1]]), "s", color=RED, markersize=5, label="position y(k), dead time of one sample")
+    axes.plot(
+        range(5),
+        4.2 + 0.4 * np.array([0.0, *u[:-1]]),
+        "s",
+        color=RED,
+        markersize=5,
+        label="position y(k), dead time of one sample",
+    )
     axes.set_xticks(range(6), [f"t({k})" for k in range(6)])
     axes.set_yticks([])
     axes.legend(fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
@@ -128,37 +164,63 @@ def time() -> None:
 
 
 def tuning() -> None:
-    """What a loop leaves of disturbances, at the least and the greatest slope, under its bound."""
-    stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+    """Draw what a loop leaves of disturbances, at both ends of the slope, under its bound."""
+    stage = mh.Stage(
+        mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4
+    )
     found = stage.tune(1e-4)
     frequencies = np.geomspace(5.0, 5000.0, 800)
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
     axes = figure.subplots()
     for margins, colour, name in (
-        (found.at_min_slope, GREY, "least slope"), (found.at_max_slope, BLUE, "greatest slope"),
+        (found.at_min_slope, GREY, "least slope"),
+        (found.at_max_slope, BLUE, "greatest slope"),
     ):
-        axes.loglog(frequencies, abs(found.sensitivity(frequencies, margins.slope)), color=colour, label=name)
-    axes.loglog(frequencies, found.worst_sensitivity(frequencies), color=RED, linewidth=0.9, label="worst that may be")
-    axes.axhline(found.peak_sensitivity_limit, color=RED, linestyle="--", linewidth=0.9, label="bound")
+        axes.loglog(
+            frequencies,
+            abs(found.sensitivity(frequencies, margins.slope)),
+            color=colour,
+            label=name,
+        )
+    axes.loglog(
+        frequencies,
+        found.worst_sensitivity(frequencies),
+        color=RED,
+        linewidth=0.9,
+        label="worst that may be",
+    )
+    axes.axhline(
+        found.peak_sensitivity_limit, color=RED, linestyle="--", linewidth=0.9, label="bound"
+    )
     axes.legend(fontsize=8)
     plain(axes, "frequency (Hz)", "|S|")
     save(figure, "tuning")
 
 
 def learning() -> None:
-    """The error of ten periods, learned by a loop that believed in another resonance."""
+    """Draw the error of ten periods, learned by a loop that believed in another resonance."""
     stage = mh.Stage(
-        mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dead_time=1e-4, noise=0.002,
+        mh.paper.table_1_recovered(),
+        limits=(-500.0, 500.0),
+        dead_time=1e-4,
+        noise=0.002,
         dynamics=mh.plant.SecondOrder(800.0, 0.02),
     )
     wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)
     worn = stage.replace(dynamics=mh.plant.SecondOrder(780.0, 0.03))
     figure = Figure(figsize=(8.0, 2.8), layout="constrained")
     axes = figure.subplots()
-    for name, colour, options in (("preview and feedback", GREY, {}), ("and repetitive control", BLUE, {"period": 500})):
-        run = mh.plant.simulate(stage.controller(1e-4, feedforward="preview", **options), worn.plant(1e-4), wave)
+    for name, colour, options in (
+        ("preview and feedback", GREY, {}),
+        ("and repetitive control", BLUE, {"period": 500}),
+    ):
+        run = mh.plant.simulate(
+            stage.controller(1e-4, feedforward="preview", **options), worn.plant(1e-4), wave
+        )
         rms = 1e3 * np.sqrt(np.mean((run.position - wave).reshape(-1, 500) ** 2, axis=1))
-        axes.semilogy(1 + np.arange(rms.size), rms, marker="o", markersize=4, color=colour, label=name)
+        axes.semilogy(
+            1 + np.arange(rms.size), rms, marker="o", markersize=4, color=colour, label=name
+        )
     axes.legend(fontsize=8)
     plain(axes, "period", "rms error (nm)")
     save(figure, "learning")
@@ -172,11 +234,27 @@ def main() -> None:
     time()
     boxes(
         "stage",
-        ["limits", "dead time", "amplifier", "input map", "hysteresis", "output map", "loop shift", "creep", "modes", "sensor"],
+        [
+            "limits",
+            "dead time",
+            "amplifier",
+            "input map",
+            "hysteresis",
+            "output map",
+            "loop shift",
+            "creep",
+            "modes",
+            "sensor",
+        ],
         ("drive", "reading"),
         {4: "#dfeaf5"},
     )
-    boxes("inverse_chain", ["inverse of\nthe modes", "creep⁻¹", "loop shift⁻¹", "maps⁻¹", "hysteresis⁻¹"], ("target", "drive"), {4: "#dfeaf5"})
+    boxes(
+        "inverse_chain",
+        ["inverse of\nthe modes", "creep⁻¹", "loop shift⁻¹", "maps⁻¹", "hysteresis⁻¹"],
+        ("target", "drive"),
+        {4: "#dfeaf5"},
+    )
     tuning()
     learning()
 

@@ -1,4 +1,4 @@
-"""The pages of docs: every code block runs, or says why not; every link between files leads to one."""
+"""The pages of docs: every code block runs or says why not; links between files lead to one."""
 
 from __future__ import annotations
 
@@ -76,7 +76,9 @@ def test_examples_give_what_they_show(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_every_link_between_files_leads_to_one(page: Path) -> None:
     """Such links work on a code host too, where no Sphinx is."""
-    targets = [match["target"].partition("#")[0] for match in LINK.finditer(page.read_text("utf-8"))]
+    targets = [
+        match["target"].partition("#")[0] for match in LINK.finditer(page.read_text("utf-8"))
+    ]
     # The gallery is there once it is built.
     sought = [page.parent / target for target in targets if target and "auto_gallery" not in target]
     assert [str(path) for path in sought if not path.exists()] == []

@@ -1,4 +1,4 @@
-"""Docstrings of the compiled core as reStructuredText: what Rust's documentation means otherwise is rewritten."""
+"""Docstrings of the compiled core as reStructuredText: tables and signs are rewritten."""
 
 from __future__ import annotations
 
@@ -42,12 +42,17 @@ def with_plain_signs(lines: list[str]) -> list[str]:
         example = (example and bool(line.strip())) or line.lstrip().startswith(">>>")
         parts = [line] if example else re.split(r"(`+[^`]*`+)", line)
         made.append(
-            "".join(part if example or i % 2 else re.sub(r"\||\*(?=\.)", r"\\\g<0>", part) for i, part in enumerate(parts))
+            "".join(
+                part if example or i % 2 else re.sub(r"\||\*(?=\.)", r"\\\g<0>", part)
+                for i, part in enumerate(parts)
+            )
         )
     return made
 
 
-def process(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
+def process(
+    _app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]
+) -> None:
     """Rewrite a docstring in place, before numpydoc reads its sections."""
     lines[:] = with_tables(with_plain_signs_outside_tables(lines))
 

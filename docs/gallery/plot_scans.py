@@ -10,7 +10,9 @@ import mpi_hyst as mh
 
 scans = {
     "Raster": mh.trajectories.Raster(10.0, 10.0, 12, line_rate=5.0),
-    "Raster, bidirectional": mh.trajectories.Raster(10.0, 10.0, 12, line_rate=5.0, bidirectional=True),
+    "Raster, bidirectional": mh.trajectories.Raster(
+        10.0, 10.0, 12, line_rate=5.0, bidirectional=True
+    ),
 }
 figure, panels = plt.subplots(1, 2, figsize=(6.4, 3.2), layout="constrained", sharey=True)
 for axes, (name, scan) in zip(panels, scans.items(), strict=True):
