@@ -198,29 +198,37 @@ def tuning() -> None:
 
 
 def learning() -> None:
-    """Draw the error of ten periods, learned by a loop that believed in another resonance."""
+    """Draw the error of twenty periods, of a loop that believes in another gain and resonance."""
+    actuator = mh.paper.table_1_recovered()
     stage = mh.Stage(
-        mh.paper.table_1_recovered(),
+        actuator,
         limits=(-500.0, 500.0),
         dead_time=1e-4,
         noise=0.002,
         dynamics=mh.plant.SecondOrder(800.0, 0.02),
     )
-    wave = mh.signals.sine(1.0, 20.0, seconds=0.5, rate=10e3)
-    worn = stage.replace(dynamics=mh.plant.SecondOrder(780.0, 0.03))
+    worn = stage.replace(
+        hysteresis=mh.ModifiedPrandtlIshlinskii.from_ratios(
+            1.02 * actuator.weights, actuator.r, ra=0.95, rb=0.30, rc=0.35
+        ),
+        dynamics=mh.plant.SecondOrder(780.0, 0.03),
+    )
+    period = 250  # samples
+    wave = mh.signals.sine(2.0, 1e4 / period, seconds=0.5, rate=1e4)
     figure = Figure(figsize=(8.0, 2.8), layout="constrained")
     axes = figure.subplots()
-    for name, colour, options in (
-        ("preview and feedback", GREY, {}),
-        ("and repetitive control", BLUE, {"period": 500}),
+    for name, colour, learns in (
+        ("preview and feedback", GREY, None),
+        ("and repetitive control", BLUE, period),
     ):
-        run = mh.plant.simulate(
-            stage.controller(1e-4, feedforward="preview", **options), worn.plant(1e-4), wave
-        )
-        rms = 1e3 * np.sqrt(np.mean((run.position - wave).reshape(-1, 500) ** 2, axis=1))
+        controller = stage.controller(1e-4, feedforward="preview", period=learns)
+        run = mh.plant.simulate(controller, worn.plant(1e-4), wave)
+        errors = (run.position - wave).reshape(-1, period)
+        rms = 1e3 * np.sqrt(np.mean(errors**2, axis=1))
         axes.semilogy(
             1 + np.arange(rms.size), rms, marker="o", markersize=4, color=colour, label=name
         )
+    axes.set_xticks(range(2, 21, 2))
     axes.legend(fontsize=8)
     plain(axes, "period", "rms error (nm)")
     save(figure, "learning")
