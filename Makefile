@@ -204,7 +204,7 @@ picture: $(PACKAGE) ## draw the pictures of the README and the pages
 
 docs: $(PACKAGE) $(DOCS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
 	rm -rf $(SITE) target/docs-doctrees
-	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -b html -d target/docs-doctrees docs $(SITE)
+	$(BIN)/sphinx-build -q -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 	cp -R target/doc $(SITE)/rust
 
@@ -212,7 +212,7 @@ linkcheck: docs ## every link and anchor of target/docs that leads into it
 	$(BIN)/python docs/check_links.py $(SITE)
 
 linkcheck-web: $(PACKAGE) $(DOCS) ## links of the pages to other sites; needs the network
-	$(BIN)/sphinx-build --quiet -b linkcheck -D nb_execution_mode=off -D plot_gallery=0 docs target/docs-linkcheck
+	$(BIN)/sphinx-build -q -b linkcheck -D nb_execution_mode=off -D plot_gallery=0 docs target/docs-linkcheck
 
 stub: $(PACKAGE) ## copy the docstrings of the compiled core into its stub
 	$(BIN)/python docs/make_stub.py

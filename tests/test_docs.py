@@ -64,8 +64,12 @@ def test_every_block_runs_or_says_why_not(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_examples_give_what_they_show(page: Path) -> None:
-    """All examples of a page are one session."""
-    examples = [block for block in blocks(page) if block.text.startswith(">>> ")]
+    """All examples of a page are one session, but for those that run elsewhere."""
+    examples = [
+        block
+        for block in blocks(page)
+        if block.text.startswith(">>> ") and not MARK.match(block.mark)
+    ]
     text = "\n".join(block.text for block in examples)
     test = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
     report: list[str] = []
@@ -82,3 +86,9 @@ def test_every_link_between_files_leads_to_one(page: Path) -> None:
     # The gallery is there once it is built.
     sought = [page.parent / target for target in targets if target and "auto_gallery" not in target]
     assert [str(path) for path in sought if not path.exists()] == []
+
+
+def test_the_example_of_the_first_page_is_that_of_the_readme() -> None:
+    """The README runs as a doctest; once is enough."""
+    (shown,) = (one for one in blocks(DOCS / "index.md") if one.text.startswith(">>> "))
+    assert shown.text in (CHECKOUT / "README.md").read_text("utf-8")
