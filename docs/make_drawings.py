@@ -197,6 +197,21 @@ def tuning() -> None:
     save(figure, "tuning")
 
 
+def uncertainty() -> None:
+    """Draw between which positions the truth lies, from an unknown history on."""
+    bracket = mh.paper.table_1_recovered().bracket(limits=(-500.0, 500.0))
+    drive = mh.signals.triangle(500.0, 1.0, seconds=1.2, rate=500.0)
+    between = np.array([bracket.step(float(u)) for u in drive])
+    time_axis = np.arange(drive.size) / 500.0
+    figure = Figure(figsize=(8.0, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.fill_between(time_axis, between[:, 0], between[:, 1], color=BLUE, alpha=0.5)
+    plain(left, "time (s)", "position (µm)")
+    right.plot(time_axis, 1e3 * (between[:, 1] - between[:, 0]), color=BLUE)
+    plain(right, "time (s)", "uncertain by (nm)")
+    save(figure, "uncertainty")
+
+
 def learning() -> None:
     """Draw the error of twenty periods, of a loop that believes in another gain and resonance."""
     actuator = mh.paper.table_1_recovered()
@@ -264,6 +279,7 @@ def main() -> None:
         {4: "#dfeaf5"},
     )
     tuning()
+    uncertainty()
     learning()
 
 
