@@ -5,8 +5,10 @@ from __future__ import annotations
 import doctest
 import re
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
+import mpi_hyst as mh
 import pytest
 
 CHECKOUT = Path(__file__).parents[1]
@@ -92,3 +94,10 @@ def test_the_example_of_the_first_page_is_that_of_the_readme() -> None:
     """The README runs as a doctest; once is enough."""
     (shown,) = (one for one in blocks(DOCS / "index.md") if one.text.startswith(">>> "))
     assert shown.text in (CHECKOUT / "README.md").read_text("utf-8")
+
+
+def test_every_public_module_has_a_page() -> None:
+    modules = [name for name in mh.__all__ if isinstance(getattr(mh, name), ModuleType)]
+    contents = (DOCS / "reference" / "index.md").read_text("utf-8").splitlines()
+    assert [name for name in modules if name not in contents] == []
+    assert [name for name in modules if not (DOCS / "reference" / f"{name}.md").is_file()] == []
