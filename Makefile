@@ -14,6 +14,8 @@ TIMES := target/bench/python.json
 # The library of functional mock-up units, which the Python package packs: in the folder that FMI gives this platform.
 FMI_PLATFORM := $(if $(filter Darwin,$(shell uname -s)),darwin64,$(if $(filter Windows_NT,$(OS)),win64,linux64))
 FMU_SUFFIX := $(if $(filter darwin64,$(FMI_PLATFORM)),dylib,$(if $(filter win64,$(FMI_PLATFORM)),dll,so))
+FMU_LIBRARY := $(if $(filter win64,$(FMI_PLATFORM)),,lib)mpi_hyst_fmu.$(FMU_SUFFIX)
+MAKE_FMU := cargo rustc --quiet --release -p hysteresis-fmu --lib --crate-type cdylib -- -C strip=symbols
 FMU := python/mpi_hyst/_fmu/binaries/$(FMI_PLATFORM)/mpi_hyst_fmu.$(FMU_SUFFIX)
 PYTHON_CODE := python tests docs benches/python checks/fuzz
 CAPI ?= target/capi
@@ -29,8 +31,8 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel realtime firmware header soak fuzz mutants audit sbom picture stub \
-	docs linkcheck linkcheck-web format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel licences realtime firmware header soak fuzz mutants audit sbom \
+	kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -73,7 +75,7 @@ coverage: ## how often 95 % intervals of identified parameters hold the truth, o
 	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test coverage -- --nocapture
 
 FUZZ_SECONDS ?= 3600
-FUZZ_TARGETS ?= stage_file steps c_interface record_reader
+FUZZ_TARGETS ?= stage_file saved_bytes steps c_interface record_reader
 # Sanitizers and counters of coverage are unstable options of the compiler.
 FUZZ := RUSTC_BOOTSTRAP=1 target/tools/bin/cargo-fuzz
 
@@ -118,6 +120,7 @@ lint: lint-rust lint-python ## formatting, clippy, documentation, ruff, mypy, st
 lint-rust:
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets --all-features -- -D warnings
+	cargo clippy --quiet -p hysteresis-core --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 
 lint-python: $(PACKAGE)
@@ -179,9 +182,6 @@ capi: ## the C library, its header and its pkg-config file, in the folder CAPI (
 
 fmu: $(FMU) ## the library of functional mock-up units, which the Python package holds
 
-wheel: $(TOOLS) $(FMU) ## the Python package as one file, in dist
-	$(BIN)/maturin build --quiet --release --out dist
-
 RATE ?= 10000
 SECONDS ?= 60
 
@@ -190,6 +190,29 @@ realtime: ## a loop on the clock of this machine: RATE samples per second for SE
 
 firmware: ## streams of fixed size on a Cortex-M4F in qemu: the bits of this machine, and instructions per sample
 	checks/firmware/run
+
+KILLS ?= 200
+KILL_SEED ?= 1
+
+kill-saves: $(PACKAGE) ## KILLS processes killed while they save: the old file or the new one is there, nothing is left for long
+	$(BIN)/python tests/killed_saves.py $(KILLS) $(KILL_SEED)
+
+full-disk: $(PACKAGE) ## every writing command and save() where the disk is full: one line, nothing half-written
+	$(BIN)/python tests/full_disk.py
+
+# Neither the folders of this machine nor those of its tools are in what others get. Built apart, as other flags build all anew.
+WHEEL_FLAGS = --remap-path-prefix=$(CURDIR)=. --remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)=cargo
+
+wheel: $(TOOLS) ## the wheel for this system, with all licences and without paths of this machine, in target/wheel/dist
+	rm -rf target/wheel/dist
+	RUSTFLAGS="$(WHEEL_FLAGS)" CARGO_TARGET_DIR=$(CURDIR)/target/wheel $(MAKE_FMU)
+	mkdir -p $(dir $(FMU))
+	cp target/wheel/release/$(FMU_LIBRARY) $(FMU)
+	RUSTFLAGS="$(WHEEL_FLAGS)" $(BIN)/maturin build --quiet --release --target-dir target/wheel --out target/wheel/dist
+	$(BIN)/python tests/check_wheel.py target/wheel/dist/*.whl $(CURDIR) $(or $(CARGO_HOME),$(HOME)/.cargo)
+
+licences: ## write the licences of all linked crates anew
+	$(PYTHON) docs/make_licences.py
 
 header: ## write the header of the C library anew from its sources
 	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header
@@ -247,9 +270,9 @@ $(BENCHES): $(TOOLS)
 
 # Cargo knows what has changed; without symbols it is a quarter of the size.
 $(FMU): $(RUST)
-	cargo rustc --quiet --release -p hysteresis-fmu --lib --crate-type cdylib -- -C strip=symbols
+	$(MAKE_FMU)
 	mkdir -p $(@D)
-	cp target/release/$(if $(filter win64,$(FMI_PLATFORM)),,lib)mpi_hyst_fmu.$(FMU_SUFFIX) $@
+	cp target/release/$(FMU_LIBRARY) $@
 
 $(PACKAGE): $(TOOLS) $(RUST) $(FMU) pyproject.toml
 	$(BIN)/maturin develop --quiet --release --extras cli,report

@@ -63,7 +63,9 @@ class Figures:
 def prepare(directory: Path) -> None:
     """Make the files that the commands read."""
     write_csv(directory / "record.csv", HEADER, record_rows())
-    write_csv(directory / "target.csv", "time_s,target_um", [[k / 200, 0.001 * k] for k in range(300)])
+    write_csv(
+        directory / "target.csv", "time_s,target_um", [[k / 200, 0.001 * k] for k in range(300)]
+    )
     actuator().save(directory / "model.json")
     mh.paper.plant("A1").stage.save(directory / "bench.json")
 
@@ -113,7 +115,9 @@ def check(
     return status
 
 
-def every(directory: Path, asked: dict[tuple[str, ...], list[str]], limits: Sequence[int]) -> Figures:
+def every(
+    directory: Path, asked: dict[tuple[str, ...], list[str]], limits: Sequence[int]
+) -> Figures:
     """Run commands under limits on the size of files."""
     figures = Figures()
     for files, arguments in asked.items():
@@ -190,7 +194,10 @@ def main() -> None:
         os.chdir(name)
         prepare(Path(name))
         done: list[tuple[str, Callable[[], Figures]]] = [
-            ("commands, files that end at a limit", lambda: every(Path(name), QUICK | SLOW, limits)),
+            (
+                "commands, files that end at a limit",
+                lambda: every(Path(name), QUICK | SLOW, limits),
+            ),
             ("saves, files that end at a limit", lambda: saves(Path(name), limits)),
         ]
         for what, work in done:
@@ -200,11 +207,12 @@ def main() -> None:
         sizes = [0, 4096, 16_384, 65_536, 131_072, 262_144, 524_288]
         _tell("commands on a disk that is full", on_small_disks(QUICK | SLOW, sizes))
     else:
-        print("a disk of its own needs the rights of an administrator on Linux: left out")
+        sys.stdout.write("a disk of its own needs the rights of root on Linux: left out\n")
 
 
 def _tell(what: str, figures: Figures) -> None:
-    print(f"{what}: {figures.runs} runs, {figures.refused} refused with one line, nothing half-written")
+    refused = f"{figures.runs} runs, {figures.refused} refused with one line, nothing half-written"
+    sys.stdout.write(f"{what}: {refused}\n")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 import mpi_hyst as mh
 
 COPY = ".mpi_hyst-*.tmp"
-LONGEST = 0.004  # seconds until a kill: a few saves
+LONGEST = 0.03  # seconds until a kill: a few saves
 SAVES = 100  # of each of several processes at once
 
 
@@ -47,7 +47,8 @@ def forked(work: Callable[[], object]) -> int:
         work()
         os._exit(0)
     except BaseException as error:
-        print(repr(error), file=sys.stderr, flush=True)
+        sys.stderr.write(f"{error!r}\n")
+        sys.stderr.flush()
     os._exit(1)
 
 
@@ -113,10 +114,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         figures = kill_saves(Path(name), kills, seed)
         save_at_once(Path(name), 4)
-    print(
-        f"{figures.kills} saves killed: {figures.old} left the one file, {figures.new} the other, none "
-        f"a part of one; {figures.leftovers} left a copy, which the next save removed\n"
-        f"4 processes saved {SAVES} times each to one file at once: no error, nothing left"
+    sys.stdout.write(
+        f"{figures.kills} saves killed: {figures.old} left the one file, {figures.new} the other, "
+        f"none a part of one; {figures.leftovers} left a copy, which the next save removed\n"
+        f"4 processes saved {SAVES} times each to one file at once: no error, nothing left\n"
     )
 
 

@@ -56,6 +56,12 @@ def run() -> mh.plant.Run:
     )
 
 
+def real_time() -> mh.realtime.LoopReport:
+    plant = mh.plant.Plant(STAGE, dt=1e-3)
+    rest: dict[str, Any] = {"rest_drive": 0.0, "rest_rate": 1e4}
+    return mh.realtime.run(STAGE, plant, [0.5], rate=1000, seconds=0.02, **rest)
+
+
 LOOP: dict[str, Any] = {
     **{"kp": 0.0, "ki": 0.0, "slope": 1.0, "dynamics": LAG, "bandwidth": 100.0},
     **{"dt": 1e-3},
@@ -75,6 +81,8 @@ VALUES: dict[str, Callable[[], Any]] = {
     "ModifiedPrandtlIshlinskii": lambda: SPLIT,
     "ActuatorArray": lambda: mh.ActuatorArray([MODEL, MODEL, SPLIT]),
     "FirstOrder": lambda: LAG,
+    "Udp": lambda: mh.realtime.Udp("127.0.0.1:47001", local="127.0.0.1:47002"),
+    "SharedMemory": lambda: mh.realtime.SharedMemory("/dev/shm/stage"),
     "SecondOrder": lambda: RESONANCE,
     "Antiresonance": lambda: mh.plant.Antiresonance(RESONANCE, RESONANCE),
     "Modes": lambda: mh.plant.Modes([0.75, 0.25], [RESONANCE, mh.plant.SecondOrder(900.0, 0.02)]),
@@ -116,6 +124,8 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "ExperimentPart": lambda: experiment()[0],
     "ExperimentSegment": lambda: experiment()[1].segments[1],
     "ControllerTerms": lambda: controller().terms,
+    "LoopReport": lambda: real_time(),
+    "LoopTimes": lambda: real_time().compute,
 }
 """Objects that have attributes alone."""
 
@@ -212,7 +222,15 @@ def test_every_class_is_here() -> None:
         for name in _core.__all__
         if isinstance(value := getattr(_core, name), type) and not issubclass(value, Exception)
     }
-    assert classes == {*VALUES, *RESULTS, *RUNNING}
+    assert classes == {*VALUES, *RESULTS, *RUNNING, "Functions"}
+
+
+def test_addresses_of_this_process_are_copied_but_not_pickled() -> None:
+    functions = mh.realtime.Functions(4096, 8192)
+    assert repr(functions) == "Functions(0x1000, 0x2000, context=0x0)"
+    assert copy.deepcopy(functions) is functions
+    with pytest.raises(TypeError, match="cannot pickle"):
+        pickle.dumps(functions)
 
 
 @pytest.mark.parametrize("name", [*VALUES, *RESULTS, *RUNNING])

@@ -130,7 +130,12 @@ def test_control_c_ends_the_loop_and_not_the_program(
         if shown["taken"] > 0:
             signal.raise_signal(signal.SIGINT)
 
-    report = mh.realtime.run(controller, plant(stage), sine(), **REST, progress=progress)
+    # A program that was started in the background ignores Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        report = mh.realtime.run(controller, plant(stage), sine(), **REST, progress=progress)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert (report.end, report.at_rest) == ("requested", True)
 
 

@@ -200,7 +200,7 @@ class FromUnits:
         which, component = ctypes.byref(read), ctypes.c_void_p(instance)
 
         def step(*numbers: float) -> float:
-            inputs[:] = numbers
+            inputs[:] = list(numbers)
             status = set_real(component, references, size, inputs)
             status |= do_step(component, 0.0, DT, 1)
             status |= get_real(component, which, one, given)

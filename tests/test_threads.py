@@ -147,13 +147,16 @@ def test_no_sample_of_two_threads_is_lost(name: str) -> None:
     shared = case.make()
     with fast_switches():
         many = np.full(100, np.nan)
-        assert at_once(
-            [
-                lambda: [use(shared, np.nan) for _ in range(2000)],
-                lambda: [use(shared, np.nan) for _ in range(2000)],
-                lambda: [shared.run(many) for _ in range(50)],
-            ]
-        ) == []
+        assert (
+            at_once(
+                [
+                    lambda: [use(shared, np.nan) for _ in range(2000)],
+                    lambda: [use(shared, np.nan) for _ in range(2000)],
+                    lambda: [shared.run(many) for _ in range(50)],
+                ]
+            )
+            == []
+        )
     assert shared.rejected == 9000
 
 

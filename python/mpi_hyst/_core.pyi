@@ -2419,7 +2419,8 @@ class HybridController:
 
         For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
         """
-    def state_bytes(self) -> bytes: ...
+    def state_bytes(self) -> bytes:
+        """What `state` says, as bytes: `state` takes them too."""
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
@@ -3644,9 +3645,22 @@ class Stage:
         """The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it."""
     def to_scipy(self) -> Any:
         """The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it."""
-    def to_bytes(self) -> bytes: ...
+    def to_bytes(self) -> bytes:
+        """The stage as bytes, which `from_bytes` and the C library read: smaller than its file. Every number is there bit for bit.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> stage = mh.Stage(mh.paper.table_1(), limits=(-500.0, 500.0))
+        >>> mh.Stage.from_bytes(stage.to_bytes()) == stage
+        True
+        """
     @classmethod
-    def from_bytes(cls, bytes: bytes) -> Stage: ...
+    def from_bytes(cls, bytes: bytes) -> Stage:
+        """The stage that `to_bytes` wrote.
+
+        Raises ValueError for bytes that are cut off, changed, longer, of something else or of another release.
+        """
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the stage to a JSON file; the file appears only when it is complete."""
     def replace(self, **changes: Any) -> Stage:
@@ -3703,7 +3717,8 @@ class StageForward:
     @property
     def position(self) -> float:
         """The last position."""
-    def state_bytes(self) -> bytes: ...
+    def state_bytes(self) -> bytes:
+        """What `state` says, as bytes: `state` takes them too."""
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
@@ -3765,7 +3780,8 @@ class StageInverse:
     @property
     def saturated(self) -> bool:
         """Whether the last target was out of reach and the drive is at a limit."""
-    def state_bytes(self) -> bytes: ...
+    def state_bytes(self) -> bytes:
+        """What `state` says, as bytes: `state` takes them too."""
     @property
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit."""
@@ -5028,7 +5044,9 @@ def load(path: str | PathLike[str]) -> _Model | Stage:
 
 def c_header_text(
     stage: Stage, name: str, dt: float | None = None, sha256: str | None = None
-) -> str: ...
+) -> str:
+    """The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file."""
+
 def fmu_texts(
     stage: Stage,
     kind: str,
@@ -5036,7 +5054,9 @@ def fmu_texts(
     dt: float,
     feedforward: str = "inverse",
     gains: tuple[float, float] | None = None,
-) -> tuple[str, str, str, str]: ...
+) -> tuple[str, str, str, str]:
+    """The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them."""
+
 def table_1() -> ModifiedPrandtlIshlinskii:
     """Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
 
@@ -6483,6 +6503,7 @@ class Functions:
     """
 
     def __new__(cls, read: object, write: object, context: int = 0) -> Functions: ...
+    def __deepcopy__(self, _memo: Any) -> Functions: ...
 
 @final
 class Udp:
@@ -6505,6 +6526,7 @@ class Udp:
     """
 
     def __new__(cls, plant: str, *, local: str) -> Udp: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, str]]: ...
     @property
     def plant(self) -> str:
         """Where drives go, and from where measurements are taken."""

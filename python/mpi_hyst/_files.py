@@ -71,15 +71,15 @@ def remove_leftovers(directory: Path) -> None:
         for entry in entries:
             if _COPY.fullmatch(entry.name):
                 with suppress(OSError):
-                    _remove_if_unlocked(entry.path)
+                    _remove_if_unlocked(Path(entry.path))
 
 
-def _remove_if_unlocked(copy: str) -> None:
+def _remove_if_unlocked(copy: Path) -> None:
     # No link is followed, and no pipe waited for.
     number = os.open(copy, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     try:
         fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        os.unlink(copy)
+        copy.unlink()
     finally:
         os.close(number)
 

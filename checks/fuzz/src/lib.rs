@@ -5,11 +5,13 @@
 mod bytes;
 mod c_interface;
 mod objects;
+mod saved_bytes;
 mod stage_file;
 mod stages;
 mod steps;
 
 pub use c_interface::c_interface;
+pub use saved_bytes::saved_bytes;
 pub use stage_file::stage_file;
 pub use steps::steps;
 
@@ -17,4 +19,5 @@ pub use steps::steps;
 pub type Target = fn(&[u8]);
 
 /// All targets, by the name of their folder in `seeds`.
-pub const TARGETS: [(&str, Target); 3] = [("stage_file", stage_file), ("steps", steps), ("c_interface", c_interface)];
+pub const TARGETS: [(&str, Target); 4] =
+    [("stage_file", stage_file), ("saved_bytes", saved_bytes), ("steps", steps), ("c_interface", c_interface)];

@@ -2,12 +2,10 @@
 
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
-use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::CString;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use hysteresis_control::stage;
+use hysteresis_control::{guarded, stage};
 use hysteresis_core as core_;
 
 /// What became of a call. Everything but MPIH_STATUS_OK has a message: mpih_last_error.
@@ -51,12 +49,6 @@ impl Failure {
     pub(crate) fn null(name: &str) -> Self {
         Self::new(Status::Null, format!("{name}: expected a pointer, got NULL"))
     }
-
-    fn panicked(payload: &(dyn Any + Send)) -> Self {
-        let message = payload.downcast_ref::<String>().map(String::as_str);
-        let message = message.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
-        Self::new(Status::Internal, format!("a defect of the library: {message}"))
-    }
 }
 
 impl From<stage::Error> for Failure {
@@ -92,7 +84,7 @@ thread_local! {
 
 /// Runs a configuration: no panic leaves it, and what is wrong is kept for `mpih_last_error`.
 pub(crate) fn guard(work: impl FnOnce() -> Result<(), Failure>) -> Status {
-    let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(Failure::panicked(&*payload)));
+    let outcome = guarded(work).unwrap_or_else(|panic| Err(Failure::new(Status::Internal, panic)));
     let Err(Failure { status, message }) = outcome else { return Status::Ok };
     let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
     // A thread that ends has no message any more; the status is told all the same.

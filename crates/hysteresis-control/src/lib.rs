@@ -7,6 +7,7 @@
 pub mod binary;
 pub mod feedforward;
 pub mod filters;
+mod guarded;
 pub mod learning;
 pub mod linear;
 mod observer;
@@ -17,5 +18,6 @@ mod stage_controller;
 pub mod trajectory;
 pub mod tuning;
 
+pub use guarded::guarded;
 pub use observer::{Observer, ObserverOptions, ObserverState};
 pub use stage_controller::{StageController, StageControllerState};

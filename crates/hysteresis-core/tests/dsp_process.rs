@@ -9,7 +9,6 @@ use hysteresis_core::{Biquad, Filter, Process, QuasiStatic};
 use support::models::actuator;
 
 #[path = "../examples/idsp_chain.rs"]
-#[allow(dead_code, reason = "its main is called below")]
 mod idsp_chain;
 
 /// Sample by sample, in blocks and in place.

@@ -3,7 +3,7 @@
 use hysteresis_control::binary::Binary;
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage, StageParts, Units};
-use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Ratios};
+use hysteresis_core::{Biquad, CoupledPlay, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Ratios};
 use hysteresis_export::{HeaderOptions, c_header};
 
 fn parts() -> StageParts {
@@ -46,14 +46,14 @@ fn numbers_come_back_bit_for_bit() {
     let model = &stage.parts().hysteresis;
     assert_eq!(array(&header, "w"), model.weights());
     assert_eq!(array(&header, "v"), model.weights());
-    assert_eq!(array(&header, "ra"), model.operators().iter().map(|play| play.ra()).collect::<Vec<_>>());
+    assert_eq!(array(&header, "ra"), model.operators().iter().map(CoupledPlay::ra).collect::<Vec<_>>());
     assert_eq!(array(&header, "output_map_y"), [0.0, 1.1, 2.0]);
     assert_eq!([number(&header, "INPUT_OFFSET"), number(&header, "OUTPUT_OFFSET")], [0.1, -1.0 / 3.0]);
     assert_eq!([number(&header, "SLOPE_LOW"), number(&header, "SLOPE_HIGH")], <[f64; 2]>::from(stage.slope_range()));
     let tuning = stage.tune(1e-4, PEAK_SENSITIVITY).unwrap();
     assert_eq!([number(&header, "KP"), number(&header, "KI")], [tuning.kp, tuning.ki]);
     let filters = hysteresis_control::filters::sections(&tuning.filters, 1e-4).unwrap();
-    let expected: Vec<f64> = filters.as_slice().iter().flat_map(|filter| filter.numerator()).collect();
+    let expected: Vec<f64> = filters.as_slice().iter().flat_map(Biquad::numerator).collect();
     assert!(!expected.is_empty(), "a lightly damped mode has filters");
     assert_eq!(array(&header, "filter_b"), expected);
 }

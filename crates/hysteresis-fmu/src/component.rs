@@ -1,13 +1,13 @@
 //! An instance of a unit: from [`fmi2Instantiate`] to [`fmi2FreeInstance`].
 
 use core::ffi::{CStr, c_char, c_int};
-use std::panic::catch_unwind;
 
+use hysteresis_control::guarded;
 use hysteresis_export::Simulation;
 
 use crate::logger::{CallbackFunctions, Logger};
 use crate::resources;
-use crate::status::{Status, panic_message};
+use crate::status::Status;
 
 /// `fmi2CoSimulation` of `fmi2Type`.
 const CO_SIMULATION: c_int = 1;
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     // SAFETY: a text of the tool, or NULL.
     let name = if instance_name.is_null() { c"" } else { unsafe { CStr::from_ptr(instance_name) } };
     let logger = Logger::new(callbacks, name);
-    let made = catch_unwind(|| {
+    let made = guarded(|| {
         if fmu_type != CO_SIMULATION {
             return Err(format!("fmuType: expected fmi2CoSimulation (1), got {fmu_type}"));
         }
@@ -75,8 +75,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
             logger.say(Status::Error, &message);
             None
         }
-        Err(payload) => {
-            logger.say(Status::Fatal, &format!("a defect of the library: {}", panic_message(&*payload)));
+        Err(panic) => {
+            logger.say(Status::Fatal, &panic);
             None
         }
     }

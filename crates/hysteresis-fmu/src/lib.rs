@@ -8,7 +8,7 @@
 //! elements as is said beside them; texts end with a zero byte. A component that may be NULL is an `Option` of a reference.
 //!
 //! # Panics
-//! Every function that may fail runs behind `catch_unwind`, so that none unwinds into the tool.
+//! Every function that may fail runs behind [`guarded`](hysteresis_control::guarded), so that none unwinds into the tool.
 
 mod component;
 mod functions;

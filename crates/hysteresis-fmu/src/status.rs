@@ -1,7 +1,6 @@
 //! What becomes of a call.
 
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use hysteresis_control::guarded;
 
 use crate::component::Component;
 
@@ -28,21 +27,15 @@ pub(crate) fn guard<'a>(
 ) -> Status {
     let Some(component) = component else { return Status::Error };
     let logger = component.logger.clone();
-    match catch_unwind(AssertUnwindSafe(|| work(component))) {
+    match guarded(|| work(component)) {
         Ok(Ok(())) => Status::Ok,
         Ok(Err(message)) => {
             logger.say(Status::Error, &message);
             Status::Error
         }
-        Err(payload) => {
-            logger.say(Status::Fatal, &format!("a defect of the library: {}", panic_message(&*payload)));
+        Err(panic) => {
+            logger.say(Status::Fatal, &panic);
             Status::Fatal
         }
     }
-}
-
-/// What a panic said.
-pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> &str {
-    let message = payload.downcast_ref::<String>().map(String::as_str);
-    message.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }

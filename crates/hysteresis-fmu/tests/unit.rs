@@ -1,7 +1,6 @@
 //! The functions of the standard, called as a tool calls them.
 
 use core::ffi::{CStr, c_char, c_int, c_void};
-use core::mem::transmute;
 use core::ptr::{null, null_mut};
 use std::cell::RefCell;
 use std::ffi::CString;
@@ -54,7 +53,7 @@ fn instance(folder: &tempfile::TempDir, guid: &str, kind: c_int) -> Option<Box<C
     // SAFETY: the same struct but for the variable arguments of the logger, and it is called with none of them. Texts end with a
     // zero byte.
     unsafe {
-        let callbacks: &CallbackFunctions = transmute(&callbacks);
+        let callbacks = &*(&raw const callbacks).cast::<CallbackFunctions>();
         fmi2Instantiate(c"one".as_ptr(), kind, guid.as_ptr(), location.as_ptr(), Some(callbacks), 0, 0)
     }
 }

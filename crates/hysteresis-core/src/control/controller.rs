@@ -128,7 +128,7 @@ impl<S: DriveSource> HybridController<S> {
     /// let inverse = Inverse::new(model, Some(options.limits))?;
     /// let mut controller = HybridController::with_source(inverse, None, &options)?;
     /// controller.step(5.0.into(), 0.0); // starts from 0 V
-    /// assert_eq!(controller.step(5.0.into(), 4.0), 4.0 + 0.5 * 1.0);
+    /// assert!((controller.step(5.0.into(), 4.0) - (4.0 + 0.5 * 1.0)).abs() < 1e-14);
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn with_source(source: S, preview: Option<Preview>, options: &ControllerOptions) -> Result<Self, Error> {

@@ -71,7 +71,9 @@ impl<T: Real, const N: usize, M: Holds<T, N>> DriveSource for Inverse<T, N, M> {
 
     fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
         // The controller has checked them against the same limits.
-        drives.iter().for_each(|drive| DriveSource::follow_drive(self, *drive));
+        for drive in drives {
+            DriveSource::follow_drive(self, *drive);
+        }
         Ok(())
     }
 

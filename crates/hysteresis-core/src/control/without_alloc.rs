@@ -46,7 +46,7 @@ impl DriveSource for FeedForward {
 }
 
 /// A preview needs the feature `alloc`: without it there is none.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Preview {}
 
 /// What the window shows.

@@ -12,7 +12,7 @@
 //! let model = Model::<f32, 3>::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default())?;
 //! let mut inverse = Inverse::new(model, Some((-500.0, 500.0)))?; // V
 //! let drive: f32 = inverse.step(1.5); // V for 1.5 um: in the interrupt of a timer
-//! assert_eq!((drive, inverse.saturated()), (280.5195, false));
+//! assert!((drive - 292.5).abs() < 1e-3 && !inverse.saturated());
 //! # Ok::<(), hysteresis_core::Error>(())
 //! ```
 //!

@@ -78,7 +78,7 @@ impl<T: Real, const N: usize> Model<T, N> {
     /// use hysteresis_core::Offsets;
     /// use hysteresis_core::embedded::Model;
     /// let (w, r, ra) = ([1.0, 0.5, 0.5], [0.0, 2.0, 3.0], [0.0, 2.0, 2.0]);
-    /// let model = |rb| Model::<f32, 3>::new(&w, &r, &ra, &rb, &[0.0, 1.0, 1.0], Offsets::default());
+    /// let model = |rb: [f64; 3]| Model::<f32, 3>::new(&w, &r, &ra, &rb, &[0.0, 1.0, 1.0], Offsets::default());
     /// assert!(model([0.0, 1.0, 1.5]).is_ok());
     /// let error = model([0.0, 1.5, 1.0]).unwrap_err();
     /// assert_eq!(error.parameter(), Some("rb"));

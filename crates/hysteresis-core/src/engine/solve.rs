@@ -58,7 +58,8 @@ pub(crate) fn solve<T: Real>(
     let mut checkpoint = path.checkpoint();
     // Where the last piece that falls short ends, and the first one that is too far begins.
     let (mut near_end, mut far_begin) = (near.input, far.map_or(limit, |far| far.input));
-    let mut guess = if guess == near.input { guess } else { bracketed(direction, guess, near, far, limit) };
+    // Only there: where products underflow, every guess is `near`.
+    let mut guess = if target == near.output { near.input } else { bracketed(direction, guess, near, far, limit) };
     let mut step = 0_u8;
     loop {
         step = step.wrapping_add(1);

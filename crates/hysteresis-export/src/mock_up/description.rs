@@ -79,8 +79,12 @@ fn scalar(stage: &Stage, simulation: &Simulation, reference: u32, variable: &Var
 
 /// Those with a role, by their places counted from 1.
 fn unknowns(variables: &[Variable], has: impl Fn(Role) -> bool) -> String {
-    let found = (1..).zip(variables).filter(|(_, variable)| has(variable.role));
-    found.map(|(index, _)| format!("      <Unknown index=\"{index}\"/>\n")).collect()
+    let mut lines = String::new();
+    for (index, _) in (1..).zip(variables).filter(|(_, variable)| has(variable.role)) {
+        // Writing to a text has no way to fail.
+        let _ = writeln!(lines, "      <Unknown index=\"{index}\"/>");
+    }
+    lines
 }
 
 fn unit(stage: &Stage, quantity: Quantity) -> Option<String> {

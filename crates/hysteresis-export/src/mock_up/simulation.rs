@@ -116,7 +116,7 @@ impl Simulation {
     pub fn real(&self, reference: u32) -> Result<f64, Error> {
         let variable = self.variable(reference, Type::Real)?;
         Ok(match &self.machine {
-            _ if variable.role == Role::Input => self.inputs[self.place(variable)],
+            _ if variable.role == Role::Input => self.inputs[place(variable)],
             Machine::Forward(forward) => forward.output(),
             Machine::Inverse(inverse) if variable.quantity == Quantity::Drive => inverse.output(),
             Machine::Inverse(inverse) => inverse.position(),
@@ -176,12 +176,8 @@ impl Simulation {
         if variable.role != Role::Input {
             return Err(Error::argument("value reference", "that of an input", variable.name));
         }
-        self.inputs[self.place(variable)] = value;
+        self.inputs[place(variable)] = value;
         Ok(())
-    }
-
-    fn place(&self, variable: &Variable) -> usize {
-        usize::from(variable.quantity == Quantity::Measurement)
     }
 
     fn variable(&self, reference: u32, kind: Type) -> Result<&'static Variable, Error> {
@@ -215,6 +211,11 @@ impl Simulation {
         self.inputs = inputs;
         Ok(())
     }
+}
+
+/// Which input it is.
+fn place(variable: &Variable) -> usize {
+    usize::from(variable.quantity == Quantity::Measurement)
 }
 
 /// The state of a stream, if it belongs to this sampling interval.

@@ -45,11 +45,11 @@ pub(crate) struct Variable {
 
 impl Variable {
     pub(crate) fn kind(&self) -> Type {
+        use Quantity::{Clamped, Implausible, Missing, Rejected, Saturated, SaturatedSamples, Slewing, SlewingSamples};
         match self.quantity {
-            Quantity::Drive | Quantity::Position | Quantity::Target | Quantity::Reference => Type::Real,
-            Quantity::Measurement | Quantity::Kp | Quantity::Ki => Type::Real,
-            Quantity::Saturated | Quantity::Slewing => Type::Boolean,
-            _ => Type::Integer,
+            Saturated | Slewing => Type::Boolean,
+            Rejected | Clamped | Missing | Implausible | SaturatedSamples | SlewingSamples => Type::Integer,
+            _ => Type::Real,
         }
     }
 }

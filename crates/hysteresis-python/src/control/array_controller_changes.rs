@@ -93,8 +93,8 @@ impl ArrayController {
     /// amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not part of it.
     #[getter]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.controller.state())?)
+        let state = shared(slf)?.controller.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

@@ -113,8 +113,7 @@ impl HybridController {
     /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
     #[getter]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        let state = this.stage_controller.state();
+        let state = shared(slf)?.stage_controller.state();
         let is_plain = state.observer.is_none() && state.repetitive.is_none();
         Ok(if is_plain { pythonize(slf.py(), &state.controller) } else { pythonize(slf.py(), &state) }?)
     }

@@ -73,8 +73,8 @@ process_methods!(Filter, filter {
     /// Everything that the filters remember, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.filter.state())?)
+        let state = shared(slf)?.filter.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

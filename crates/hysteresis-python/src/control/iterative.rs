@@ -211,8 +211,8 @@ impl IterativeLearning {
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.learning.state())?)
+        let state = shared(slf)?.learning.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

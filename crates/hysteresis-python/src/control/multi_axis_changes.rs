@@ -175,8 +175,8 @@ impl MultiAxisController {
     /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.controller.state())?)
+        let state = shared(slf)?.controller.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

@@ -150,8 +150,8 @@ impl Observer {
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.observer.state())?)
+        let state = shared(slf)?.observer.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

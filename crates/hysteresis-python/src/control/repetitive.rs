@@ -158,8 +158,8 @@ impl RepetitiveControl {
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.control.state())?)
+        let state = shared(slf)?.control.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

@@ -162,8 +162,8 @@ impl RecursiveIdentifier {
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.0.state())?)
+        let state = shared(slf)?.0.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

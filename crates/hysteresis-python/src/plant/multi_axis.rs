@@ -213,8 +213,8 @@ impl MultiAxisPlant {
     /// Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.plant.state())?)
+        let state = shared(slf)?.plant.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

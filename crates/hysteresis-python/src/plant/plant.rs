@@ -248,8 +248,8 @@ impl Plant {
     /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.plant.state())?)
+        let state = shared(slf)?.plant.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

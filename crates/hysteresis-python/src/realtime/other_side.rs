@@ -1,10 +1,11 @@
 //! What a loop may read from and write to, as Python names it.
 
 use std::ffi::c_void;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteresis_realtime::io::{FunctionIo, ReadFunction, WriteFunction};
 use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::convert::arguments::whole;
 use crate::convert::errors::{self, unexpected};
@@ -61,6 +62,15 @@ impl Functions {
             _kept: [read, write].map(|function| function.clone().unbind()),
         })
     }
+
+    fn __repr__(&self) -> String {
+        format!("Functions({:#x}, {:#x}, context={:#x})", self.read, self.write, self.context)
+    }
+
+    /// Itself: it never changes. It cannot be pickled, as its addresses are those of this process.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
 }
 
 impl Functions {
@@ -108,7 +118,8 @@ fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// >>> io = mh.realtime.Udp("127.0.0.1:47001", local="127.0.0.1:47002")
 /// >>> io.plant
 /// '127.0.0.1:47001'
-#[pyclass(module = "mpi_hyst.realtime", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.realtime", frozen, get_all, eq, hash)]
+#[derive(PartialEq, Eq, Hash)]
 pub(crate) struct Udp {
     /// Where drives go, and from where measurements are taken.
     pub(super) plant: String,
@@ -122,6 +133,14 @@ impl Udp {
     #[pyo3(signature = (plant, *, local))]
     fn new(plant: String, local: String) -> Self {
         Self { plant, local }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Udp({:?}, local={:?})", self.plant, self.local)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((&str,), Bound<'py, PyDict>)> {
+        Ok(((&self.plant,), [("local", &self.local)].into_py_dict(py)?))
     }
 }
 
@@ -142,7 +161,8 @@ impl Udp {
 /// >>> io = mh.realtime.SharedMemory("/dev/shm/stage")
 /// >>> str(io.path)
 /// '/dev/shm/stage'
-#[pyclass(module = "mpi_hyst.realtime", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.realtime", frozen, get_all, eq, hash)]
+#[derive(PartialEq, Eq, Hash)]
 pub(crate) struct SharedMemory {
     /// The file.
     pub(super) path: PathBuf,
@@ -153,5 +173,13 @@ impl SharedMemory {
     #[new]
     fn new(path: PathBuf) -> Self {
         Self { path }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("SharedMemory({:?})", self.path.to_string_lossy())
+    }
+
+    fn __getnewargs__(&self) -> (&Path,) {
+        (&self.path,)
     }
 }

@@ -58,6 +58,18 @@ pub(crate) struct StageInverse {
     pub(crate) dt: f64,
 }
 
+impl StageForward {
+    fn sampled(&self) -> Sampled<stage::StageState> {
+        Sampled { dt: self.dt, stream: self.stream.state() }
+    }
+}
+
+impl StageInverse {
+    fn sampled(&self) -> Sampled<core::QuasiStaticState> {
+        Sampled { dt: self.dt, stream: self.stream.state() }
+    }
+}
+
 /// The array of drives that were put out before.
 fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     arrays::numbers("drives", drives)
@@ -75,15 +87,14 @@ macro_rules! stage_stream {
 
             /// What `state` says, as bytes: `state` takes them too.
             fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-                let this = shared(slf)?;
-                Ok(PyBytes::new(slf.py(), &Sampled { dt: this.dt, stream: this.stream.state() }.to_bytes()))
+                Ok(PyBytes::new(slf.py(), &shared(slf)?.sampled().to_bytes()))
             }
 
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
             #[getter]
             fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-                let this = shared(slf)?;
-                Ok(pythonize(slf.py(), &Sampled { dt: this.dt, stream: this.stream.state() })?)
+                let state = shared(slf)?.sampled();
+                Ok(pythonize(slf.py(), &state)?)
             }
 
             #[setter]

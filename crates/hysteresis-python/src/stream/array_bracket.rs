@@ -105,8 +105,8 @@ impl BracketArray {
     /// Everything that is remembered, as a list of M dictionaries to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
-        let this = shared(slf)?;
-        let states = this.brackets.brackets().iter().map(|bracket| Ok(pythonize(slf.py(), &bracket.state())?));
+        let states: Vec<_> = shared(slf)?.brackets.brackets().iter().map(core::Bracket::state).collect();
+        let states = states.iter().map(|state| Ok(pythonize(slf.py(), state)?));
         PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
     }
 

@@ -86,8 +86,8 @@ impl Bracket {
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = shared(slf)?;
-        Ok(pythonize(slf.py(), &this.bracket.state())?)
+        let state = shared(slf)?.bracket.state();
+        Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]

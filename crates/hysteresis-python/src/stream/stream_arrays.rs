@@ -241,8 +241,8 @@ macro_rules! stream_array_methods {
             /// bit for bit.
             #[getter]
             fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
-                let this = shared(slf)?;
-                let states = this.stream.streams().iter().map(|stream| Ok(pythonize(slf.py(), &stream.state())?));
+                let states: Vec<_> = shared(slf)?.stream.streams().iter().map(|stream| stream.state()).collect();
+                let states = states.iter().map(|state| Ok(pythonize(slf.py(), state)?));
                 PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
             }
 

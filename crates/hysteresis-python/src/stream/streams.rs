@@ -82,8 +82,8 @@ macro_rules! stream_methods {
             /// bit.
             #[getter]
             fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-                let this = shared(slf)?;
-                Ok(pythonize(slf.py(), &this.stream.state())?)
+                let state = shared(slf)?.stream.state();
+                Ok(pythonize(slf.py(), &state)?)
             }
 
             #[setter]

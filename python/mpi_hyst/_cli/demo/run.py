@@ -9,12 +9,12 @@ from mpi_hyst._cli.outputs import (
     Output,
     check_directory,
     check_outputs,
-    write_file,
     write_outputs,
 )
 from mpi_hyst._cli.progress import progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
+from mpi_hyst._files import write_file
 from mpi_hyst._paper.demo import Measurement, compute, exact, seconds
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
 from mpi_hyst._text import text_table

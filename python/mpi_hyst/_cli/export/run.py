@@ -87,13 +87,13 @@ def run(request: Request) -> str:
 
 def _check_options(request: Request, made: str) -> None:
     """Refuse options that the file has no use for."""
-    of_unit = {
+    of_unit: dict[str, object] = {
         "--kind": request.kind,
         "--feedforward": request.feedforward,
         "--gains": request.gains,
     }
     of_controller = {name: of_unit[name] for name in ("--feedforward", "--gains")}
-    useless = {} if made == "--fmu" else of_unit
+    useless: dict[str, object] = {} if made == "--fmu" else of_unit
     if made == "--fmu" and request.kind != "controller":
         useless = of_controller
     if made == "--bytes":

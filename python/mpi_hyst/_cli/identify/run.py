@@ -12,9 +12,10 @@ import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
 from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
-from mpi_hyst._cli.outputs import Output, write_file, write_outputs
+from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
+from mpi_hyst._files import write_file
 from mpi_hyst._report.identify.records import Records
 from mpi_hyst._report.identify.summary import summary
 from mpi_hyst._text import printable

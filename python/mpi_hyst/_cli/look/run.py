@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.look.guess import Guess, guess
 from mpi_hyst._cli.look.sampling import Sampling
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
