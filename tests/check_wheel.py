@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 LICENCES = {"LICENSE", "THIRD_PARTY_LICENSES.txt"}
+STACK = "mpi_hyst/_datasets/piezo_stack/"
+DATA = {STACK + name for name in ("LICENSE", "major_loops.csv.gz", "decaying_loops.csv.gz")}
 
 
 def faults(wheel: Path, places: Sequence[str]) -> list[str]:
@@ -16,6 +18,7 @@ def faults(wheel: Path, places: Sequence[str]) -> list[str]:
         names = archive.namelist()
         there = {name.rpartition("/")[2] for name in names if ".dist-info/licenses/" in name}
         found = [f"no licence file {name}" for name in sorted(LICENCES - there)]
+        found += [f"no {name}" for name in sorted(DATA - set(names))]
         libraries = [name for name in names if name.endswith((".so", ".pyd", ".dylib"))]
         found += [] if libraries else ["no compiled module"]
         for name in libraries:

@@ -37,12 +37,14 @@ WITHOUT_EXAMPLES = {
 MODULES = [
     mh,
     mh.control,
+    mh.datasets,
     mh.io,
     mh.paper,
     mh.plant,
     mh.plot,
     mh.realtime,
     mh.results,
+    mh.scan,
     mh.signals,
     mh.trajectories,
 ]

@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from check_wheel import LICENCES, faults
+from check_wheel import DATA, LICENCES, faults
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -46,6 +46,21 @@ def test_a_wheel_is_looked_into(
     path = tmp_path / "p.whl"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("p/_core.so", code)
+        for name in DATA:
+            archive.writestr(name, "")
         for name in names:
             archive.writestr(f"p-1.dist-info/licenses/{name}", "text")
     assert faults(path, ["/home/me"]) == said
+
+
+def test_a_wheel_without_the_measured_records_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "p.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("p/_core.so", "")
+        for name in LICENCES:
+            archive.writestr(f"p-1.dist-info/licenses/{name}", "text")
+    assert faults(path, []) == [f"no {name}" for name in sorted(DATA)]
+
+
+def test_the_measured_records_are_where_the_wheel_takes_them_from() -> None:
+    assert all((ROOT / "python" / name).is_file() for name in DATA)

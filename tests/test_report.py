@@ -78,9 +78,9 @@ def words(element: ET.Element) -> str:
 def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
     directory, result = demo
     assert result.exit_code == 0, result.output
-    assert result.stderr == ""
+    assert result.stderr == "" and result.stdout.startswith("measured: a piezo stack")
     assert {path.name for path in directory.iterdir()} == {
-        *("report.html", "modified.json", "conventional.json", "drive.csv"),
+        *("report.html", "stack.json", "modified.json", "conventional.json", "drive.csv"),
         *("identification.csv", "validation.csv", "trajectory.csv"),
     }
     assert str(directory / "report.html") in result.stdout
@@ -90,13 +90,13 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
 def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, Result]) -> None:
     root = parsed(demo[0] / "report.html")
     assert sections(root) == [
-        *("operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
+        *("stack", "operator", "loops", "errors", "paper", "residuals", "model", "compensation"),
         *("memory", "next"),
     ]
-    assert len(list(root.iter("img"))) == 8
+    assert len(list(root.iter("img"))) == 10
     assert "5.31 % for the conventional model" in words(root)
     assert "depend on data that are not published" in words(root)
-    table = words(next(root.iter("table")))
+    table = words(list(root.iter("table"))[1])  # the first is that of the measured stack
     for heading in ("max (nm)", "rms (nm)", "max (%)", "rms (%)", "base (µm)"):
         assert heading in table
 

@@ -47,7 +47,7 @@ def main() -> None:
     import atheris
 
     with atheris.instrument_imports(include=["mpi_hyst._io"]):
-        import mpi_hyst._io.read  # noqa: F401
+        import mpi_hyst._io.read  # noqa: F401  (what is imported here is instrumented)
 
     with tempfile.TemporaryDirectory() as folder:
         atheris.Setup(sys.argv, lambda data: take(data, Path(folder)) and None)

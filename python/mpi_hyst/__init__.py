@@ -2,12 +2,14 @@
 
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
-results of identification in `results`, the loop on a clock in `realtime`, files of records in
-`io`, files for other tools in `export`, figures in `plot`, and the published actuator in `paper`.
+results of identification in `results`, the loop on a clock in `realtime`, scans one after the other
+in `scan`, files of records in `io`, measured records in `datasets`, files for other tools in
+`export`, figures in `plot`, and the published actuator in `paper`.
 """
 
 from mpi_hyst import (
     control,
+    datasets,
     export,
     io,
     paper,
@@ -15,6 +17,7 @@ from mpi_hyst import (
     plot,
     realtime,
     results,
+    scan,
     signals,
     trajectories,
 )
@@ -62,6 +65,7 @@ __all__ = [
     "StageInverse",
     "compare",
     "control",
+    "datasets",
     "diagnose",
     "export",
     "identify",
@@ -74,6 +78,7 @@ __all__ = [
     "plot",
     "realtime",
     "results",
+    "scan",
     "signals",
     "trajectories",
 ]

@@ -90,6 +90,7 @@ __all__ = [
     "Tuning",
     "Udp",
     "c_header_text",
+    "c_name",
     "chirp",
     "compare",
     "decaying_triangle",
@@ -5046,6 +5047,9 @@ def c_header_text(
     stage: Stage, name: str, dt: float | None = None, sha256: str | None = None
 ) -> str:
     """The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file."""
+
+def c_name(text: str) -> str:
+    """A name of C made of any text: letters, digits and underscores, no digit first."""
 
 def fmu_texts(
     stage: Stage,

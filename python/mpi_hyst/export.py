@@ -10,9 +10,9 @@ import os
 from pathlib import Path
 from typing import Literal
 
-from mpi_hyst._core import Stage, c_header_text
+from mpi_hyst._core import Stage, c_header_text, c_name
 from mpi_hyst._files import write_file
-from mpi_hyst._fmu.pack import c_name, packed
+from mpi_hyst._fmu.pack import packed
 
 __all__ = ["c_header", "fmu"]
 
@@ -115,4 +115,4 @@ def c_header(
 
     """
     path = Path(path)
-    write_file(path, c_header_text(stage, c_name(path) if name is None else name, dt))
+    write_file(path, c_header_text(stage, c_name(path.stem) if name is None else name, dt))

@@ -114,8 +114,7 @@ fn options(bytes: &mut Bytes<'_>) -> ControllerOptions {
     // SAFETY: the call above has filled it.
     let mut options = unsafe { options.assume_init() };
     // Without gains a loop is tuned: that takes a second, and has tests of its own.
-    (options.kp, options.ki) = (bytes.magnitude(-3.0, 5.0), bytes.magnitude(-1.0, 9.0));
-    (options.kp, options.ki) = (options.kp.max(0.0), options.ki.max(0.0));
+    (options.kp, options.ki) = (bytes.magnitude(-3.0, 5.0).max(0.0), bytes.magnitude(-1.0, 9.0).max(0.0));
     options.feedforward = bytes.below(4).into();
     for number in [
         &mut options.limit_low,

@@ -74,8 +74,5 @@ pub(crate) fn saved<T: DeserializeOwned>(text: &str) -> Result<T, Failure> {
 
 /// The state of a stream, if it belongs to this sampling interval.
 pub(crate) fn at<T>(state: Sampled<T>, dt: f64) -> Result<T, Failure> {
-    if state.dt.to_bits() == dt.to_bits() {
-        return Ok(state.stream);
-    }
-    Err(Failure::new(Status::State, format!("state.dt: expected {dt:?}, got {:?}", state.dt)))
+    state.at(dt).map_err(|got| Failure::new(Status::State, format!("state.dt: expected {dt:?}, got {got:?}")))
 }

@@ -127,7 +127,7 @@ mod _core {
     #[pymodule_export]
     use crate::signal::signals::{decaying_triangle, sine, triangle};
     #[pymodule_export]
-    use crate::stage::export::{c_header_text, fmu_texts};
+    use crate::stage::export::{c_header_text, c_name, fmu_texts};
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;
     #[pymodule_export]

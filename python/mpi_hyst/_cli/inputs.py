@@ -109,12 +109,17 @@ def _refuse_interval(columns: Columns, rate: float | None, dt: float) -> NoRetur
     )
 
 
+def interval_of_rate(rate: float) -> float:
+    """Return the sampling interval in seconds of --rate."""
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")
+    return 1.0 / rate
+
+
 def _interval_of(rate: float, columns: Columns) -> float:
     if columns.time_column is not None:
         raise CommandError(
             f"--rate: {columns.source} has the time column {columns.time_column}; give one of "
             "both, or --time none"
         )
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise CommandError(f"--rate: expected a finite number above 0, got {rate!r}")
-    return 1.0 / rate
+    return interval_of_rate(rate)

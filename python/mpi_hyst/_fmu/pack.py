@@ -33,12 +33,6 @@ def packed(
     return _zipped(contents)
 
 
-def c_name(path: Path) -> str:
-    """Return a name of C made of that of a file."""
-    name = "".join(c if c.isascii() and c.isalnum() else "_" for c in path.stem)
-    return f"_{name}" if name[:1].isdigit() else name
-
-
 def _libraries() -> list[Path]:
     """Return the library for units of every platform that this package has."""
     found = sorted(path for path in _BINARIES.glob("*/mpi_hyst_fmu.*") if path.is_file())

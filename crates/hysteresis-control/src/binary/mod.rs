@@ -106,6 +106,16 @@ pub struct Sampled<T> {
     pub stream: T,
 }
 
+impl<T> Sampled<T> {
+    /// The state, if it belongs to this sampling interval.
+    ///
+    /// # Errors
+    /// The interval that it belongs to.
+    pub fn at(self, dt: f64) -> Result<T, f64> {
+        if self.dt.to_bits() == dt.to_bits() { Ok(self.stream) } else { Err(self.dt) }
+    }
+}
+
 /// A value as bytes of a kind.
 pub fn pack(kind: Kind, content: &impl Serialize) -> Vec<u8> {
     // Serialising plain numbers and strings into memory has no way to fail.

@@ -5,9 +5,10 @@ use super::law::{Rules, Sample};
 use super::limiter::Limiter;
 use super::loop_state::{LoopState, StopRamp};
 use super::options::ControllerOptions;
-use super::preview::{Preview, View};
+use super::preview::Preview;
 use super::source::DriveSource;
 use super::terms::{Counters, Terms};
+use super::view::View;
 use crate::error::{Error, check_length, is_admissible};
 
 /// Feed-forward and proportional-integral feedback, sample by sample: equation (8) with errata 10 to 12,

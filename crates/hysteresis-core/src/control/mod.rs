@@ -1,6 +1,6 @@
 //! The hybrid controller: feed-forward and proportional-integral feedback, equation (8), within limits at every sample.
 //!
-//! Each file knows only those above it: `command`, `terms`, `options`; `limiter`, `loop_state`, `gate`; `law`, `preview`,
+//! Each file knows only those above it: `command`, `terms`, `options`; `limiter`, `loop_state`, `gate`, `view`; `law`, `preview`,
 //! `source`, `feedforward`, `state`; `controller`, `changes`, which changes a running one, and `saved`. `axes` puts several controllers side by side.
 //! `array` is a room of its own: the controller of many actuators, which has the limiter and the modes in common.
 
@@ -26,6 +26,7 @@ mod source;
 #[cfg(feature = "alloc")]
 mod state;
 mod terms;
+mod view;
 #[cfg(not(feature = "alloc"))]
 mod without_alloc;
 

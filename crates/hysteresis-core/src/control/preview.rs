@@ -2,6 +2,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::view::View;
 use crate::engine::count_as_f64;
 use crate::error::{Bound, Error, check_finite};
 use crate::fingerprint::Fingerprint;
@@ -68,15 +69,6 @@ pub struct PreviewState {
 
 /// The weights of a kernel may sum to 1 with this error.
 const SUM_TOLERANCE: f64 = 1e-9;
-
-/// What the window shows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct View {
-    pub(super) reference: f64,
-    pub(super) target: f64,
-    /// Whether the window is full with this reference, for the first time.
-    pub(super) filled: bool,
-}
 
 impl Preview {
     /// A window of as many references as there are coefficients.

@@ -1,6 +1,7 @@
 //! What a controller has in place of a preview, and of the sources of its feed-forward that allocate, where nothing may.
 
 use super::source::DriveSource;
+use super::view::View;
 use crate::error::Error;
 
 /// Feedback alone, or volts that come with every sample. An inverse that needs no allocator is a source by itself:
@@ -48,15 +49,6 @@ impl DriveSource for FeedForward {
 /// A preview needs the feature `alloc`: without it there is none.
 #[derive(Clone, Debug)]
 pub enum Preview {}
-
-/// What the window shows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct View {
-    pub(super) reference: f64,
-    pub(super) target: f64,
-    /// Whether the window is full with this reference, for the first time.
-    pub(super) filled: bool,
-}
 
 impl Preview {
     pub(super) fn samples_until_full(&self) -> Option<f64> {

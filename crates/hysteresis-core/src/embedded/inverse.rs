@@ -1,9 +1,9 @@
 use super::model::{Holds, Model};
 use crate::engine::Engine;
-use crate::error::{Error, check_within_limits};
+use crate::error::Error;
 use crate::process::Process;
 use crate::real::Real;
-use crate::stream::{InverseCore, check_limits, unlimited};
+use crate::stream::{InverseCore, check_limits};
 
 /// The exact inverse of a model, sample by sample, without an allocator: the drive that brings the model's output to the target.
 ///
@@ -97,11 +97,7 @@ impl<T: Real, const N: usize, M: Holds<T, N>> Inverse<T, N, M> {
     /// # Errors
     /// [`Error::Domain`] for a drive that is not finite or outside the limits; nothing is taken then.
     pub fn follow(&mut self, drives: &[T]) -> Result<(), Error> {
-        check_within_limits("drives", drives, self.limits().unwrap_or(unlimited()))?;
-        for drive in drives {
-            self.follow_drive(*drive);
-        }
-        Ok(())
+        self.core.follow(drives)
     }
 }
 

@@ -1,8 +1,8 @@
 use super::check_limits;
-use super::inverse_core::{InverseCore, Look, unlimited};
+use super::inverse_core::{InverseCore, Look};
 use super::state::{StreamState, check_output};
 use crate::engine::{CompiledModel, HeapMemory, Memory, Method, Point, check_same};
-use crate::error::{Error, check_within_limits};
+use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -144,11 +144,7 @@ impl Inverse {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_within_limits("drives", drives, self.limits().unwrap_or(unlimited()))?;
-        for drive in drives {
-            self.follow_drive(*drive);
-        }
-        Ok(())
+        self.core.follow(drives)
     }
 
     /// Goes on with the weights and the output offset of another model of the same operators, without a jump of the

@@ -2,6 +2,7 @@
 
 use super::segment::Segment;
 use crate::engine::{Direction, Memory, Piece, Point, Reach};
+use crate::error::{Error, check_within_limits};
 use crate::real::Real;
 
 /// The exact inverse of a model, sample by sample.
@@ -198,5 +199,14 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
             self.rejected = self.rejected.saturating_add(1);
         }
         self.reached()
+    }
+
+    /// Takes over drives, oldest first, if all are within the limits.
+    pub(crate) fn follow(&mut self, drives: &[T]) -> Result<(), Error> {
+        check_within_limits("drives", drives, self.limits)?;
+        for drive in drives {
+            self.follow_drive(*drive);
+        }
+        Ok(())
     }
 }

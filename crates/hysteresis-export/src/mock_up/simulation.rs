@@ -60,23 +60,26 @@ impl Simulation {
             let parameter = if settings.gains.is_some() { "gains" } else { "feedforward" };
             return Err(Error::argument(parameter, "none without kind \"controller\"", settings.kind.name()));
         }
-        let at_rest = stage.forward(dt)?;
-        let machine = match settings.kind {
-            Kind::Forward => Machine::Forward(at_rest.clone().into()),
-            Kind::Inverse => Machine::Inverse(stage.inverse(dt, None)?.into()),
+        let (machine, inputs) = match settings.kind {
+            Kind::Forward => {
+                let forward = stage.forward(dt)?;
+                let drive = forward.drive();
+                (Machine::Forward(forward.into()), [drive, 0.0])
+            }
+            Kind::Inverse => {
+                let inverse = stage.inverse(dt, None)?;
+                let position = inverse.position();
+                (Machine::Inverse(inverse.into()), [position, 0.0])
+            }
             Kind::Controller => {
+                let position = stage.forward(dt)?.output();
                 let options = match settings.gains {
                     Some(gains) => stage.controller_options_with_gains(dt, None, gains)?,
                     None => stage.controller_options(dt, None)?,
                 };
                 let source = settings.feedforward.feedforward(stage, dt)?;
-                Machine::Controller(stage.controller(source, &options)?.into())
+                (Machine::Controller(stage.controller(source, &options)?.into()), [position; 2])
             }
-        };
-        let inputs = match &machine {
-            Machine::Forward(forward) => [forward.drive(), 0.0],
-            Machine::Inverse(inverse) => [inverse.position(), 0.0],
-            Machine::Controller(_) => [at_rest.output(); 2],
         };
         Ok(Self { kind: settings.kind, dt, inputs, machine })
     }
@@ -223,9 +226,5 @@ fn at<T>(dt: f64, bytes: &[u8]) -> Result<T, Error>
 where
     Sampled<T>: Binary,
 {
-    let state = Sampled::<T>::from_bytes(bytes)?;
-    if state.dt.to_bits() == dt.to_bits() {
-        return Ok(state.stream);
-    }
-    Err(Error::argument("state.dt", format!("{dt:?}"), state.dt))
+    Sampled::<T>::from_bytes(bytes)?.at(dt).map_err(|got| Error::argument("state.dt", format!("{dt:?}"), got))
 }

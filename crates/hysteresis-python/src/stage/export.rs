@@ -46,6 +46,12 @@ pub(crate) fn c_header_text(
     hysteresis_export::c_header(&stage.0, &HeaderOptions { name, dt, sha256 }).map_err(raise)
 }
 
+/// A name of C made of any text: letters, digits and underscores, no digit first.
+#[pyfunction]
+pub(crate) fn c_name(text: &str) -> String {
+    hysteresis_export::c_name(text)
+}
+
 /// The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them.
 #[pyfunction]
 #[pyo3(signature = (stage, kind, name, dt, feedforward="inverse", gains=None))]

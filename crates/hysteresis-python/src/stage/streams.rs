@@ -99,13 +99,12 @@ macro_rules! stage_stream {
 
             #[setter]
             fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let Sampled { dt, stream } = saved_or_bytes(state)?;
+                let state: Sampled<_> = saved_or_bytes(state)?;
                 let mut this = exclusive(slf)?;
-                if dt.to_bits() != this.dt.to_bits() {
-                    let place = Place::part("state", "state.dt");
-                    return Err(value(place, format_args!("expected {:?}, got {dt:?}", this.dt)));
-                }
-                this.stream.set_state(&stream).map_err(raise)
+                let dt = this.dt;
+                let place = Place::part("state", "state.dt");
+                let state = state.at(dt).map_err(|got| value(place, format_args!("expected {dt:?}, got {got:?}")))?;
+                this.stream.set_state(&state).map_err(raise)
             }
 
             /// Takes over what was driven before, oldest drive first, one per sampling interval.

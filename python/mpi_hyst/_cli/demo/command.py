@@ -10,10 +10,10 @@ from mpi_hyst._cli.options import directory as directory_option
 from mpi_hyst._cli.terminal import say
 
 
-@click.command(short_help="Identify and compensate a simulated actuator.")
+@click.command(short_help="Identify a measured stack and a simulated actuator.")
 @directory_option("mpi-hyst-demo", "the report, the models and the records")
 def demo(directory: Path) -> None:
-    """Identify and compensate the simulated actuator of the paper. Needs no data."""
+    """Fit a measured piezo stack, then the simulated actuator of the paper. Needs no data."""
     from mpi_hyst._cli.demo.run import run
 
     say(run(directory))

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.inputs import interval_of_rate
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, load_stage, name_options
-from mpi_hyst._core import c_header_text
-from mpi_hyst._fmu.pack import c_name, packed
+from mpi_hyst._core import c_header_text, c_name
+from mpi_hyst._fmu.pack import packed
 from mpi_hyst._text import digits, text_pairs
 
 _ENDINGS = {"--fmu": ".fmu", "--c": ".h", "--bytes": ".bin"}
@@ -58,9 +58,7 @@ class Request:
             return self.dt
         if self.dt is not None:
             raise CommandError("--rate: expected --dt or --rate, got both")
-        if not (math.isfinite(self.rate) and self.rate > 0.0):
-            raise CommandError(f"--rate: expected a finite number above 0, got {self.rate!r}")
-        return 1.0 / self.rate
+        return interval_of_rate(self.rate)
 
 
 def run(request: Request) -> str:
@@ -118,7 +116,7 @@ def _content(
         content = stage.to_bytes()
         return content, [("stage", f"{len(content)} bytes")]
     if made == "--c":
-        name = request.name or c_name(path)
+        name = request.name or c_name(path.stem)
         file = hashlib.sha256(request.stage_path.read_bytes()).hexdigest()
         text = c_header_text(stage, name, dt, file)
         return text.encode(), [("names begin with", f"{name}_"), *seconds]

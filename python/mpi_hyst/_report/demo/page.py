@@ -14,9 +14,11 @@ from mpi_hyst._paper.demo import (
     exact,
     seconds,
 )
+from mpi_hyst._paper.stack import MeasuredStack
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas, plots, walk
 from mpi_hyst._report.demo import figures
+from mpi_hyst._report.demo.stack import cards, section
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Card, Figure, Lines, Pairs, Report, Section, Table, render
@@ -27,16 +29,17 @@ _POSITION = Quantity("position_um")
 _COLOURS = (canvas.SOFT, canvas.ORANGE, canvas.GREEN, canvas.BLUE, canvas.INK)
 
 
-def report(demo: Demo, directory: Path) -> str:
+def report(stack: MeasuredStack, demo: Demo, directory: Path) -> str:
     """Return the HTML text."""
     traces = [_trace(demo, record) for record in demo.records]
     return render(
         Report(
-            title="Hysteresis of a piezo actuator: model, identification, compensation",
-            subtitle="The simulated actuator of Wang, Chen, Zhou and Bai (2017): Table I with all "
-            "digits recovered from Table II.",
-            cards=_cards(demo),
+            title="Hysteresis of piezo actuators: model, identification, compensation",
+            subtitle="First a measured stack. Then the simulated actuator of Wang, Chen, Zhou and "
+            "Bai (2017): Table I with all digits recovered from Table II.",
+            cards=[*cards(stack), *_cards(demo)],
             sections=[
+                section(stack),
                 _operator(),
                 _loops(traces),
                 _errors(demo),
@@ -47,7 +50,7 @@ def report(demo: Demo, directory: Path) -> str:
                 _memory(demo),
                 _next(directory),
             ],
-            footer="mpi_hyst demo. Simulated at "
+            footer=f"mpi_hyst demo. Measured: {stack.fitted.source} Simulated: at "
             f"{RATE / 1000:g} kHz with {1e3 * NOISE:g} nm rms of sensor noise; the seed is fixed. "
             "Method: G. Wang, G. Chen, "
             "H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, "
@@ -84,7 +87,7 @@ def _cards(demo: Demo) -> list[Card]:
     return [
         Card(
             f"{1e3 * error.rms:.2f} nm",
-            "rms error of the model, validation",
+            "simulated: rms error of the model, validation",
             f"{1e2 * error.rms / error.base:.3f} % of {digits(error.base, 3)} µm, true position",
         ),
         Card(
@@ -94,7 +97,7 @@ def _cards(demo: Demo) -> list[Card]:
         ),
         Card(
             f"{1e3 * followed.max:.1f} nm",
-            "largest tracking error, exact inverse",
+            "simulated: largest tracking error, exact inverse",
             f"{1e2 * followed.max / followed.base:.3f} % of the "
             f"{digits(followed.base, 3)} µm stroke",
         ),
@@ -336,9 +339,10 @@ def _next(directory: Path) -> Section:
         "next",
         "With your own data",
         [
-            f"The directory {directory} has the records, both models, the trajectory and the drive "
-            "of the exact inverse. These two commands repeat identification and compensation. "
-            "Replace the files by your own.",
+            f"The directory {directory} has stack.json, the stage of the measured stack, and of "
+            "the simulated actuator the records, both models, the trajectory and the drive of the "
+            "exact inverse. These two commands repeat identification and compensation of the "
+            "latter. Replace the files by your own.",
         ],
         [
             Lines(

@@ -3,7 +3,22 @@
 from __future__ import annotations
 
 from mpi_hyst._paper.demo import Demo, Error
+from mpi_hyst._paper.stack import MeasuredStack
 from mpi_hyst._text import digits
+
+
+def stack_errors(stack: MeasuredStack) -> tuple[list[str], list[list[str]]]:
+    """Return the errors of all models of the measured stack as a table."""
+    header = ["record", "model", "max (µm)", "rms (µm)", "max (%)", "rms (%)", "base (µm)"]
+    rows = []
+    for what, name in (("fitted", stack.fitted.name), ("not fitted", stack.unseen.name)):
+        for one in stack.predictions:
+            error = one.fitted if what == "fitted" else one.unseen
+            micrometres = (f"{value:.3f}" for value in (error.max, error.rms))
+            percent = (f"{100 * value / error.base:.2f}" for value in (error.max, error.rms))
+            cells = [*micrometres, *percent, digits(error.base)]
+            rows.append([f"{name}, {what}", one.name, *cells])
+    return header, rows
 
 
 def model_errors(demo: Demo) -> tuple[list[str], list[list[str]]]:
