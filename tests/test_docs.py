@@ -13,11 +13,17 @@ import pytest
 
 CHECKOUT = Path(__file__).parents[1]
 DOCS = CHECKOUT / "docs"
-PAGES = sorted(path for path in DOCS.rglob("*.md") if "auto_gallery" not in path.parts)
-NAMES = [str(page.relative_to(DOCS)) for page in PAGES]
+# The first page of a code host, and what lies beside it.
+FRONT = [
+    CHECKOUT / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING", "RELIABILITY")
+]
+PAGES = [*FRONT, *sorted(path for path in DOCS.rglob("*.md") if "auto_gallery" not in path.parts)]
+NAMES = [str(page.relative_to(CHECKOUT)) for page in PAGES]
 # What is a drawing or a directive of Sphinx, and no code.
 NO_CODE = {"text"}
 MARK = re.compile(r"<!-- (?:not run|run by): \S.* -->$")
+RUNS = re.compile(r"<!-- run by: (?P<runs>\S.*) -->$")
+A_FILE = re.compile(r"(?:[\w.-]+/)*[\w.-]+\.(?:py|rs|md)\b")
 FENCE = re.compile(r"^```(?P<kind>\S.*)?$")
 FORMULA = re.compile(r"\$\$.*?\$\$", re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|mailto:)(?P<target>[^)\s]+)\)")
@@ -63,6 +69,14 @@ def test_every_block_runs_or_says_why_not(page: Path) -> None:
         elif not block.kind.startswith("{") and block.kind not in NO_CODE:
             runs = block.kind == "python" and block.text.startswith(">>> ")
             assert runs or MARK.match(block.mark), f"{where}: neither run nor marked"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_what_runs_a_block_is_there(page: Path) -> None:
+    marks = [match["runs"] for block in blocks(page) if (match := RUNS.match(block.mark))]
+    files = [A_FILE.findall(mark) for mark in marks]
+    assert [mark for mark, named in zip(marks, files, strict=True) if not named] == []
+    assert [name for named in files for name in named if not (CHECKOUT / name).is_file()] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
