@@ -231,7 +231,7 @@ docs: $(PACKAGE) $(DOCS) ## the pages of docs, every code cell run anew: target/
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 	cp -R target/doc $(SITE)/rust
 
-linkcheck: docs ## every link and anchor of target/docs that leads into it
+linkcheck: docs ## every link and anchor of target/docs that leads into it; nothing is loaded from elsewhere
 	$(BIN)/python docs/check_links.py $(SITE)
 
 linkcheck-web: $(PACKAGE) $(DOCS) ## links of the pages to other sites; needs the network
@@ -246,7 +246,7 @@ format: $(TOOLS) ## format all code
 	$(BIN)/ruff check --fix $(PYTHON_CODE)
 
 clean: ## remove all that was built
-	rm -rf target $(VENV) docs/auto_gallery docs/sg_execution_times.rst mpi-hyst-demo mpi-hyst-reproduce dist python/mpi_hyst/*.so python/mpi_hyst/_fmu/binaries
+	rm -rf target $(VENV) docs/auto_gallery mpi-hyst-demo mpi-hyst-reproduce dist python/mpi_hyst/*.so python/mpi_hyst/_fmu/binaries
 
 $(MEASURED):
 	mkdir -p $@

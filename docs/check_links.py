@@ -1,4 +1,8 @@
-"""Checks links of the built pages that stay in them: file and anchor; `make linkcheck`."""
+"""Checks the built pages; `make linkcheck`.
+
+Links that stay in them need their file and anchor. What a page loads must lie beside it: pages show
+without a network.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ class Page(HTMLParser):
         """Begin with none."""
         super().__init__()
         self.links: list[str] = []
+        self.loads: list[str] = []
         self.anchors: set[str] = set()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -24,6 +29,9 @@ class Page(HTMLParser):
                 self.anchors.add(value)
             if value and (name == "href" or (name == "src" and tag in {"img", "script"})):
                 self.links.append(value)
+                style = tag == "link" and ("rel", "stylesheet") in attrs
+                if (name == "src" or style) and urlsplit(value).netloc:
+                    self.loads.append(value)
 
 
 def read(path: Path) -> Page:
@@ -34,13 +42,16 @@ def read(path: Path) -> Page:
 
 
 def broken(site: Path) -> list[str]:
-    """Return a line for every link that leads nowhere. Pages of rustdoc are checked by rustdoc."""
+    """Return a line for all that is wrong. Pages of rustdoc are checked by rustdoc."""
     own = [
         path for path in sorted(site.rglob("*.html")) if "rust" not in path.relative_to(site).parts
     ]
     pages = {path.resolve(): read(path) for path in own}
     found = []
     for path, page in pages.items():
+        found += [
+            f"{path.relative_to(site.resolve())}: {load}: needs the network" for load in page.loads
+        ]
         for link in page.links:
             parts = urlsplit(link)
             if parts.scheme or parts.netloc:

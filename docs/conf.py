@@ -69,8 +69,11 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "remove_config_comments": True,
-    "min_reported_time": 1e9,  # times of the building machine say nothing to a reader
+    # Times of this machine say nothing to a reader. Their page would load scripts from elsewhere.
+    "write_computation_times": False,
+    "min_reported_time": 1e9,
     "show_signature": False,
+    "capture_repr": (),  # pages show figures and what is printed
 }
 
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

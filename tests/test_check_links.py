@@ -46,6 +46,21 @@ def test_files_and_anchors_that_are_not_there_are_named(tmp_path: Path) -> None:
     ]
 
 
+def test_what_a_page_loads_from_elsewhere_is_named(tmp_path: Path) -> None:
+    loads = (
+        '<script src="https://example.org/a.js"></script><img src="//example.org/b.png">'
+        '<link rel="stylesheet" href="https://example.org/c.css">'
+        '<link rel="canonical" href="https://example.org/d"><img src="data:image/png;base64,AA">'
+    )
+    status, said = check(made(tmp_path / "site", loads))
+    assert status == 1
+    assert said.splitlines() == [
+        "index.html: https://example.org/a.js: needs the network",
+        "index.html: //example.org/b.png: needs the network",
+        "index.html: https://example.org/c.css: needs the network",
+    ]
+
+
 def test_a_folder_without_pages_is_told(tmp_path: Path) -> None:
     status, said = check(tmp_path)
     assert status == 2 and "make docs" in said
