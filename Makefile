@@ -11,12 +11,8 @@ BENCHES := $(VENV)/.benches
 DOCS := $(VENV)/.docs
 SITE := target/docs
 TIMES := target/bench/python.json
-# The library of functional mock-up units, which the Python package packs: in the folder that FMI gives this platform.
-FMI_PLATFORM := $(if $(filter Darwin,$(shell uname -s)),darwin64,$(if $(filter Windows_NT,$(OS)),win64,linux64))
-FMU_SUFFIX := $(if $(filter darwin64,$(FMI_PLATFORM)),dylib,$(if $(filter win64,$(FMI_PLATFORM)),dll,so))
-FMU_LIBRARY := $(if $(filter win64,$(FMI_PLATFORM)),,lib)mpi_hyst_fmu.$(FMU_SUFFIX)
-MAKE_FMU := cargo rustc --quiet --release -p hysteresis-fmu --lib --crate-type cdylib -- -C strip=symbols
-FMU := python/mpi_hyst/_fmu/binaries/$(FMI_PLATFORM)/mpi_hyst_fmu.$(FMU_SUFFIX)
+# The library of functional mock-up units, which the Python package packs.
+UNITS := $(VENV)/.units
 PYTHON_CODE := python tests examples docs benches/python checks/fuzz
 CAPI ?= target/capi
 
@@ -31,8 +27,8 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel licences realtime firmware header soak fuzz mutants audit sbom \
-	kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
+	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try lowest crates semver workflow licences realtime firmware header soak \
+	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -180,7 +176,7 @@ capi: ## the C library, its header and its pkg-config file, in the folder CAPI (
 	version=$$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml) && \
 		sed "s/@VERSION@/$$version/" crates/hysteresis-capi/mpi_hyst.pc.in > $(CAPI)/lib/pkgconfig/mpi_hyst.pc
 
-fmu: $(FMU) ## the library of functional mock-up units, which the Python package holds
+fmu: $(UNITS) ## the library of functional mock-up units, which the Python package holds
 
 RATE ?= 10000
 SECONDS ?= 60
@@ -205,11 +201,37 @@ WHEEL_FLAGS = --remap-path-prefix=$(CURDIR)=. --remap-path-prefix=$(or $(CARGO_H
 
 wheel: $(TOOLS) ## the wheel for this system, with all licences and without paths of this machine, in target/wheel/dist
 	rm -rf target/wheel/dist
-	RUSTFLAGS="$(WHEEL_FLAGS)" CARGO_TARGET_DIR=$(CURDIR)/target/wheel $(MAKE_FMU)
-	mkdir -p $(dir $(FMU))
-	cp target/wheel/release/$(FMU_LIBRARY) $(FMU)
+	RUSTFLAGS="$(WHEEL_FLAGS)" CARGO_TARGET_DIR=$(CURDIR)/target/wheel $(PYTHON) docs/make_units.py
 	RUSTFLAGS="$(WHEEL_FLAGS)" $(BIN)/maturin build --quiet --release --target-dir target/wheel --out target/wheel/dist
 	$(BIN)/python tests/check_wheel.py target/wheel/dist/*.whl $(CURDIR) $(or $(CARGO_HOME),$(HOME)/.cargo)
+
+wheel-try: wheel ## install that wheel in an empty environment, without Rust on the path, and run the demo there
+	$(PYTHON) -m venv --clear target/wheel/venv
+	target/wheel/venv/bin/python -m pip install --quiet "$$(ls $(CURDIR)/target/wheel/dist/*.whl)[cli,report]"
+	mkdir -p target/wheel/try
+	cd target/wheel/try && PATH=/usr/bin:/bin ../venv/bin/mpi-hyst demo
+
+lowest: wheel ## the Python tests with the oldest versions of numpy and of the extras that pyproject.toml allows
+	$(PYTHON) -m venv --clear target/lowest
+	$(PYTHON) docs/lowest_versions.py > target/lowest/constraints.txt
+	target/lowest/bin/python -m pip install --quiet 'pip>=25.1'
+	target/lowest/bin/python -m pip install --quiet --constraint target/lowest/constraints.txt --group test \
+		"$$(ls $(CURDIR)/target/wheel/dist/*.whl)[all]"
+	target/lowest/bin/python -m pytest --numprocesses=2 --dist=loadfile $(LOWEST_OPTIONS)
+
+CRATES := core control simulate identify realtime export
+
+crates: ## pack the crates as for the registry, and build each from what was packed
+	cargo package --quiet $(CRATES:%=--package hysteresis-%) --target-dir target/crates
+
+SEMVER_BASE ?= $(shell git describe --tags --abbrev=0 --match 'v*' 2>/dev/null)
+
+semver: target/tools/bin/cargo-semver-checks ## does the Rust interface keep what it promised at SEMVER_BASE, by default the last release
+	$(if $(SEMVER_BASE),,$(error SEMVER_BASE: expected a commit or tag, as there is no release yet: make semver SEMVER_BASE=...))
+	target/tools/bin/cargo-semver-checks semver-checks --baseline-rev $(SEMVER_BASE) $(CRATES:%=--package hysteresis-%)
+
+workflow: $(TOOLS) ## write the workflow of a release anew
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(PYTHON) docs/make_workflow.py
 
 licences: ## write the licences of all linked crates anew
 	$(PYTHON) docs/make_licences.py
@@ -271,11 +293,10 @@ $(BENCHES): $(TOOLS)
 	@touch $@
 
 # Cargo knows what has changed; without symbols it is a quarter of the size.
-$(FMU): $(RUST)
-	$(MAKE_FMU)
-	mkdir -p $(@D)
-	cp target/release/$(FMU_LIBRARY) $@
+$(UNITS): $(TOOLS) $(RUST) docs/make_units.py
+	$(PYTHON) docs/make_units.py
+	@touch $@
 
-$(PACKAGE): $(TOOLS) $(RUST) $(FMU) pyproject.toml
+$(PACKAGE): $(TOOLS) $(RUST) $(UNITS) pyproject.toml
 	$(BIN)/maturin develop --quiet --release --extras cli,report
 	@touch $@

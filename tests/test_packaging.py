@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import sys
 import zipfile
 from pathlib import Path
+from typing import Any
 
+import mpi_hyst
 import pytest
+import yaml
 from check_wheel import DATA, LICENCES, faults
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def test_the_licences_are_those_of_the_linked_crates(monkeypatch: pytest.MonkeyPatch) -> None:
+def module_of_docs(monkeypatch: pytest.MonkeyPatch, name: str) -> Any:
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
-    make_licences = importlib.import_module("make_licences")
+    return importlib.import_module(name)
 
+
+def test_the_licences_are_those_of_the_linked_crates(monkeypatch: pytest.MonkeyPatch) -> None:
+    make_licences = module_of_docs(monkeypatch, "make_licences")
     assert len(make_licences.linked()) > 50
     stale = "make licences writes it anew"
     assert make_licences.FILE.read_text("utf-8") == make_licences.written(), stale
@@ -46,6 +53,7 @@ def test_a_wheel_is_looked_into(
     path = tmp_path / "p.whl"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("p/_core.so", code)
+        archive.writestr("p/libmpi_hyst_fmu.so", "")
         for name in DATA:
             archive.writestr(name, "")
         for name in names:
@@ -53,14 +61,53 @@ def test_a_wheel_is_looked_into(
     assert faults(path, ["/home/me"]) == said
 
 
-def test_a_wheel_without_the_measured_records_is_found(tmp_path: Path) -> None:
+def test_a_wheel_without_the_measured_records_or_the_units_is_found(tmp_path: Path) -> None:
     path = tmp_path / "p.whl"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("p/_core.so", "")
         for name in LICENCES:
             archive.writestr(f"p-1.dist-info/licenses/{name}", "text")
-    assert faults(path, []) == [f"no {name}" for name in sorted(DATA)]
+    assert faults(path, []) == [*(f"no {name}" for name in sorted(DATA)), "no library mpi_hyst_fmu"]
 
 
 def test_the_measured_records_are_where_the_wheel_takes_them_from() -> None:
     assert all((ROOT / "python" / name).is_file() for name in DATA)
+
+
+@pytest.mark.parametrize(
+    ("system", "bits", "folder"),
+    [("linux", "64", "linux64"), ("macos", "64", "darwin64"), ("windows", "32", "win32")],
+)
+def test_units_have_the_platforms_of_fmi(
+    monkeypatch: pytest.MonkeyPatch, system: str, bits: str, folder: str
+) -> None:
+    units = module_of_docs(monkeypatch, "make_units")
+    assert units.platform({"target_os": system, "target_pointer_width": bits}) == folder
+    with pytest.raises(SystemExit, match="expected one of linux, macos, windows, got android"):
+        units.platform({"target_os": "android", "target_pointer_width": bits})
+
+
+def test_the_oldest_versions_are_those_of_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    versions = module_of_docs(monkeypatch, "lowest_versions")
+    lowest = versions.lowest((ROOT / "pyproject.toml").read_text("utf-8"))
+    assert {"numpy==1.24", "click==8.1", "matplotlib==3.8", "scipy==1.10"} <= set(lowest)
+    assert not any("mpi_hyst" in one or ">=" in one for one in lowest)
+
+
+def test_a_release_packs_units_in_every_wheel_and_tries_what_it_can() -> None:
+    jobs = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text("utf-8"))["jobs"]
+    assert set(jobs) == {"linux", "musllinux", "windows", "macos", "sdist", "release"}
+    for name in ("linux", "musllinux", "windows", "macos"):
+        steps = jobs[name]["steps"]
+        build = [one.get("name") for one in steps].index("Build wheels")
+        scripts = [one.get("run", "") for one in steps[:build]]
+        scripts.append(steps[build]["with"].get("before-script-linux", ""))
+        assert sum(script.endswith("docs/make_units.py") for script in scripts) == 1
+        assert name == "musllinux" or any("mpi-hyst demo" in one.get("run", "") for one in steps)
+    assert set(jobs["release"]["needs"]) == set(jobs) - {"release"}
+
+
+def test_the_version_is_that_of_the_crates() -> None:
+    crates = (ROOT / "Cargo.toml").read_text("utf-8")
+    assert f'\nversion = "{mpi_hyst.__version__}"\n' in crates
+    assert importlib.metadata.version("mpi_hyst") == mpi_hyst.__version__

@@ -121,6 +121,8 @@ __all__ = [
     "verdict",
 ]
 
+__version__: str
+
 class NotInvertibleError(ValueError):
     """The model's slope may vanish or turn negative, so one output may belong to several inputs."""
 

@@ -21,3 +21,8 @@ pub mod tuning;
 pub use guarded::guarded;
 pub use observer::{Observer, ObserverOptions, ObserverState};
 pub use stage_controller::{StageController, StageControllerState};
+
+/// The example of the README of this crate, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -80,3 +80,8 @@ struct Readme;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/firmware.md")]
 struct Firmware;
+
+/// The example of the README of this crate, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct CrateReadme;

@@ -67,3 +67,8 @@ pub use options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds,
 pub use record::Record;
 pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
 pub use result::{Covariance, Identification, LeftOutLoop, Quality, StandardErrors, loop_width};
+
+/// The example of the README of this crate, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -157,7 +157,8 @@ mod _core {
     use crate::stage::file::load;
 
     #[pymodule_init]
-    fn add_steps(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         let py = module.py();
         single_argument::add::<CoupledPlay>(py)?;
         single_argument::add::<Play>(py)?;

@@ -63,3 +63,8 @@ pub use session::{Outcome, Session, run_on};
 pub use settings::Settings;
 pub use stop::{Live, StopFlag};
 pub use watchdog::WatchdogTimes;
+
+/// The example of the README of this crate, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -12,3 +12,8 @@ pub mod paper;
 pub mod plant;
 pub mod signals;
 pub mod tracking;
+
+/// The example of the README of this crate, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

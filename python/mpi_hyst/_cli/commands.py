@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 import click
 
+import mpi_hyst
 from mpi_hyst._cli.demo.command import demo
 from mpi_hyst._cli.errors import CommandError, one_line, short_line
 from mpi_hyst._cli.excite.command import excite
@@ -61,7 +62,7 @@ def _end(message: str, status: int) -> NoReturn:
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-@click.version_option(package_name="mpi_hyst", prog_name="mpi-hyst")
+@click.version_option(mpi_hyst.__version__, prog_name="mpi-hyst")
 @click.pass_context
 def commands(context: click.Context) -> None:
     """Identify the hysteresis of piezo actuators and compensate it with the exact inverse."""
