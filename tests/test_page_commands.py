@@ -31,7 +31,8 @@ def named(page: Path) -> list[str]:
 def words(line: str, program: str) -> list[str]:
     """What a line gives to a program; nothing if it is a line for another one."""
     given = shlex.split(line, comments=True) if line.startswith(f"{program} ") else []
-    return given[1:]
+    end = given.index("|") if "|" in given else len(given)
+    return given[1:end]
 
 
 def parse(given: list[str]) -> None:
