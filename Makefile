@@ -248,7 +248,7 @@ picture: $(PACKAGE) ## draw the pictures of the README and the pages
 	$(BIN)/python docs/make_drawings.py
 
 docs: $(PACKAGE) $(DOCS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
-	rm -rf $(SITE) target/docs-doctrees
+	rm -rf $(SITE) target/docs-doctrees docs/auto_gallery
 	$(BIN)/sphinx-build -q -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
 	cp -R target/doc $(SITE)/rust
