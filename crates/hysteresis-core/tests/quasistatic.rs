@@ -2,7 +2,7 @@
 
 use hysteresis_core::{
     Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap,
-    Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+    PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
 };
 use proptest::prelude::*;
 
@@ -191,6 +191,35 @@ fn at_rest_for_ever_nothing_creeps() {
     let mut inverse = example().inverse(Some(LIMITS)).unwrap();
     assert!((inverse.settle(40.0) - rest).abs() < 1e-14);
     assert!((inverse.step(rest) - 40.0).abs() < 1e-12);
+}
+
+fn with_weight(weight: f64) -> QuasiStatic {
+    let model = PrandtlIshlinskii::new(&[weight], &[0.0], Offsets::default()).unwrap();
+    QuasiStatic::new(&CompiledModel::new(&(&model).into()))
+}
+
+/// No part may change without the state of a stream being refused.
+#[test]
+fn every_part_of_a_stage_is_in_its_fingerprint() {
+    let creep = |decay| CreepTerms::new(&[0.01], &[decay]).unwrap();
+    let shift = |gain| LoopShiftTerms::new(0.0, 10.0, [gain, 0.0], 0.5, 0.9).unwrap();
+    let map = |top| PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, top]).unwrap();
+    let stages = [
+        with_weight(1.0),
+        with_weight(2.0),
+        with_weight(1.0).with_creep(creep(0.9)),
+        with_weight(1.0).with_creep(creep(0.8)),
+        with_weight(1.0).with_loop_shift(shift(-3.0)),
+        with_weight(1.0).with_loop_shift(shift(-2.0)),
+        with_weight(1.0).with_input_map(map(2.0)),
+        with_weight(1.0).with_input_map(map(3.0)),
+        with_weight(1.0).with_output_map(map(2.0)),
+    ];
+    let mut fingerprints = stages.each_ref().map(QuasiStatic::fingerprint).to_vec();
+    assert_eq!(fingerprints[0], with_weight(1.0).fingerprint());
+    fingerprints.sort_unstable();
+    fingerprints.dedup();
+    assert_eq!(fingerprints.len(), stages.len());
 }
 
 #[test]
