@@ -8,6 +8,8 @@ RUST := Cargo.toml Cargo.lock $(shell find crates -path '*/src/*.rs' -o -name Ca
 TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 BENCHES := $(VENV)/.benches
+DOCS := $(VENV)/.docs
+SITE := target/docs
 TIMES := target/bench/python.json
 # The library of functional mock-up units, which the Python package packs.
 UNITS := $(VENV)/.units
@@ -26,7 +28,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try lowest crates semver workflow licences realtime firmware header soak \
-	fuzz mutants audit sbom kill-saves full-disk picture stub format clean
+	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -240,9 +242,22 @@ header: ## write the header of the C library anew from its sources
 soak: ## 1e9 mixed samples through an inverse and its actuator: no drift; 1e7 of every loop: no drive beyond limits or slew
 	cargo run --quiet --release -p soak -- $(SAMPLES)
 
-picture: $(PACKAGE) ## draw the pictures of the README
+picture: $(PACKAGE) ## draw the pictures of the README and the pages
 	$(BIN)/python docs/make_picture.py
 	$(BIN)/python docs/plot_cost.py
+	$(BIN)/python docs/make_drawings.py
+
+docs: $(PACKAGE) $(DOCS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
+	rm -rf $(SITE) target/docs-doctrees docs/auto_gallery
+	$(BIN)/sphinx-build -q -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
+	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
+	cp -R target/doc $(SITE)/rust
+
+linkcheck: docs ## every link and anchor of target/docs that leads into it; nothing is loaded from elsewhere
+	$(BIN)/python docs/check_links.py $(SITE)
+
+linkcheck-web: $(PACKAGE) $(DOCS) ## links of the pages to other sites; needs the network
+	$(BIN)/sphinx-build -q -b linkcheck -D nb_execution_mode=off -D plot_gallery=0 docs target/docs-linkcheck
 
 stub: $(PACKAGE) ## copy the docstrings of the compiled core into its stub
 	$(BIN)/python docs/make_stub.py
@@ -253,7 +268,7 @@ format: $(TOOLS) ## format all code
 	$(BIN)/ruff check --fix $(PYTHON_CODE)
 
 clean: ## remove all that was built
-	rm -rf target $(VENV) mpi-hyst-demo mpi-hyst-reproduce dist python/mpi_hyst/*.so python/mpi_hyst/_fmu/binaries
+	rm -rf target $(VENV) docs/auto_gallery mpi-hyst-demo mpi-hyst-reproduce dist python/mpi_hyst/*.so python/mpi_hyst/_fmu/binaries
 
 $(MEASURED):
 	mkdir -p $@
@@ -267,6 +282,10 @@ $(TOOLS): pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test
 	@$(BIN)/python -m pip install --quiet --group integrations || \
 		echo "warning: libraries of the examples are missing, tests of these examples are LEFT OUT" >&2
+	@touch $@
+
+$(DOCS): $(TOOLS)
+	$(BIN)/python -m pip install --quiet --group docs
 	@touch $@
 
 $(BENCHES): $(TOOLS)
