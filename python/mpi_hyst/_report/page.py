@@ -90,6 +90,8 @@ class Report:
     sections: Sequence[Section]
     footer: str = field(default="")
     verdict: Verdict | None = None
+    provenance: Sequence[tuple[str, str]] = ()
+    """How the page was made, as `provenance.rows` has it."""
 
 
 def render(report: Report) -> str:

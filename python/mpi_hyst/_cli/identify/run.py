@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
 from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
@@ -16,6 +17,7 @@ from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._files import write_file
+from mpi_hyst._report import provenance
 from mpi_hyst._report.identify.records import Records
 from mpi_hyst._report.identify.summary import summary
 from mpi_hyst._text import printable
@@ -62,7 +64,11 @@ def run(request: Request) -> Done:
             Output(
                 request.report_path,
                 lambda place: write_file(
-                    place, report(task, found, compared, left_out, comparison)
+                    place,
+                    report(
+                        *(task, found, compared, left_out, comparison),
+                        _provenance(records, request),
+                    ),
                 ),
             )
         )
@@ -136,6 +142,13 @@ def _stage(found: mh.results.Identification, records: Records, request: Request)
         warnings.simplefilter("ignore")
         stage = found.stage
     return stage.replace(units=units, **request.bench()).with_records(sources)
+
+
+def _provenance(records: Records, request: Request) -> provenance.Rows:
+    """Return how the report is made; the stage has been written before."""
+    data = [(one.name, one.sha256) for one in (*records.fitted, *records.held_out)]
+    stage = None if request.stage_path is None else provenance.of_file(request.stage_path)
+    return provenance.rows(command_line(), data, stage)
 
 
 def loops_left_out(

@@ -24,6 +24,7 @@ from mpi_hyst._report.identify.summary import title, value_of_dead_time
 from mpi_hyst._report.identify.validation_sections import chosen, uncertainty
 from mpi_hyst._report.identify.validation_sections import left_out as left_out_section
 from mpi_hyst._report.page import Card, Report, render
+from mpi_hyst._report.provenance import Rows
 from mpi_hyst._text import in_unit
 
 _SHOWN = 3  # records with their own figures; the tables have all
@@ -35,6 +36,7 @@ def report(
     compared: mh.results.Identification | None,
     left_out: Sequence[mh.results.LeftOutLoop],
     comparison: mh.results.Comparison | None = None,
+    provenance: Rows = (),
 ) -> str:
     """Return the HTML text. `compared` is the other kind of model, to show beside the fit."""
     records, result = task.records, Result(task, found, compared)
@@ -68,7 +70,8 @@ def report(
             verdict=findings.banner(found, records),
             cards=_cards(result),
             sections=sections,
-            footer=f"mpi_hyst. Error: measured minus modelled output. {base(records)}",
+            provenance=provenance,
+            footer=f"Error: measured minus modelled output. {base(records)}",
         )
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mpi_hyst as mh
-from mpi_hyst._report import canvas, plots
+from mpi_hyst._report import canvas, plots, weights
 from mpi_hyst._report.identify.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._report.identify.summary import parameters
 from mpi_hyst._report.model_table import model_table
@@ -180,9 +180,9 @@ def model(result: Result) -> Section:
     found, compared, task = result.found, result.compared, result.task
     slope = f"{task.output.unit}/{task.input.unit}"
     weight_unit = slope if task.output.unit and task.input.unit else ""
-    banks = [plots.Bank(short_name(found), canvas.BLUE, found.model)]
+    banks = [weights.Bank(short_name(found), canvas.BLUE, found.model, found=found)]
     if compared is not None:
-        banks.append(plots.Bank(short_name(compared), canvas.ORANGE, compared.model, "s"))
+        banks.append(weights.Bank(short_name(compared), canvas.ORANGE, compared.model, "s"))
     fitted = task.records.fitted
     pairs = [("operators", str(found.model.operators)), *parameters(task, found)]
     for record, offset in zip(fitted, found.output_offsets, strict=True):
@@ -198,10 +198,11 @@ def model(result: Result) -> Section:
         ],
         [
             Figure(
-                canvas.data_uri(plots.weights(banks, weight_unit, task.input.unit)),
+                canvas.data_uri(weights.figure(banks, weight_unit, task.input.unit)),
                 "Weights, their cumulative sum, and thresholds over the threshold r",
                 f"The first weight, at threshold zero, is {first} {weight_unit}; the left panel "
-                "omits it. Dashed: weights v below zero of a split model.",
+                "omits it. Dashed: weights v below zero of a split model. Bars and bands: 95 %, "
+                "± 1.96 standard errors.",
             ),
             Pairs("Parameters ± one standard error", pairs),
             model_table(found.model, weight_unit, task.input.unit, _standard_errors(found)),

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.figure import Figure as Canvas
-
-from mpi_hyst._report import canvas, loop
+from mpi_hyst._report import canvas, course, loop
 from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
+from mpi_hyst._report.provenance import Rows
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._text import in_unit
 
 
-def report(simulation: Simulation) -> str:
+def report(simulation: Simulation, provenance: Rows = ()) -> str:
     """Return the HTML text."""
     setup, metrics, unit = simulation.setup, simulation.run.metrics, simulation.quantity.unit
     rows = facts(simulation)
@@ -28,7 +27,7 @@ def report(simulation: Simulation) -> str:
         "noise listed below. Anything else that a real stage does is not included."
     ]
     figure = Figure(
-        canvas.data_uri(_figure(simulation)),
+        canvas.data_uri(course.figure(_course(simulation))),
         "Reference and position, error, and drive over time",
         "At the start the controller changes over from rest to the reference without a jump of "
         "the drive.",
@@ -44,7 +43,7 @@ def report(simulation: Simulation) -> str:
             subtitle=f"{Path(setup.reference).name} on {Path(setup.stage).name}",
             cards=cards,
             sections=[Section("tracking", "Tracking", text, blocks), *_feedback(setup)],
-            footer="mpi_hyst.",
+            provenance=provenance,
         )
     )
 
@@ -63,35 +62,13 @@ def _feedback(setup: Setup) -> list[Section]:
     return [Section("feedback", "Feedback", [setup.tuning.explanation], [figure])]
 
 
-def _figure(simulation: Simulation) -> Canvas:
-    run, time = simulation.run, simulation.seconds
-    figure = canvas.new_figure(7.2)
-    positions, errors_over_time, drives = figure.subplots(3, 1, sharex=True)
-    kept = canvas.envelope(run.position)
-    soft, blue = canvas.SOFT, canvas.BLUE
-    positions.plot(time[kept], run.reference[kept], color=soft, linewidth=2.0, label="reference")
-    positions.plot(time[kept], run.position[kept], color=blue, linewidth=1.0, label="true position")
-    if simulation.setup.noise:
-        measured = run.reference - run.measured
-        kept = canvas.envelope(measured)
-        errors_over_time.plot(
-            time[kept], measured[kept], color=canvas.MEASURED, linewidth=0.6, label="measured"
-        )
-    error = run.reference - run.position
-    kept = canvas.envelope(error)
-    errors_over_time.plot(time[kept], error[kept], color=blue, linewidth=1.0)
-    kept = canvas.envelope(run.drive)
-    drives.plot(time[kept], run.drive[kept], color=canvas.ORANGE, linewidth=1.0, label="drive")
-    for limit in simulation.setup.limits:
-        drives.axhline(limit, color=soft, linewidth=0.8, linestyle="--")
-    canvas.dress(positions, "reference and position", "", simulation.quantity.label)
-    canvas.dress(
-        errors_over_time,
-        "error: reference − position",
-        "",
-        f"error{simulation.quantity.in_parentheses}",
+def _course(simulation: Simulation) -> course.Course:
+    return course.Course(
+        simulation.run,
+        simulation.seconds,
+        "time (s)",
+        simulation.quantity,
+        "drive",
+        simulation.setup.limits,
+        noise=simulation.setup.noise > 0.0,
     )
-    canvas.dress(drives, "drive and its limits", "time (s)", "drive")
-    drives.set_xlim(time[0], time[-1] if time.size > 1 else simulation.dt)
-    canvas.top_legend(figure, positions, errors_over_time)
-    return figure
