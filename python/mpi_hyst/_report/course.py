@@ -43,6 +43,11 @@ class Course:
         return np.isnan(self.run.measured)
 
 
+def is_noisy(run: mh.plant.Run) -> bool:
+    """Return whether something else was measured than the position."""
+    return bool(np.any((run.measured != run.position) & np.isfinite(run.measured)))
+
+
 def figure(course: Course) -> Figure:
     """Draw reference and position, error and drive, one below the other."""
     made = canvas.new_figure(7.2)
@@ -75,7 +80,7 @@ def draw(course: Course, panels: Sequence[Axes]) -> None:
     canvas.dress(errors, "error: reference − position", "", label)
     title = "drive" if course.limits is None else "drive and its limits"
     canvas.dress(drives, title, course.time_label, course.drive_label)
-    low, high = (canvas.shown(np.concatenate(drawn)) if drawn else (0.0, 0.0))
+    low, high = canvas.shown(np.concatenate(drawn)) if drawn else (0.0, 0.0)
     margin = 0.06 * (high - low) or 1e-12
     errors.set_ylim(low - margin, high + margin)
     canvas.note_outside(errors, *drawn)

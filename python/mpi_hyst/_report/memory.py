@@ -96,9 +96,7 @@ def _plane(memory: Memory, axes: Axes) -> None:
     axes.plot(memory.now, memory.now, "o", color=canvas.INK, markersize=5)
     for number, value in enumerate(memory.reversals, 1):
         maximum = memory.maxima[number - 1]
-        corner = next(
-            one for one in stairs if (one[1] if maximum else one[0]) == value
-        )
+        corner = next(one for one in stairs if (one[1] if maximum else one[0]) == value)
         axes.plot(*corner, "o", color=canvas.ORANGE, markersize=4.5)
         if number <= _NUMBERED:
             axes.annotate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -42,7 +43,7 @@ def draw(
         single.plot(drive, outputs[place], color=colour, linewidth=1.2, label=name)
         of_first = f"operators 0 to {place}" if place else name
         last = place == count - 1
-        look = {"linewidth": 1.8 if last else 0.9, "label": of_first}
+        look: dict[str, Any] = {"linewidth": 1.8 if last else 0.9, "label": of_first}
         total.plot(drive, sums[place], color=colour, **look)
     label, output = quantities[0].label, quantities[1]
     title = f"weighted operators{' without the first' if first else ''}"

@@ -15,7 +15,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._files import sha256
 
-Rows: TypeAlias = Sequence[tuple[str, str]]
+Provenance: TypeAlias = Sequence[tuple[str, str]]
 _EPOCH = "SOURCE_DATE_EPOCH"  # of reproducible builds: seconds that stand for now
 
 
@@ -23,7 +23,7 @@ def rows(
     made_by: str | None,
     data: Iterable[tuple[str, str | None]] = (),
     stage: tuple[str, str | None] | None = None,
-) -> Rows:
+) -> Provenance:
     """Return names and values. `data` are names with their SHA-256, as far as it is known.
 
     `made_by` is the command, or the call in Python; None if neither is known.

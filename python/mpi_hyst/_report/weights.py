@@ -80,7 +80,7 @@ def figure(banks: Sequence[Bank], weight_unit: str, threshold_unit: str) -> Figu
 def draw(
     banks: Sequence[Bank], panels: Sequence[Axes], weight_unit: str, threshold_unit: str
 ) -> None:
-    """Draw into three panels: weights, their cumulative sum, thresholds; bars and bands are 95 %."""
+    """Draw into three panels: weights, their cumulative sum, thresholds, with 95 % bands."""
     single, total, thresholds = panels
     in_weight = f" ({weight_unit})" if weight_unit else ""
     in_threshold = f" ({threshold_unit})" if threshold_unit else ""

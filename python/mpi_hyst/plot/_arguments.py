@@ -11,32 +11,26 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mpi_hyst._core import (
-    Identification,
-    ModifiedPrandtlIshlinskii,
-    PrandtlIshlinskii,
-    Stage,
-)
+from mpi_hyst._core import Identification, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, Stage
 from mpi_hyst._quantity import Quantity, Stated
-from mpi_hyst._types import Model, Samples
+from mpi_hyst._report.shown import Shown, default_drive, run
+from mpi_hyst._types import Samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Shown: TypeAlias = Stage | Model | Identification
-"""What has a hysteresis."""
 Units: TypeAlias = tuple[str, str] | None
 _MODELS = (PrandtlIshlinskii, ModifiedPrandtlIshlinskii)
 _COUNTS = {2: "two", 3: "three"}
 
 
 @contextmanager
-def drawing() -> Iterator[None]:
+def drawing(what: str = "a plot") -> Iterator[None]:
     """Say which package is missing where the packages for figures are imported."""
     try:
         yield
     except ModuleNotFoundError as error:
-        raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
+        raise ImportError(f"{what} needs {error.name}: pip install 'mpi_hyst[report]'") from error
 
 
 def panels(axes: Sequence[Axes], count: int) -> list[Axes]:
@@ -115,35 +109,6 @@ def quantities(units: Units, of: object = None) -> tuple[Quantity, Quantity]:
     return Stated("drive", pair[0]), Stated("position", pair[1])
 
 
-def model_of(shown: Shown) -> Model:
-    """Return the hysteresis."""
-    if isinstance(shown, Stage):
-        return shown.hysteresis
-    return shown.model if isinstance(shown, Identification) else shown
-
-
-def default_drive(shown: Shown) -> Samples:
-    """Return decaying loops over the range of a stage, or over all thresholds of a model."""
-    model = model_of(shown)
-    known = None if isinstance(shown, _MODELS) else shown.drive_range
-    if known is None:
-        reach = 1.25 * max(float(one.max()) for one in _thresholds(model)) or 1.0
-        known = (model.input_offset - reach, model.input_offset + reach)
-    low, high = known
-    corners = [0.0, *(sign * share for share in (1.0, 0.7, 0.4, 0.15) for sign in (1.0, -1.0)), 0.0]
-    course = np.interp(np.linspace(0.0, len(corners) - 1.0, 4000), range(len(corners)), corners)
-    # The first point is where a model rests, if that is within the range.
-    drive = 0.5 * (low + high) + 0.5 * (high - low) * course
-    rest = min(max(model.input_offset, low), high)
-    return np.concatenate([np.linspace(rest, drive[0], 100), drive])
-
-
-def _thresholds(model: Model) -> list[Samples]:
-    if isinstance(model, PrandtlIshlinskii):
-        return [model.thresholds]
-    return [model.r, model.ra, model.rb, model.rc]
-
-
 @dataclass(frozen=True)
 class Modelled:
     """A drive with what was measured, which may be empty, and what the model makes of it."""
@@ -157,7 +122,7 @@ class Modelled:
     @property
     def seconds(self) -> Samples | None:
         """The time of each sample, if the sampling interval is known."""
-        return None if self.dt is None else np.arange(self.u.size) * self.dt
+        return None if self.dt is None else np.arange(self.u.size, dtype=np.float64) * self.dt
 
 
 def modelled(
@@ -183,16 +148,4 @@ def modelled(
         else:
             output = shown.predict(drive, dt=given)
         return Modelled(drive, measured, np.asarray(output), leading, known)
-    return Modelled(drive, measured, _run(shown, drive, given), leading, given)
-
-
-def _run(shown: Stage | Model, u: Samples, dt: float | None) -> Samples:
-    if not isinstance(shown, Stage):
-        return shown.forward().run(u)
-    if dt is not None:
-        return shown.forward(dt).run(u)
-    # Without time there is the part of a stage that does not know it.
-    timeless = shown.replace(
-        dead_time=0.0, amplifier_bandwidth=None, dynamics=None, creep=None, loop_shift=None
-    )
-    return timeless.forward(1.0).run(u)
+    return Modelled(drive, measured, run(shown, drive, given), leading, given)

@@ -113,8 +113,8 @@ def run(
     known = interval(dt)
     time = np.arange(len(run), dtype=np.float64) * (known or 1.0)
     drive, position = quantities(units)
-    noise = bool(np.any((run.measured != run.position) & np.isfinite(run.measured)))
     label = "sample" if known is None else "time (s)"
+    noise = course.is_noisy(run)
     made = course.Course(run, time, label, position, drive.label, run.limits, noise=noise)
     if axes is None:
         return course.figure(made)
@@ -161,15 +161,11 @@ def realtime(report: LoopReport, axes: Sequence[Axes] | None = None) -> Figure:
     ['latency', 'compute', 'period']
 
     """
-    if not isinstance(report, LoopReport):
-        raise TypeError(f"report: expected a LoopReport, got {report!r}")
-    try:
-        from mpi_hyst._report import latency, loop
-    except ModuleNotFoundError as error:
-        raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
+    expect("report", report, (LoopReport,))
+    with drawing():
+        from mpi_hyst._report import canvas, latency
     if axes is None:
         return latency.figure(report)
-    panels = _three(axes)
-    latency.draw(report, panels)
-    return loop.root(panels[0])
-
+    drawn = panels(axes, 3)
+    latency.draw(report, drawn)
+    return canvas.root(drawn[0])

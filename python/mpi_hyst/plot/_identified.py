@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._core import Identification
+from mpi_hyst._report.shown import Shown
 from mpi_hyst.plot._arguments import (
-    Shown,
     Units,
     drawing,
     expect,
@@ -47,6 +47,7 @@ def residuals(
     Parameters
     ----------
     model : results.Identification, Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
+        What has the hysteresis.
     u, y : arrays of n floats
         Drive and measured position.
     record : int, optional
@@ -115,6 +116,7 @@ def uncertainty(
     Parameters
     ----------
     found : results.Identification
+        Made by `identify`.
     u : array of n floats
         The drive, sampled like the first record.
     skip : int
@@ -155,7 +157,7 @@ def uncertainty(
     drive = samples("u", u)
     leading = skipped(skip, drive)
     predicted, std = found.predict(drive, return_std=True)
-    seconds = np.arange(drive.size) * found.dt[0] if found.dt else None
+    seconds = np.arange(drive.size, dtype=np.float64) * found.dt[0] if found.dt else None
     curve = plots.Curve("model", canvas.BLUE, predicted)
     trace = plots.Trace(
         "prediction", drive, np.empty(0), seconds, leading, [curve], *quantities(units)

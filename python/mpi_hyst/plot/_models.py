@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 import numpy.typing as npt
 
 from mpi_hyst._core import Forward, Identification, Inverse, StageInverse
+from mpi_hyst._report.shown import Shown, default_drive, model_of
 from mpi_hyst.plot._arguments import (
-    Shown,
     Units,
-    default_drive,
     drawing,
     expect,
     expect_shown,
-    model_of,
     modelled,
     panels,
     quantities,
@@ -45,6 +43,7 @@ def loops(
     Parameters
     ----------
     model : Stage, PrandtlIshlinskii, ModifiedPrandtlIshlinskii or results.Identification
+        What has the hysteresis.
     u : array of n floats, optional
         The drive; by default decaying loops over the known range, or over all thresholds.
     y : array of n floats, optional
@@ -110,7 +109,7 @@ def operators(
     Parameters
     ----------
     model : Stage, PrandtlIshlinskii, ModifiedPrandtlIshlinskii or results.Identification
-        Of a stage, its hysteresis.
+        Of a stage, its hysteresis is shown.
     u : array of n floats, optional
         The drive; by default decaying loops over the known range, or over all thresholds.
     units : (str, str), optional
@@ -151,9 +150,7 @@ def operators(
     return canvas.root(drawn[0])
 
 
-def weights(
-    model: Shown, *, units: Units = None, axes: Sequence[Axes] | None = None
-) -> Figure:
+def weights(model: Shown, *, units: Units = None, axes: Sequence[Axes] | None = None) -> Figure:
     """Draw weights, their cumulative sum and the thresholds over the threshold r.
 
     Of an identification bars and bands are 95 %, plus and minus 1.96 standard errors. What was
@@ -162,6 +159,7 @@ def weights(
     Parameters
     ----------
     model : Stage, PrandtlIshlinskii, ModifiedPrandtlIshlinskii or results.Identification
+        What has the hysteresis.
     units : (str, str), optional
         Of drive and position; by default those of a stage.
     axes : sequence of three matplotlib axes, optional

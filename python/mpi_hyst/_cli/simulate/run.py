@@ -73,7 +73,7 @@ def run(request: Request) -> str:
     return "\n\n".join([*parts, *(f"written  {output.path}" for output in outputs)])
 
 
-def _provenance(request: Request) -> provenance.Rows:
+def _provenance(request: Request) -> provenance.Provenance:
     data = [request.trajectory, *([] if request.plant_path is None else [request.plant_path])]
     stage = provenance.of_file(request.stage_path)
     return provenance.rows(command_line(), map(provenance.of_file, data), stage)
@@ -101,7 +101,8 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
     setup = _setup(request, plant_stage, controller, tuning)
-    return Simulation(done, dt, columns.quantity(column), setup)
+    name = f"{request.trajectory.name} on {request.stage_path.name}"
+    return Simulation(done, dt, columns.quantity(column), setup, name)
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:

@@ -22,7 +22,7 @@ from mpi_hyst._report.demo.stack import cards, section
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Card, Figure, Lines, Pairs, Report, Section, Table, render
-from mpi_hyst._report.provenance import Rows
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._text import digits
 
 _DRIVE = Quantity("drive_v")
@@ -30,9 +30,7 @@ _POSITION = Quantity("position_um")
 _COLOURS = (canvas.SOFT, canvas.ORANGE, canvas.GREEN, canvas.BLUE, canvas.INK)
 
 
-def report(
-    stack: MeasuredStack, demo: Demo, directory: Path, provenance: Rows = ()
-) -> str:
+def report(stack: MeasuredStack, demo: Demo, directory: Path, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     traces = [_trace(demo, record) for record in demo.records]
     return render(

@@ -7,10 +7,10 @@ from matplotlib.figure import Figure as Canvas
 from mpi_hyst._report import canvas
 from mpi_hyst._report.excite.drive import Drive, facts, per_second
 from mpi_hyst._report.page import Card, Figure, Pairs, Report, Section, render
-from mpi_hyst._report.provenance import Rows
+from mpi_hyst._report.provenance import Provenance
 
 
-def report(drive: Drive, name: str, provenance: Rows = ()) -> str:
+def report(drive: Drive, name: str, provenance: Provenance = ()) -> str:
     """Return the HTML text. `name` is that of the CSV file."""
     pairs = dict(facts(drive))
     text = [

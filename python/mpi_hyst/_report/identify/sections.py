@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots, weights
 from mpi_hyst._report.identify.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._report.identify.summary import parameters
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Block, Figure, Pairs, Section, Table
+from mpi_hyst._report.shown import default_drive, run
 from mpi_hyst._text import digits, in_unit
 
 
@@ -74,6 +77,31 @@ def loops(traces: Sequence[plots.Trace], count: int) -> Section:
     )
 
 
+def own_loops(result: Result) -> Section:
+    """Show the loops of the model alone, where its records are not at hand."""
+    drive = default_drive(result.found)
+    fits = zip(result.fits, (canvas.ORANGE, canvas.BLUE)[-len(result.fits) :], strict=True)
+    curves = [
+        plots.Curve(short_name(fit), colour, run(fit.model, drive, None)) for fit, colour in fits
+    ]
+    trace = plots.Trace(
+        *("loops of the model", drive, np.empty(0), None, 0, curves),
+        *(result.task.input, result.task.output),
+    )
+    return Section(
+        "loops",
+        "Loops of the model",
+        ["Decaying loops over the range of the records, of the hysteresis alone."],
+        [
+            Figure(
+                canvas.data_uri(plots.loops([trace])),
+                "Modelled output over the input, and the same minus the straight line",
+                "Top: the output over the input. Bottom: the same minus the straight line fit.",
+            )
+        ],
+    )
+
+
 def errors(result: Result) -> Section:
     """Show the errors on fitted and held-out records, and the loop width."""
     found, compared = result.found, result.compared
@@ -102,7 +130,7 @@ def _error_table(result: Result, *, held_out: bool) -> Table:
         evaluated = evaluate(result.task.records, fit)[held_out]
         entries = [(one.record.name, one.quality) for one in evaluated]
         total = fit.validation if held_out else fit.fit
-        if len(entries) > 1 and total is not None:
+        if len(entries) != 1 and total is not None:
             entries.append(("all records", total))
         for name, quality in entries:
             if fit is result.found:

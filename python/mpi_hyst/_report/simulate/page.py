@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from mpi_hyst._report import canvas, course, loop
 from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.provenance import Rows
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._text import in_unit
 
+_SIMULATED = (
+    "This is a simulation. The stage is the hysteresis model with the dynamics, dead time and "
+    "noise listed below. Anything else that a real stage does is not included."
+)
+_START = (
+    "At the start the controller changes over from rest to the reference without a jump of the "
+    "drive."
+)
 
-def report(simulation: Simulation, provenance: Rows = ()) -> str:
+
+def report(simulation: Simulation, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
-    setup, metrics, unit = simulation.setup, simulation.run.metrics, simulation.quantity.unit
+    run, setup, unit = simulation.run, simulation.setup, simulation.quantity.unit
+    metrics, limits = run.metrics, _limits(simulation)
     rows = facts(simulation)
     named = dict(rows)
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
         Card(in_unit(metrics.position_rmse, unit, 3), "rms error", "true position"),
-        Card(named["drive"], "drive", f"limits {setup.limits[0]:g} to {setup.limits[1]:g}"),
+        Card(named["drive"], "drive", f"limits {limits[0]:g} to {limits[1]:g}" if limits else ""),
         Card(str(metrics.saturated_count), "saturated samples", f"of {metrics.samples}"),
     ]
-    text = [
-        "This is a simulation. The stage is the hysteresis model with the dynamics, dead time and "
-        "noise listed below. Anything else that a real stage does is not included."
-    ]
+    text = [] if setup is None else [_SIMULATED]
     figure = Figure(
         canvas.data_uri(course.figure(_course(simulation))),
         "Reference and position, error, and drive over time",
-        "At the start the controller changes over from rest to the reference without a jump of "
-        "the drive.",
+        "" if setup is None else _START,
     )
     blocks: list[Block] = [
         figure,
@@ -39,8 +43,9 @@ def report(simulation: Simulation, provenance: Rows = ()) -> str:
     ]
     return render(
         Report(
-            title=f"Simulated tracking of {simulation.quantity.name}",
-            subtitle=f"{Path(setup.reference).name} on {Path(setup.stage).name}",
+            title=f"{'Tracking' if setup is None else 'Simulated tracking'} of "
+            f"{simulation.quantity.name}",
+            subtitle=simulation.name,
             cards=cards,
             sections=[Section("tracking", "Tracking", text, blocks), *_feedback(setup)],
             provenance=provenance,
@@ -48,9 +53,13 @@ def report(simulation: Simulation, provenance: Rows = ()) -> str:
     )
 
 
-def _feedback(setup: Setup) -> list[Section]:
+def _limits(simulation: Simulation) -> tuple[float, float] | None:
+    return simulation.run.limits if simulation.setup is None else simulation.setup.limits
+
+
+def _feedback(setup: Setup | None) -> list[Section]:
     """Return what the tuned feedback is, if it was tuned."""
-    if setup.tuning is None:
+    if setup is None or setup.tuning is None:
         return []
     figure = Figure(
         canvas.data_uri(loop.figure(setup.tuning)),
@@ -63,12 +72,13 @@ def _feedback(setup: Setup) -> list[Section]:
 
 
 def _course(simulation: Simulation) -> course.Course:
+    run, setup = simulation.run, simulation.setup
     return course.Course(
-        simulation.run,
+        run,
         simulation.seconds,
         "time (s)",
         simulation.quantity,
-        "drive",
-        simulation.setup.limits,
-        noise=simulation.setup.noise > 0.0,
+        simulation.drive,
+        _limits(simulation),
+        noise=course.is_noisy(run) if setup is None else setup.noise > 0.0,
     )
