@@ -120,6 +120,7 @@ def _zigzag(memory: Memory, axes: Axes) -> None:
         axes.plot([x, next_x], [y, next_y], color=canvas.BLUE, linewidth=1.4)
     axes.plot(place[:-1], values[:-1], "o", color=canvas.ORANGE, markersize=5)
     axes.plot(place[-1], values[-1], "o", color=canvas.INK, markersize=5)
+    above = [*memory.maxima, not memory.reversals or memory.now > memory.reversals[-1]]
     for number, (x, y) in enumerate(zip(place, values, strict=True), 1):
         if number > _NUMBERED and number < len(values):
             continue
@@ -127,7 +128,8 @@ def _zigzag(memory: Memory, axes: Axes) -> None:
         axes.annotate(
             f"{name}: {y:.4g}",
             (x, y),
-            xytext=(5, 5),
+            xytext=(0, 7 if above[number - 1] else -14),
+            ha="center",
             textcoords="offset points",
             fontsize=8.5,
             color=canvas.INK,

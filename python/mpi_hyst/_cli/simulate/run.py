@@ -16,6 +16,7 @@ from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._quantity import Stated
 from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
@@ -101,8 +102,9 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
     setup = _setup(request, plant_stage, controller, tuning)
+    drive = Stated("drive", stage.units[0]).label
     name = f"{request.trajectory.name} on {request.stage_path.name}"
-    return Simulation(done, dt, columns.quantity(column), setup, name)
+    return Simulation(done, dt, columns.quantity(column), setup, name, drive)
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:

@@ -28,7 +28,7 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity)
     axes.plot(
         number, left, "D", color=canvas.ORANGE, markersize=4.0, label="predicted from the others"
     )
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.12 * max(*fitted, *left) or 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     canvas.dress(
         axes, "rms error of every loop", "loop", f"rms error{output_quantity.in_parentheses}"
