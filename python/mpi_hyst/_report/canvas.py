@@ -71,7 +71,7 @@ def legend(axes: Axes, **keywords: Any) -> None:
 
 
 def top_legend(figure: Figure, *panels: Axes) -> None:
-    """Add one legend for all panels, above them on the right."""
+    """Add one legend for all panels, above them on the left, where a phone begins."""
     handles, labels = [], []
     for axes in panels:
         found = axes.get_legend_handles_labels()
@@ -80,7 +80,7 @@ def top_legend(figure: Figure, *panels: Axes) -> None:
     shown = figure.legend(
         handles,
         labels,
-        loc="outside upper right",
+        loc="outside upper left",
         ncols=len(labels),
         frameon=False,
         fontsize=9.5,

@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 from mpi_hyst._text import NOT_DETERMINED, printable_lines
 
-
 _NUMBERS = {"nan", "inf", "bound", NOT_DETERMINED}  # what stands in columns of numbers
 
 

@@ -10,6 +10,7 @@ from mpi_hyst._core import Identification, ModifiedPrandtlIshlinskii, PrandtlIsh
 from mpi_hyst._types import Model, Samples
 
 Shown: TypeAlias = Stage | Model | Identification
+_MOVE = 400  # samples of each
 _MODELS = (PrandtlIshlinskii, ModifiedPrandtlIshlinskii)
 
 
@@ -29,7 +30,8 @@ def default_drive(shown: Shown) -> Samples:
         known = (model.input_offset - reach, model.input_offset + reach)
     low, high = known
     corners = [0.0, *(sign * share for share in (1.0, 0.7, 0.4, 0.15) for sign in (1.0, -1.0)), 0.0]
-    course = np.interp(np.linspace(0.0, len(corners) - 1.0, 4000), range(len(corners)), corners)
+    moves = len(corners) - 1
+    course = np.interp(np.linspace(0.0, moves, moves * _MOVE + 1), range(moves + 1), corners)
     # The first point is where a model rests, if that is within the range.
     drive = 0.5 * (low + high) + 0.5 * (high - low) * course
     rest = min(max(model.input_offset, low), high)
