@@ -23,7 +23,7 @@ def test_what_takes_long_takes_the_bar(capsys: pytest.CaptureFixture[str]) -> No
     u = mh.signals.decaying_triangle(500.0, 1.0, cycles=4, rate=200.0)
     y = mh.paper.table_1_recovered().forward().run(u)
     with mh.ProgressBar("many") as bar:
-        mh.identify_many(u, np.stack([y, 1.1 * y]), operators=4, progress=bar)
+        mh.identify_many(u, np.column_stack([y, 1.1 * y]), operators=4, progress=bar)
     assert bar.fraction == 1.0 and "done 2" in capsys.readouterr().err
     with mh.ProgressBar("loop") as bar:
         stage = mh.paper.plant("A1").stage
@@ -39,7 +39,7 @@ def test_an_error_closes_the_bar(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_wrong_name_and_a_missing_package_are_named() -> None:
-    with pytest.raises(TypeError, match="^what: expected a text, got 3$"):
+    with pytest.raises(TypeError, match=r"^what: expected a text, got 3$"):
         mh.ProgressBar(3)  # type: ignore[arg-type]
     ended = python(
         "import sys; sys.modules['tqdm'] = sys.modules['tqdm.auto'] = None; import mpi_hyst as mh",

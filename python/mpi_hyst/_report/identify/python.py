@@ -26,7 +26,7 @@ def records(
     """Check the records against the result, and put them in order."""
     count = len(found.records)
     pairs = _pairs(u, y, count)
-    skips = [skip] * count if isinstance(skip, int) else list(skip)
+    skips = list(skip) if isinstance(skip, list | tuple) else [skip] * count
     named = [f"record {number}" for number in range(1, count + 1)] if names is None else list(names)
     for argument, given in (("skip", skips), ("names", named)):
         if len(given) != count:
