@@ -128,7 +128,7 @@ def test_weights_have_the_standard_errors_of_the_fit(found: mh.results.Identific
     # The last sum is of all weights: its variance is that of their sum.
     places = [i for i, name in enumerate(found.parameters) if name.startswith("weights[")]
     variance = found.covariance[np.ix_(places, places)].sum()
-    band = total.collections[0].get_paths()[0].vertices
+    band = np.asarray(total.collections[0].get_paths()[0].vertices)
     last = band[np.isclose(band[:, 0], found.model.r[-1]), 1]
     assert 0.5 * np.ptp(last) == pytest.approx(1.96 * np.sqrt(variance))
     assert len(thresholds.collections) == sum(std > 0.0 for std in found.ratios_std)
@@ -142,7 +142,7 @@ def test_the_band_is_that_of_the_prediction(
     course, plane = mh.plot.uncertainty(found, u, skip=10).axes
     std = found.predict(u, return_std=True)[1]
     np.testing.assert_array_equal(plane.get_lines()[0].get_ydata(), std[10:])
-    vertices = course.collections[0].get_paths()[0].vertices
+    vertices = np.asarray(course.collections[0].get_paths()[0].vertices)
     assert vertices[:, 1].max() == pytest.approx(1.96 * std[10:].max())
 
 
@@ -212,21 +212,25 @@ def test_axes_of_ones_own_are_drawn_on(name: str) -> None:
         call(Figure().subplots(1, count + 1))
 
 
+# Wrong arguments, which no type checker would let pass.
+PLOT: Any = mh.plot
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: mh.plot.loops(3), "model: expected a Stage, PrandtlIshlinskii, Modified"),
-        (lambda: mh.plot.loops(MODEL, [0, 1], skip=1.5), "skip: expected a number of samples, got"),
-        (lambda: mh.plot.loops(MODEL, y=[0, 1]), "u: expected the drive at which y was measured"),
-        (lambda: mh.plot.loops(MODEL, "ab"), "u: expected an array of numbers, got 'ab'"),
+        (lambda: PLOT.loops(3), "model: expected a Stage, PrandtlIshlinskii, Modified"),
+        (lambda: PLOT.loops(MODEL, [0, 1], skip=1.5), "skip: expected a number of samples, got"),
+        (lambda: PLOT.loops(MODEL, y=[0, 1]), "u: expected the drive at which y was measured"),
+        (lambda: PLOT.loops(MODEL, "ab"), "u: expected an array of numbers, got 'ab'"),
         (
-            lambda: mh.plot.loops(MODEL, units="V"),
+            lambda: PLOT.loops(MODEL, units="V"),
             "units: expected the names of two units",
         ),
-        (lambda: mh.plot.loops(MODEL, [0, 1], dt="1"), "dt: expected a number of seconds, got '1'"),
-        (lambda: mh.plot.memory(MODEL), "stream: expected a Forward, Inverse or StageInverse, got"),
-        (lambda: mh.plot.uncertainty(MODEL, [0, 1]), "found: expected an Identification, got <Mod"),
-        (lambda: mh.plot.run(4), "run: expected a Run, got 4"),
+        (lambda: PLOT.loops(MODEL, [0, 1], dt="1"), "dt: expected a number of seconds, got '1'"),
+        (lambda: PLOT.memory(MODEL), "stream: expected a Forward, Inverse or StageInverse, got"),
+        (lambda: PLOT.uncertainty(MODEL, [0, 1]), "found: expected an Identification, got <Mod"),
+        (lambda: PLOT.run(4), "run: expected a Run, got 4"),
     ],
 )
 def test_wrong_kinds_are_named(call: Callable[[], Figure], said: str) -> None:
@@ -239,16 +243,16 @@ def test_wrong_kinds_are_named(call: Callable[[], Figure], said: str) -> None:
     ("call", "said"),
     [
         (
-            lambda: mh.plot.loops(MODEL, [0, np.nan]),
+            lambda: PLOT.loops(MODEL, [0, np.nan]),
             "u: expected finite numbers, got nan",
         ),
-        (lambda: mh.plot.loops(MODEL, [[0, 1]]), "u: expected at least 2 samples in one row, got"),
+        (lambda: PLOT.loops(MODEL, [[0, 1]]), "u: expected at least 2 samples in one row, got"),
         (
-            lambda: mh.plot.residuals(MODEL, [0, 1], [1, 2, 3]),
+            lambda: PLOT.residuals(MODEL, [0, 1], [1, 2, 3]),
             "y: expected 2 samples as in u",
         ),
-        (lambda: mh.plot.loops(MODEL, [0, 1], skip=1), "skip: expected 0 to 0, got 1"),
-        (lambda: mh.plot.loops(MODEL, [0, 1], dt=0.0), "dt: expected a finite number above 0, got"),
+        (lambda: PLOT.loops(MODEL, [0, 1], skip=1), "skip: expected 0 to 0, got 1"),
+        (lambda: PLOT.loops(MODEL, [0, 1], dt=0.0), "dt: expected a finite number above 0, got"),
     ],
 )
 def test_wrong_values_are_named(call: Callable[[], Figure], said: str) -> None:

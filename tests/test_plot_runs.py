@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -99,13 +100,14 @@ def test_the_report_of_a_run_has_its_numbers(tmp_path: Path) -> None:
 
 
 def test_wrong_arguments_are_named(tmp_path: Path) -> None:
+    options: dict[str, Any]
     for options, said in (
         ({"dt": "fast"}, "dt: expected a number of seconds, got 'fast'"),
         ({"dt": DT, "name": 3}, "name: expected a text, got 3"),
         ({"dt": DT, "units": ("V",)}, r"units: expected the names of two units, got \('V',\)"),
     ):
         with pytest.raises(TypeError, match=rf"^{said}$"):
-            mh.reports.run(run(), tmp_path / "run.html", **options)  # type: ignore[arg-type]
+            mh.reports.run(run(), tmp_path / "run.html", **options)
     with pytest.raises(TypeError, match=r"^path: expected the name of a file, got 3$"):
         mh.reports.run(run(), 3, dt=DT)  # type: ignore[arg-type]
     assert list(tmp_path.iterdir()) == []

@@ -6,6 +6,7 @@ import hashlib
 import re
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -31,10 +32,9 @@ def test_a_report_from_python_is_that_of_the_command_line(tmp_path: Path) -> Non
     fixed = ["--operators", "6", "--dead-time", "0", "--skip", "50"]
     run("identify", *map(str, paths), *COLUMNS, *fixed, "--report", str(of_command))
     pairs = [(column(path, "drive_v"), column(path, "position_um")) for path in paths]
-    options = {"dt": 1.0 / RATE, "operators": 6, "dead_time": 0.0, "skip": 50}
+    options: dict[str, Any] = {"dt": 1.0 / RATE, "operators": 6, "dead_time": 0.0, "skip": 50}
     found, other = (
-        mh.identify(pairs, model=kind, **options)  # type: ignore[call-overload]
-        for kind in ("modified", "conventional")
+        mh.identify(pairs, model=kind, **options) for kind in ("modified", "conventional")
     )
     names = [path.name for path in paths]
     found.report(of_python, pairs, skip=50, names=names, units=("V", "um"), beside=other)
@@ -106,6 +106,7 @@ def test_a_report_is_replaced_whole_or_not_at_all(
     found, u, y = fitted
     path = tmp_path / "report.html"
     path.write_text("before", encoding="utf-8")
+    wrong: dict[str, Any]
     for wrong, said in (
         ({"u": [(u, y)] * 2}, r"^u: expected the 1 records that were fitted, got 2$"),
         ({"u": [(u, y[:-1])]}, r"^y\[0\]: expected as many samples as u has, got 800 and 799$"),
@@ -114,7 +115,7 @@ def test_a_report_is_replaced_whole_or_not_at_all(
         ({"names": ["a", "b"]}, r"^names: expected 1, one for each record, got 2$"),
     ):
         with pytest.raises(ValueError, match=said):
-            found.report(path, **wrong)  # type: ignore[arg-type]
+            found.report(path, **wrong)
     for wrong, said in (
         ({"y": y}, r"^u: expected the drive at which y was measured, got None$"),
         ({"u": u, "y": y, "skip": "2s"}, r"^skip\[0\]: expected a number of samples, got '2s'$"),
@@ -123,7 +124,7 @@ def test_a_report_is_replaced_whole_or_not_at_all(
         ({"units": "V"}, r"^units: expected the names of two units, got 'V'$"),
     ):
         with pytest.raises(TypeError, match=said):
-            found.report(path, **wrong)  # type: ignore[arg-type]
+            found.report(path, **wrong)
     with pytest.raises(OSError, match="no_such"):
         found.report(tmp_path / "no_such" / "report.html")
     assert path.read_text("utf-8") == "before"

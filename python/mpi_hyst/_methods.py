@@ -11,7 +11,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from mpi_hyst import _core, plot, reports
+import mpi_hyst._core as _core
+from mpi_hyst import plot, reports
 
 _BOXES = {
     "PrandtlIshlinskii": "models.model",

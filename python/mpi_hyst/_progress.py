@@ -81,7 +81,7 @@ class ProgressBar:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the bar; what ended without an error is done, even if it was too short to say so."""
+        """Close the bar. What ended without an error is done, even if it never said so."""
         if kind is None and self._fraction < 1.0:
             self(1.0)
         self.close()

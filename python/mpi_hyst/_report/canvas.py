@@ -59,10 +59,12 @@ def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
 
 def plain(text: str) -> str:
     """Make the name of a file or column safe to draw: no formula, no control character, short."""
-    shown = printable(text)
-    if len(shown) > _LONGEST:
-        shown = f"{shown[: _LONGEST - 1]}…"
-    return shown.replace("$", r"\$")
+    return short(printable(text), _LONGEST).replace("$", r"\$")
+
+
+def short(text: str, longest: int) -> str:
+    """Cut a text that is too long."""
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def legend(axes: Axes, **keywords: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mpi_hyst._types import Samples
 
 LOOP_POINTS = 200_000  # drawn as pixels: their number does not change the size of the file
 CLOUD_POINTS = 4500
+_TITLE = 90  # characters that fit across the page
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ def loops(traces: Sequence[Trace]) -> Figure:
     figure = canvas.new_figure(7.8)
     panels = figure.subplots(2, len(traces), squeeze=False, height_ratios=(1.0, 1.35))
     for trace, column in zip(traces, panels.T, strict=True):
-        draw_loops(trace, list(column))
+        name = canvas.short(trace.name, _TITLE // len(traces))
+        draw_loops(replace(trace, name=name), list(column))
     canvas.top_legend(figure, panels[0][0])
     return figure
 
@@ -111,7 +113,7 @@ def draw_loops(trace: Trace, panels: Sequence[Axes]) -> None:
             )
     label, output = trace.input_quantity.label, trace.output_quantity
     canvas.dress(panels[0], trace.name, label, output.label)
-    canvas.dress(panels[1], f"{trace.name}, minus straight line", label, f"Δ {output.label}")
+    canvas.dress(panels[1], "the same, minus straight line", label, f"Δ {output.label}")
     if measured.size:
         for axes, values in zip(panels, (measured, measured - line), strict=True):
             _leave_out(axes, values)
