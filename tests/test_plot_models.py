@@ -102,7 +102,7 @@ def test_residuals_are_those_of_the_result(
     over_drive, over_rate, over_time = mh.plot.residuals(found, u, y, record=0, units=UNITS).axes
     left = found.residuals(u, y, record=0)
     line = over_drive.get_lines()[0]
-    np.testing.assert_allclose(line.get_ydata(), left, atol=1e-12)
+    np.testing.assert_allclose(np.asarray(line.get_ydata(), float), left, atol=1e-12)
     np.testing.assert_array_equal(line.get_xdata(), u)
     assert over_time.get_xlabel() == "time (s)" and over_time.get_xlim()[1] == (u.size - 1) * 5e-3
     assert over_rate.get_xlabel() == "rate of change of drive (V/s)"
@@ -121,13 +121,15 @@ def test_operators_add_up_to_the_model(model: Any) -> None:
 
 
 def test_weights_have_the_standard_errors_of_the_fit(found: mh.results.Identification) -> None:
-    single, total, thresholds = mh.plot.weights(found, units=UNITS).axes
+    panels: Any = mh.plot.weights(found, units=UNITS).axes
+    single, total, thresholds = panels
     bars = single.containers[0].lines[2][0].get_segments()
     half = [0.5 * (bar[1, 1] - bar[0, 1]) for bar in bars]
     np.testing.assert_allclose(half, 1.96 * np.nan_to_num(found.weights_std[1:]), rtol=1e-9)
     # The last sum is of all weights: its variance is that of their sum.
     places = [i for i, name in enumerate(found.parameters) if name.startswith("weights[")]
     variance = found.covariance[np.ix_(places, places)].sum()
+    assert isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
     band = np.asarray(total.collections[0].get_paths()[0].vertices)
     last = band[np.isclose(band[:, 0], found.model.r[-1]), 1]
     assert 0.5 * np.ptp(last) == pytest.approx(1.96 * np.sqrt(variance))

@@ -63,7 +63,7 @@ def test_a_run_shows_positions_error_drive_and_events() -> None:
     lines = {line.get_label(): line for line in (*positions.get_lines(), *drives.get_lines())}
     saturated, missing = lines["saturated: 7"], lines["no reading: 3"]
     assert set(np.abs(saturated.get_ydata())) == {1.0}
-    np.testing.assert_allclose(missing.get_xdata(), [0.1, 0.101, 0.102])
+    np.testing.assert_allclose(np.asarray(missing.get_xdata(), float), [0.1, 0.101, 0.102])
     np.testing.assert_array_equal(lines["true position"].get_ydata(), made.position)
     assert max(errors.get_ylim()) < 0.01
     assert re.match(r"2 of 997 points outside, to -0.5", errors.texts[0].get_text())
