@@ -136,6 +136,22 @@ def test_stages_that_were_identified_have_verdict_and_findings(bench: Any) -> No
             assert f"{finding.severity} {finding.code}: {finding.message[:40]}" in shown.text
 
 
+def test_findings_stand_in_the_table_the_worst_first() -> None:
+    u = mh.signals.sine(400.0, 1.0, seconds=4.0, rate=200.0)
+    y = MODEL.forward().run(u)
+    y[700] += 0.5
+    found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0, loss="squares")
+    assert {"no_minor_loops", "outliers"} <= {one.code for one in found.warnings}
+    assert found.verdict != "green"
+    shown, of_stage = page(found).text, page(found.stage).text
+    for one in found.warnings:
+        assert f"{one.severity} {one.code}: {one.message}. Try: {one.hint}" in shown
+        assert f"{one.severity} {one.code}: {one.message}" in of_stage
+    assert f"verdict: {found.verdict}" in shown and f"verdict: {found.verdict}" in of_stage
+    severities = [one for one in shown.split() if one in ("red", "amber")][1:]
+    assert severities == sorted(severities, reverse=True)
+
+
 def test_an_identification_has_its_numbers_with_their_errors(
     found: mh.results.Identification,
 ) -> None:
