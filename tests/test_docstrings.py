@@ -43,6 +43,7 @@ MODULES = [
     mh.plant,
     mh.plot,
     mh.realtime,
+    mh.reports,
     mh.results,
     mh.scan,
     mh.signals,

@@ -19,7 +19,13 @@ MAY_IMPORT = {
     "_io": {"_io"},
     "_fmu": {"_fmu"},
 }
-PUBLIC = {"datasets": {"_io"}, "export": {"_fmu"}, "io": {"_io"}, "plot": {"_report"}}
+PUBLIC = {
+    "datasets": {"_io"},
+    "export": {"_fmu"},
+    "io": {"_io"},
+    "plot": {"_report"},
+    "reports": {"_report"},
+}
 
 
 def modules() -> dict[str, Path]:

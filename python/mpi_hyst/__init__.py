@@ -4,7 +4,7 @@ This module has stages, models, streams and identification. Control laws are in 
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
 results of identification in `results`, the loop on a clock in `realtime`, scans one after the other
 in `scan`, files of records in `io`, measured records in `datasets`, files for other tools in
-`export`, figures in `plot`, and the published actuator in `paper`.
+`export`, figures in `plot`, reports in `reports`, and the published actuator in `paper`.
 """
 
 from mpi_hyst import (
@@ -16,6 +16,7 @@ from mpi_hyst import (
     plant,
     plot,
     realtime,
+    reports,
     results,
     scan,
     signals,
@@ -46,6 +47,10 @@ from mpi_hyst._core import (
     identify_many,
     load,
 )
+from mpi_hyst._methods import attach
+from mpi_hyst._progress import ProgressBar
+
+attach()
 
 __all__ = [
     "ActuatorArray",
@@ -60,6 +65,7 @@ __all__ = [
     "NotInvertibleError",
     "Play",
     "PrandtlIshlinskii",
+    "ProgressBar",
     "RecursiveIdentifier",
     "Stage",
     "StageForward",
@@ -79,6 +85,7 @@ __all__ = [
     "plant",
     "plot",
     "realtime",
+    "reports",
     "results",
     "scan",
     "signals",

@@ -1,4 +1,5 @@
-# The compiled core. Docstrings are in the module itself: help(mpi_hyst).
+# The compiled core. Docstrings are in the module itself: help(mpi_hyst). The methods `plot`, `report` and `_repr_html_` are set by
+# `_methods.py`.
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from os import PathLike
@@ -16,11 +17,14 @@ from typing import (
 )
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 _Vector = NDArray[np.float64]
 _Matrix = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
+_Units: TypeAlias = tuple[str, str] | None
 _Structure: TypeAlias = Literal["proportional-integral", "low-pass", "active damping", "notch"]
 
 __all__ = [
@@ -272,6 +276,8 @@ class Forward:
     @property
     def rejected(self) -> int:
         """How many samples were not finite, or beyond 1e100."""
+    def plot(self, *, units: _Units = None, axes: Sequence[Axes] | None = None) -> Figure:
+        """Draw it with `mpi_hyst.plot.memory`, which has the arguments."""
 
 @final
 class Inverse:
@@ -343,6 +349,8 @@ class Inverse:
     @property
     def rejected(self) -> int:
         """How many samples were not finite, or beyond 1e100."""
+    def plot(self, *, units: _Units = None, axes: Sequence[Axes] | None = None) -> Figure:
+        """Draw it with `mpi_hyst.plot.memory`, which has the arguments."""
 
 @final
 class PrandtlIshlinskii:
@@ -440,6 +448,19 @@ class PrandtlIshlinskii:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
+    def plot(
+        self,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        record: int | None = None,
+        skip: int = 0,
+        dt: float | None = None,
+        units: _Units = None,
+        axes: Sequence[Axes] | None = None,
+    ) -> Figure:
+        """Draw it with `mpi_hyst.plot.loops`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class ModifiedPrandtlIshlinskii:
@@ -587,6 +608,19 @@ class ModifiedPrandtlIshlinskii:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
+    def plot(
+        self,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        record: int | None = None,
+        skip: int = 0,
+        dt: float | None = None,
+        units: _Units = None,
+        axes: Sequence[Axes] | None = None,
+    ) -> Figure:
+        """Draw it with `mpi_hyst.plot.loops`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 _Model = PrandtlIshlinskii | ModifiedPrandtlIshlinskii
 
@@ -1290,6 +1324,31 @@ class Identification:
         >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
         (10, 0, True)
         """
+    def plot(
+        self,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        record: int | None = None,
+        skip: int = 0,
+        dt: float | None = None,
+        units: _Units = None,
+        axes: Sequence[Axes] | None = None,
+    ) -> Figure:
+        """Draw it with `mpi_hyst.plot.loops`, which has the arguments."""
+    def report(
+        self,
+        path: str | PathLike[str],
+        u: ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+        y: ArrayLike | None = None,
+        *,
+        skip: int | Sequence[int] = 0,
+        names: Sequence[str] | None = None,
+        units: _Units = None,
+        beside: Identification | None = None,
+    ) -> None:
+        """Write a report as one HTML file: `mpi_hyst.reports.identification`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class IterativeLearning:
@@ -2661,6 +2720,7 @@ class Comparison:
         """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
+    def _repr_html_(self) -> str: ...
 
 def compare(
     u: _Records,
@@ -3678,6 +3738,19 @@ class Stage:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
+    def plot(
+        self,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        record: int | None = None,
+        skip: int = 0,
+        dt: float | None = None,
+        units: _Units = None,
+        axes: Sequence[Axes] | None = None,
+    ) -> Figure:
+        """Draw it with `mpi_hyst.plot.loops`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class StageForward:
@@ -3793,6 +3866,8 @@ class StageInverse:
     @property
     def rejected(self) -> int:
         """How many samples were not finite, or beyond 1e100."""
+    def plot(self, *, units: _Units = None, axes: Sequence[Axes] | None = None) -> Figure:
+        """Draw it with `mpi_hyst.plot.memory`, which has the arguments."""
 
 @final
 class Bracket:
@@ -3961,6 +4036,7 @@ class DynamicsIdentification:
         """How many passes over the record the search took."""
     def predict(self, u: ArrayLike) -> _Vector:
         """The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class ManyIdentifications:
@@ -4039,6 +4115,7 @@ class ManyIdentifications:
     def __getitem__(self, actuator: int, /) -> _Model: ...
     def __len__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
+    def _repr_html_(self) -> str: ...
 
 def identify_many(
     u: ArrayLike,
@@ -4403,6 +4480,24 @@ class Run:
     def settled(self) -> Metrics | None:
         """The errors after the first period, or None if no period was given."""
     def __len__(self) -> int: ...
+    def plot(
+        self,
+        *,
+        dt: float | None = None,
+        units: _Units = None,
+        axes: Sequence[Axes] | None = None,
+    ) -> Figure:
+        """Draw it with `mpi_hyst.plot.run`, which has the arguments."""
+    def report(
+        self,
+        path: str | PathLike[str],
+        *,
+        dt: float,
+        name: str = "closed loop",
+        units: _Units = None,
+    ) -> None:
+        """Write a report as one HTML file: `mpi_hyst.reports.run`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class MultiAxisPlant:
@@ -6306,6 +6401,9 @@ class Tuning:
 
         Frequencies are as for `open_loop`.
         """
+    def plot(self, axes: Sequence[Axes] | None = None) -> Figure:
+        """Draw it with `mpi_hyst.plot.tuning`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 def tune(
     stage: _Model | Stage | Plant,
@@ -6472,6 +6570,9 @@ class LoopReport:
         """What was refused, or failed without ending the loop."""
     def to_dict(self) -> dict[str, Any]:
         """Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values."""
+    def plot(self, axes: Sequence[Axes] | None = None) -> Figure:
+        """Draw it with `mpi_hyst.plot.realtime`, which has the arguments."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class Functions:

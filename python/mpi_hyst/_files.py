@@ -9,6 +9,7 @@ that directory removes it. A lock tells such a leftover from the work of another
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import re
 import secrets
@@ -45,6 +46,17 @@ def write_file(path: Path, content: str | bytes) -> None:
     except OSError as error:
         # The name that was given, not that of the copy.
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def sha256(path: Path) -> str | None:
+    """Return the SHA-256 of a file; None for a pipe, which reads only once."""
+    if not path.is_file():
+        return None
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
 
 
 def check_regular(path: Path) -> None:

@@ -91,3 +91,13 @@ class Quantity:
         if unit in _ONLY_OF_TIME and name.lower() not in TIME_NAMES:
             unit = ""
         return (name, unit) if unit else (self.column, "")
+
+
+@dataclass(frozen=True)
+class Stated(Quantity):
+    """A quantity whose unit a user states: any text, or nothing."""
+
+    @property
+    def suffix(self) -> str:
+        """The unit in ASCII where it is a known one, else as it was stated."""
+        return known_unit(self.given) or self.given.strip()

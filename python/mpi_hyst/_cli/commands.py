@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import click
 
 import mpi_hyst
+from mpi_hyst._cli.command_line import keep
 from mpi_hyst._cli.demo.command import demo
 from mpi_hyst._cli.errors import CommandError, one_line, short_line
 from mpi_hyst._cli.excite.command import excite
@@ -49,6 +50,14 @@ class _Commands(click.Group):
             except MemoryError:
                 _end("out of memory", _WRONG)
         sys.exit(status if isinstance(status, int) else 0)
+
+    def make_context(
+        self, info_name: str | None, args: list[str], *others: Any, **extra: Any
+    ) -> click.Context:
+        given = list(args)  # click takes them away one by one
+        context = super().make_context(info_name, args, *others, **extra)
+        keep(context, given)
+        return context
 
 
 def _end(message: str, status: int) -> NoReturn:

@@ -10,24 +10,24 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
+from mpi_hyst._progress import FORM
 from mpi_hyst._text import in_unit
 
 Progress = Callable[[float, float], None]
 
 
-def _bar(what: str, form: str) -> tqdm[NoReturn]:
+def _bar(what: str) -> tqdm[NoReturn]:
     # None: shown only on a terminal. Standard error may be closed.
     disable = True if sys.stderr is None else None
     return tqdm(
-        total=1.0, desc=what, bar_format=form, file=sys.stderr, leave=False, disable=disable
+        total=1.0, desc=what, bar_format=FORM, file=sys.stderr, leave=False, disable=disable
     )
 
 
 @contextmanager
 def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
     """Show the fraction done and the best error so far."""
-    form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}{postfix}"
-    with _bar(what, form) as bar:
+    with _bar(what) as bar:
 
         def show(fraction: float, best_rmse: float) -> None:
             bar.set_postfix_str(f"best rms {in_unit(best_rmse, unit, 3)}", refresh=False)
@@ -39,8 +39,7 @@ def progress_bar(what: str, unit: str = "") -> Iterator[Progress]:
 @contextmanager
 def fraction_bar(what: str) -> Iterator[Callable[[float], None]]:
     """Show the fraction done."""
-    form = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
-    with _bar(what, form) as bar:
+    with _bar(what) as bar:
 
         def show(fraction: float) -> None:
             bar.update(fraction - bar.n)

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from mpi_hyst._text import printable
+from mpi_hyst._text import digits, printable
 from mpi_hyst._types import Samples
 
 MEASURED = "#9aa5b1"
@@ -31,6 +31,8 @@ GRID = "#e6eaee"
 
 _WIDTH = 10.0  # inches; at 96 to the inch about the width of the page
 _LINE_POINTS = 2400
+_OUTSIDE = 0.25  # per cent of the points on either side that need not be on an axis
+_FLATTENED = 3.0  # times the range of the others: from there on they are left out
 _LONGEST = 60  # characters of a name: longer ones would leave no room for the axes
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
@@ -57,10 +59,12 @@ def dress(axes: Axes, title: str, x_label: str, y_label: str) -> Axes:
 
 def plain(text: str) -> str:
     """Make the name of a file or column safe to draw: no formula, no control character, short."""
-    shown = printable(text)
-    if len(shown) > _LONGEST:
-        shown = f"{shown[: _LONGEST - 1]}…"
-    return shown.replace("$", r"\$")
+    return short(printable(text), _LONGEST).replace("$", r"\$")
+
+
+def short(text: str, longest: int) -> str:
+    """Cut a text that is too long."""
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def legend(axes: Axes, **keywords: Any) -> None:
@@ -69,7 +73,7 @@ def legend(axes: Axes, **keywords: Any) -> None:
 
 
 def top_legend(figure: Figure, *panels: Axes) -> None:
-    """Add one legend for all panels, above them on the right."""
+    """Add one legend for all panels, above them on the left, where a phone begins."""
     handles, labels = [], []
     for axes in panels:
         found = axes.get_legend_handles_labels()
@@ -78,7 +82,7 @@ def top_legend(figure: Figure, *panels: Axes) -> None:
     shown = figure.legend(
         handles,
         labels,
-        loc="outside upper right",
+        loc="outside upper left",
         ncols=len(labels),
         frameon=False,
         fontsize=9.5,
@@ -100,6 +104,56 @@ def data_uri(figure: Figure) -> str:
     # Two decimals of a point are enough for a line, and make the file three times smaller.
     short = _COORDINATES.sub(r"\1 \2 \3", text.getvalue())
     return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")
+
+
+def root(axes: Axes) -> Figure:
+    """Return the figure of an axes, also inside a subfigure."""
+    found = axes.figure
+    while not isinstance(found, Figure):
+        found = found.figure
+    return found
+
+
+def shown(values: Samples) -> tuple[float, float]:
+    """Return between which values an axis is drawn: all of them, unless few would flatten it.
+
+    Where the range of all is several times that of nearly all, it is the latter with a margin.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        return -1.0, 1.0
+    low, high = float(finite.min()), float(finite.max())
+    near, far = (float(end) for end in np.percentile(finite, [_OUTSIDE, 100.0 - _OUTSIDE]))
+    if far > near and high - low > _FLATTENED * (far - near):
+        margin = 0.5 * (far - near)
+        return max(low, near - margin), min(high, far + margin)
+    return low, high
+
+
+def extent(*signals: Samples) -> float:
+    """Return how far from zero an axis reaches on both sides, as `shown` says of each signal."""
+    reach = (float(np.abs(shown(values)).max()) for values in signals)
+    return 1.12 * max(reach, default=0.0) or 1.0
+
+
+def note_outside(axes: Axes, *signals: Samples) -> None:
+    """Say how many points the vertical axis leaves out, and how far the furthest one is."""
+    low, high = axes.get_ylim()
+    values = np.concatenate([one[np.isfinite(one)] for one in signals])
+    outside = values[(values < low) | (values > high)]
+    if outside.size == 0:
+        return
+    furthest = float(outside[np.abs(outside).argmax()])
+    text = f"{outside.size} of {values.size} points outside, to {digits(furthest, 3)}"
+    axes.text(
+        *(0.995, 0.97, text),
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        fontsize=8.5,
+        color=ORANGE,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
+    )
 
 
 def thinned(samples: int, points: int) -> slice:

@@ -69,14 +69,6 @@ def draw(tuning: Tuning, panels: Sequence[Axes]) -> None:
     magnitude.set_ylim(bottom=max(magnitude.get_ylim()[0], _LEAST))
 
 
-def root(axes: Axes) -> Figure:
-    """Return the figure of an axes, also inside a subfigure."""
-    found = axes.figure
-    while not isinstance(found, Figure):
-        found = found.figure
-    return found
-
-
 def _frequencies(tuning: Tuning) -> Samples:
     """Return frequencies up to half of the sampling rate, evenly on a logarithmic axis.
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import TypeAlias
 
-from mpi_hyst._text import printable_lines
+from mpi_hyst._text import NOT_DETERMINED, printable_lines
+
+_NUMBERS = {"nan", "inf", "bound", NOT_DETERMINED}  # what stands in columns of numbers
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,12 @@ class Table:
     best: Sequence[int] = ()
     kind: str = "table"
 
+    @property
+    def words(self) -> list[int]:
+        """Which columns hold words, to the left, and not numbers, to the right."""
+        columns = enumerate(zip(*self.rows, strict=True))
+        return [index for index, cells in columns if 2 * sum(map(_is_word, cells)) > len(cells)]
+
 
 @dataclass(frozen=True)
 class Pairs:
@@ -47,6 +55,10 @@ class Lines:
 
     text: str
     kind: str = "lines"
+
+
+def _is_word(cell: str) -> bool:
+    return cell[:1].isalpha() and cell not in _NUMBERS
 
 
 Block: TypeAlias = Figure | Table | Pairs | Lines
@@ -90,6 +102,8 @@ class Report:
     sections: Sequence[Section]
     footer: str = field(default="")
     verdict: Verdict | None = None
+    provenance: Sequence[tuple[str, str]] = ()
+    """How the page was made, as `provenance.rows` has it."""
 
 
 def render(report: Report) -> str:

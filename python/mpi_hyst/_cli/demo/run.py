@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.outputs import (
     Output,
     check_directory,
@@ -17,6 +18,7 @@ from mpi_hyst._csv import write_table
 from mpi_hyst._files import write_file
 from mpi_hyst._paper import stack
 from mpi_hyst._paper.demo import Measurement, compute, exact, seconds
+from mpi_hyst._report import provenance
 from mpi_hyst._report.demo.tables import model_errors, stack_errors, tracking_errors
 from mpi_hyst._text import text_table
 from mpi_hyst._types import Samples
@@ -38,7 +40,7 @@ def run(directory: Path) -> str:
 
     measured = stack.compute(progress_bar)
     demo = compute(progress_bar)
-    page = report(measured, demo, directory)
+    page = report(measured, demo, directory, provenance.rows(command_line()))
     write = [
         measured.found.stage.save,
         demo.conventional.model.save,

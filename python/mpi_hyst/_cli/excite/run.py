@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import mpi_hyst as mh
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.excite.request import TIME, Request
 from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
+from mpi_hyst._report import provenance
 from mpi_hyst._report.excite.drive import Drive, facts
 from mpi_hyst._report.excite.plan import Part, Plan
 from mpi_hyst._text import in_unit, text_pairs
@@ -38,7 +40,7 @@ def _experiment(request: Request) -> str:
     if report_path is not None:
         from mpi_hyst._report.excite.plan_page import report
 
-        outputs.append(Output.of(report_path, report(plan)))
+        outputs.append(Output.of(report_path, report(plan, provenance.rows(command_line()))))
     write_outputs(outputs, directory)
     return plan.as_text([str(output.path) for output in outputs])
 
@@ -95,7 +97,12 @@ def _demagnetize(request: Request) -> str:
     if request.report_path is not None:
         from mpi_hyst._report.excite.page import report
 
-        outputs.append(Output.of(request.report_path, report(drive, request.out.name)))
+        outputs.append(
+            Output.of(
+                request.report_path,
+                report(drive, request.out.name, provenance.rows(command_line())),
+            )
+        )
     write_outputs(outputs)
     low, high = request.limits
     center = 0.5 * (low + high) if request.center is None else request.center

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,6 +16,7 @@ from mpi_hyst._cli.identify.missing import filled
 from mpi_hyst._cli.identify.parts import parted
 from mpi_hyst._cli.identify.request import Request
 from mpi_hyst._cli.inputs import fitted_interval, in_unit
+from mpi_hyst._files import sha256
 from mpi_hyst._io.columns import TimeOrderError
 from mpi_hyst._report.identify.records import Record, Records
 from mpi_hyst._text import digits
@@ -70,7 +70,7 @@ def _read(
                 seconds=seconds,
                 dt=dt,
                 skip=max(first, _samples(option, amount, path, seconds, columns.samples)),
-                sha256=_sha256(path),
+                sha256=sha256(path),
             )
         )
     return records, units
@@ -113,17 +113,6 @@ def _check_unit(path: Path, name: str, unit: str, units: dict[str, str]) -> None
     if unit and before and unit != before:
         raise CommandError(f"{path}, column {name}: expected {before} as before, got {unit}")
     units[name] = before or unit
-
-
-def _sha256(path: Path) -> str | None:
-    """Return the SHA-256 of a file; None for a pipe, which reads only once."""
-    if not path.is_file():
-        return None
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
 
 
 def _ends(records: Sequence[Record], request: Request) -> list[int]:

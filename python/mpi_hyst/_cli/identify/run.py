@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError, parameter, renamed, without_record
 from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
@@ -16,7 +17,8 @@ from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._files import write_file
-from mpi_hyst._report.identify.records import Records
+from mpi_hyst._report import provenance
+from mpi_hyst._report.identify.records import Records, loops_left_out
 from mpi_hyst._report.identify.summary import summary
 from mpi_hyst._text import printable
 
@@ -62,7 +64,11 @@ def run(request: Request) -> Done:
             Output(
                 request.report_path,
                 lambda place: write_file(
-                    place, report(task, found, compared, left_out, comparison)
+                    place,
+                    report(
+                        *(task, found, compared, left_out, comparison),
+                        _provenance(records, request),
+                    ),
                 ),
             )
         )
@@ -138,20 +144,11 @@ def _stage(found: mh.results.Identification, records: Records, request: Request)
     return stage.replace(units=units, **request.bench()).with_records(sources)
 
 
-def loops_left_out(
-    records: Records, found: mh.results.Identification
-) -> Sequence[mh.results.LeftOutLoop]:
-    """Predict every loop from a fit to the others; empty if there is only one loop."""
-    try:
-        return found.leave_one_loop_out(
-            [(record.input, record.output) for record in records.fitted],
-            skip=[record.skip for record in records.fitted],
-        )
-    except ValueError as error:
-        # The fit took these records, so they lack nothing but a second loop.
-        if parameter(error) == "records":
-            return []
-        raise
+def _provenance(records: Records, request: Request) -> provenance.Provenance:
+    """Return how the report is made; the stage has been written before."""
+    data = [(one.name, one.sha256) for one in (*records.fitted, *records.held_out)]
+    stage = None if request.stage_path is None else provenance.of_file(request.stage_path)
+    return provenance.rows(command_line(), data, stage)
 
 
 def _compare_models(records: Records, request: Request) -> mh.results.Comparison | None:

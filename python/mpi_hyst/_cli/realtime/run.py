@@ -17,6 +17,7 @@ from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_out
 from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._report.realtime import facts, times
 from mpi_hyst._text import text_pairs, text_table
 from mpi_hyst._types import Samples
 
@@ -162,31 +163,9 @@ def _say_live(text: str) -> None:
 
 
 def _summary(report: mh.realtime.LoopReport, request: Request, written: list[Path]) -> str:
-    values = report.to_dict()
-    machine, counts = values["machine"], values["counts"]
-    end = report.end.replace("_", " ")
-    rest = "at the rest drive" if report.at_rest else f"NOT at rest, at {report.last_drive:g}"
-    pairs = [
-        ("end", f"{end}, {rest}, after {report.seconds:.3f} s"),
-        ("samples", f"{report.taken}, {report.skipped} deadlines skipped"),
-        ("missed deadlines", f"{report.missed}, {report.late} samples began that late"),
-        ("stale measurements", f"{report.stale}"),
-        ("faults", f"{counts['read_faults']} of reading, {counts['write_faults']} of writing"),
-        ("machine", f"{machine['cpu']}, {machine['processors']} processors, {machine['system']}"),
-    ]
-    header = ["us", "median", "p99", "p99.9", "p99.99", "max"]
-    named = [("latency", report.latency), ("compute", report.compute), ("period", report.period)]
-    rows = [
-        [name]
-        + [
-            f"{1e6 * time:.2f}"
-            for time in (times.median, times.p99, times.p999, times.p9999, times.max)
-        ]
-        for name, times in named
-    ]
     title = f"{request.stage_path} at {request.rate:g} Hz"
     if request.record_path is not None:
         written = [request.record_path, *written]
-    parts = [title, text_pairs(pairs), text_table(header, rows)]
+    parts = [title, text_pairs(facts(report)), text_table(*times(report))]
     parts += [f"written  {path}" for path in written]
     return "\n\n".join(parts + [f"warning: {one}" for one in report.warnings])

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_outputs
 from mpi_hyst._cli.progress import step_bar
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._paper import published, reproduction
 from mpi_hyst._paper.reproduction import Reproduction
+from mpi_hyst._report import provenance
 from mpi_hyst._report.reproduce import tables
 from mpi_hyst._text import text_table
 
@@ -28,7 +30,7 @@ def run(directory: Path, *, quick: bool = False) -> str:
     with step_bar("reproduce", reproduction.steps()) as advance:
         made = reproduction.compute(QUICK_SEEDS if quick else SEEDS, advance)
     outputs = [
-        Output.of(report, page(made)),
+        Output.of(report, page(made, provenance.rows(command_line()))),
         Output.of(results, json.dumps(reproduction.as_json(made), indent=1) + "\n"),
     ]
     write_outputs(outputs, directory)

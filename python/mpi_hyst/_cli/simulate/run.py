@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import mpi_hyst as mh
+from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
@@ -15,6 +16,8 @@ from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._quantity import Stated
+from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import text_pairs, text_table
@@ -64,11 +67,17 @@ def run(request: Request) -> str:
     if request.report_path is not None:
         from mpi_hyst._report.simulate.page import report
 
-        outputs.append(Output.of(request.report_path, report(simulation)))
+        outputs.append(Output.of(request.report_path, report(simulation, _provenance(request))))
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]
     return "\n\n".join([*parts, *(f"written  {output.path}" for output in outputs)])
+
+
+def _provenance(request: Request) -> provenance.Provenance:
+    data = [request.trajectory, *([] if request.plant_path is None else [request.plant_path])]
+    stage = provenance.of_file(request.stage_path)
+    return provenance.rows(command_line(), map(provenance.of_file, data), stage)
 
 
 def simulate(columns: Columns, column: str, request: Request) -> Simulation:
@@ -93,7 +102,9 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
     setup = _setup(request, plant_stage, controller, tuning)
-    return Simulation(done, dt, columns.quantity(column), setup)
+    drive = Stated("drive", stage.units[0]).label
+    name = f"{request.trajectory.name} on {request.stage_path.name}"
+    return Simulation(done, dt, columns.quantity(column), setup, name, drive)
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:

@@ -16,12 +16,13 @@ from mpi_hyst._paper.demo import (
 )
 from mpi_hyst._paper.stack import MeasuredStack
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._report import canvas, plots, walk
+from mpi_hyst._report import canvas, plots, walk, weights
 from mpi_hyst._report.demo import figures
 from mpi_hyst._report.demo.stack import cards, section
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Card, Figure, Lines, Pairs, Report, Section, Table, render
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._text import digits
 
 _DRIVE = Quantity("drive_v")
@@ -29,7 +30,7 @@ _POSITION = Quantity("position_um")
 _COLOURS = (canvas.SOFT, canvas.ORANGE, canvas.GREEN, canvas.BLUE, canvas.INK)
 
 
-def report(stack: MeasuredStack, demo: Demo, directory: Path) -> str:
+def report(stack: MeasuredStack, demo: Demo, directory: Path, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     traces = [_trace(demo, record) for record in demo.records]
     return render(
@@ -50,7 +51,8 @@ def report(stack: MeasuredStack, demo: Demo, directory: Path) -> str:
                 _memory(demo),
                 _next(directory),
             ],
-            footer=f"mpi_hyst demo. Measured: {stack.fitted.source} Simulated: at "
+            provenance=provenance,
+            footer=f"Measured: {stack.fitted.source} Simulated: at "
             f"{RATE / 1000:g} kHz with {1e3 * NOISE:g} nm rms of sensor noise; the seed is fixed. "
             "Method: G. Wang, G. Chen, "
             "H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, "
@@ -245,9 +247,9 @@ def _residuals(traces: list[plots.Trace]) -> Section:
 
 def _model(demo: Demo) -> Section:
     banks = [
-        plots.Bank("modified, identified", canvas.BLUE, demo.modified.model),
-        plots.Bank("true actuator", canvas.INK, demo.actuator.hysteresis, "D"),
-        plots.Bank("conventional, identified", canvas.ORANGE, demo.conventional.model, "s"),
+        weights.Bank("modified, identified", canvas.BLUE, demo.modified.model),
+        weights.Bank("true actuator", canvas.INK, demo.actuator.hysteresis, "D"),
+        weights.Bank("conventional, identified", canvas.ORANGE, demo.conventional.model, "s"),
     ]
     found = ", ".join(f"{ratio:.4f}" for ratio in demo.modified.ratios)
     first, true = (
@@ -270,7 +272,7 @@ def _model(demo: Demo) -> Section:
         ],
         [
             Figure(
-                canvas.data_uri(plots.weights(banks, "µm/V", "V")),
+                canvas.data_uri(weights.figure(banks, "µm/V", "V")),
                 "Weights, their cumulative sum, and thresholds, identified and true",
                 "The left panel omits the first weight, at threshold zero.",
             ),

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure as Canvas
 from mpi_hyst._report import canvas
 from mpi_hyst._report.excite.drive import Drive, facts, per_second
 from mpi_hyst._report.page import Card, Figure, Pairs, Report, Section, render
+from mpi_hyst._report.provenance import Provenance
 
 
-def report(drive: Drive, name: str) -> str:
+def report(drive: Drive, name: str, provenance: Provenance = ()) -> str:
     """Return the HTML text. `name` is that of the CSV file."""
     pairs = dict(facts(drive))
     text = [
@@ -34,7 +35,7 @@ def report(drive: Drive, name: str) -> str:
             sections=[
                 Section("drive", "The drive", text, [figure, Pairs("Facts", list(pairs.items()))])
             ],
-            footer="mpi_hyst.",
+            provenance=provenance,
         )
     )
 

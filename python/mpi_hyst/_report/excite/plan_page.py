@@ -9,13 +9,14 @@ from mpi_hyst._report import canvas
 from mpi_hyst._report.excite.drive import per_second
 from mpi_hyst._report.excite.plan import POSITION, Part, Plan
 from mpi_hyst._report.page import Card, Figure, Lines, Report, Section, Table, render
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._text import digits, in_unit
 
 _NAMED = 0.055  # share of the width that a segment needs for its name, or for its number
 _NUMBERED = 0.006
 
 
-def report(plan: Plan) -> str:
+def report(plan: Plan, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     unit = plan.quantity.unit
     low, high = plan.limits
@@ -31,7 +32,7 @@ def report(plan: Plan) -> str:
                 Card(in_unit(plan.rest, unit), "rest drive", "every file starts and ends there"),
             ],
             sections=[_before(plan), _drives(plan), _after(plan)],
-            footer="mpi_hyst.",
+            provenance=provenance,
         )
     )
 

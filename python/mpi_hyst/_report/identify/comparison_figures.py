@@ -61,8 +61,10 @@ def residuals(comparison: mh.results.Comparison, task: Task, record: int) -> Fig
     panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     kept = slice(shown.skip, None)
     every = canvas.thinned(shown.input[kept].size, plots.CLOUD_POINTS)
-    for axes, row in zip(panels.flat, rows, strict=False):
-        left = row.residuals(shown.input, shown.output, record=record)[kept]
+    left_by_all = [row.residuals(shown.input, shown.output, record=record)[kept] for row in rows]
+    extent = canvas.extent(*left_by_all)
+    panels[0, 0].set_ylim(-extent, extent)
+    for axes, row, left in zip(panels.flat, rows, left_by_all, strict=False):
         axes.plot(
             shown.input[kept][every],
             left[every],
@@ -75,6 +77,7 @@ def residuals(comparison: mh.results.Comparison, task: Task, record: int) -> Fig
         )
         axes.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
         canvas.dress(axes, _marked(row, comparison), "", "")
+        canvas.note_outside(axes, left)
     for axes in panels.flat[len(rows) :]:
         axes.set_visible(False)
     figure.supxlabel(canvas.plain(task.input.label), fontsize=10, color=canvas.INK)

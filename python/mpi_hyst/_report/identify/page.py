@@ -16,6 +16,7 @@ from mpi_hyst._report.identify.sections import (
     errors,
     loops,
     model,
+    own_loops,
     residuals,
     short_name,
     shown_names,
@@ -24,6 +25,7 @@ from mpi_hyst._report.identify.summary import title, value_of_dead_time
 from mpi_hyst._report.identify.validation_sections import chosen, uncertainty
 from mpi_hyst._report.identify.validation_sections import left_out as left_out_section
 from mpi_hyst._report.page import Card, Report, render
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._text import in_unit
 
 _SHOWN = 3  # records with their own figures; the tables have all
@@ -35,18 +37,20 @@ def report(
     compared: mh.results.Identification | None,
     left_out: Sequence[mh.results.LeftOutLoop],
     comparison: mh.results.Comparison | None = None,
+    provenance: Provenance = (),
 ) -> str:
     """Return the HTML text. `compared` is the other kind of model, to show beside the fit."""
     records, result = task.records, Result(task, found, compared)
-    fitted, held_out = _traces(result)
+    fitted, held_out = _traces(result) if records.known else ([], [])
     sections = [
-        loops(fitted, len(records.fitted)),
+        loops(fitted, len(records.fitted)) if records.known else own_loops(result),
         errors(result),
         findings.section(found.warnings, records),
-        residuals(fitted, held_out),
     ]
     if comparison is not None:
         sections.insert(2, comparison_section.section(comparison, task, _SHOWN))
+    if records.known:
+        sections.append(residuals(fitted, held_out))
     if left_out:
         sections.append(left_out_section(left_out, task))
     # The deviation is known for the sampling of the first record.
@@ -55,7 +59,8 @@ def report(
         for trace, record in zip(fitted, records.fitted, strict=False)
         if record.dt == records.dt
     ]
-    sections.append(uncertainty(found, alike, task))
+    if alike:
+        sections.append(uncertainty(found, alike, task))
     if made := choices(found):
         sections.append(chosen(made, task))
     sections.append(model(result))
@@ -68,7 +73,8 @@ def report(
             verdict=findings.banner(found, records),
             cards=_cards(result),
             sections=sections,
-            footer=f"mpi_hyst. Error: measured minus modelled output. {base(records)}",
+            provenance=provenance,
+            footer=f"Error: measured minus modelled output. {base(records)}",
         )
     )
 

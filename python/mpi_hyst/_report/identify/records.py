@@ -46,6 +46,11 @@ class Records:
         return self.fitted[0].dt
 
     @property
+    def known(self) -> bool:
+        """Whether the samples are there: a result that is shown alone has none."""
+        return all(record.input.size > 0 for record in self.fitted)
+
+    @property
     def intervals(self) -> list[float] | None:
         """The sampling intervals of the fitted records, or None if they are not known."""
         known = [record.dt for record in self.fitted if record.dt is not None]
@@ -108,6 +113,22 @@ def _own_offset(record: Record, found: mh.results.Identification) -> float:
     return float(
         found.output_offsets[0] + explained - found.predict(record.input, dt=record.dt)[-1]
     )
+
+
+def loops_left_out(
+    records: Records, found: mh.results.Identification
+) -> Sequence[mh.results.LeftOutLoop]:
+    """Predict every loop from a fit to the others; empty if there is only one loop."""
+    try:
+        return found.leave_one_loop_out(
+            [(record.input, record.output) for record in records.fitted],
+            skip=[record.skip for record in records.fitted],
+        )
+    except ValueError as error:
+        # The fit took these records, so they lack nothing but a second loop.
+        if getattr(error, "parameter", None) == "records":
+            return []
+        raise
 
 
 @dataclass(frozen=True)

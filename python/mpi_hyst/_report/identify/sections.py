@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 import mpi_hyst as mh
-from mpi_hyst._report import canvas, plots
+from mpi_hyst._report import canvas, plots, weights
 from mpi_hyst._report.identify.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._report.identify.summary import parameters
 from mpi_hyst._report.model_table import model_table
 from mpi_hyst._report.page import Block, Figure, Pairs, Section, Table
+from mpi_hyst._report.shown import default_drive, run
 from mpi_hyst._text import digits, in_unit
 
 
@@ -74,6 +77,31 @@ def loops(traces: Sequence[plots.Trace], count: int) -> Section:
     )
 
 
+def own_loops(result: Result) -> Section:
+    """Show the loops of the model alone, where its records are not at hand."""
+    drive = default_drive(result.found)
+    fits = zip(result.fits, (canvas.ORANGE, canvas.BLUE)[-len(result.fits) :], strict=True)
+    curves = [
+        plots.Curve(short_name(fit), colour, run(fit.model, drive, None)) for fit, colour in fits
+    ]
+    trace = plots.Trace(
+        *("loops of the model", drive, np.empty(0), None, 0, curves),
+        *(result.task.input, result.task.output),
+    )
+    return Section(
+        "loops",
+        "Loops of the model",
+        ["Decaying loops over the range of the records, of the hysteresis alone."],
+        [
+            Figure(
+                canvas.data_uri(plots.loops([trace])),
+                "Modelled output over the input, and the same minus the straight line",
+                "Top: the output over the input. Bottom: the same minus the straight line fit.",
+            )
+        ],
+    )
+
+
 def errors(result: Result) -> Section:
     """Show the errors on fitted and held-out records, and the loop width."""
     found, compared = result.found, result.compared
@@ -102,7 +130,7 @@ def _error_table(result: Result, *, held_out: bool) -> Table:
         evaluated = evaluate(result.task.records, fit)[held_out]
         entries = [(one.record.name, one.quality) for one in evaluated]
         total = fit.validation if held_out else fit.fit
-        if len(entries) > 1 and total is not None:
+        if len(entries) != 1 and total is not None:
             entries.append(("all records", total))
         for name, quality in entries:
             if fit is result.found:
@@ -180,9 +208,9 @@ def model(result: Result) -> Section:
     found, compared, task = result.found, result.compared, result.task
     slope = f"{task.output.unit}/{task.input.unit}"
     weight_unit = slope if task.output.unit and task.input.unit else ""
-    banks = [plots.Bank(short_name(found), canvas.BLUE, found.model)]
+    banks = [weights.Bank(short_name(found), canvas.BLUE, found.model, found=found)]
     if compared is not None:
-        banks.append(plots.Bank(short_name(compared), canvas.ORANGE, compared.model, "s"))
+        banks.append(weights.Bank(short_name(compared), canvas.ORANGE, compared.model, "s"))
     fitted = task.records.fitted
     pairs = [("operators", str(found.model.operators)), *parameters(task, found)]
     for record, offset in zip(fitted, found.output_offsets, strict=True):
@@ -198,10 +226,11 @@ def model(result: Result) -> Section:
         ],
         [
             Figure(
-                canvas.data_uri(plots.weights(banks, weight_unit, task.input.unit)),
+                canvas.data_uri(weights.figure(banks, weight_unit, task.input.unit)),
                 "Weights, their cumulative sum, and thresholds over the threshold r",
                 f"The first weight, at threshold zero, is {first} {weight_unit}; the left panel "
-                "omits it. Dashed: weights v below zero of a split model.",
+                "omits it. Dashed: weights v below zero of a split model. Bars and bands: 95 %, "
+                "± 1.96 standard errors.",
             ),
             Pairs("Parameters ± one standard error", pairs),
             model_table(found.model, weight_unit, task.input.unit, _standard_errors(found)),

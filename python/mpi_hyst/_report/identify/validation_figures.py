@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas, plots
+from mpi_hyst._report.weights import TWO_SIDED
 from mpi_hyst._types import Samples
-
-_BAND = 1.96  # standard deviations: 95 % of a normal distribution
 
 
 def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity) -> Figure:
@@ -28,7 +28,7 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity)
     axes.plot(
         number, left, "D", color=canvas.ORANGE, markersize=4.0, label="predicted from the others"
     )
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.12 * max(*fitted, *left) or 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     canvas.dress(
         axes, "rms error of every loop", "loop", f"rms error{output_quantity.in_parentheses}"
@@ -40,14 +40,20 @@ def left_out(loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity)
 def deviation(trace: plots.Trace, std: Samples) -> Figure:
     """Draw the 95 % band of the prediction over time, and its deviation over the input."""
     figure = canvas.new_figure(3.4)
-    course, plane = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+    draw_deviation(trace, std, list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))))
+    return figure
+
+
+def draw_deviation(trace: plots.Trace, std: Samples, panels: Sequence[Axes]) -> None:
+    """Draw into two panels: the 95 % band over time, and the standard deviation over the input."""
+    course, plane = panels
     fitted = slice(trace.skip, None)
     time, judged = trace.time[fitted], std[fitted]
     kept = np.union1d(canvas.envelope(judged), [0, judged.size - 1])
     course.fill_between(
         time[kept],
-        -_BAND * judged[kept],
-        _BAND * judged[kept],
+        -TWO_SIDED * judged[kept],
+        TWO_SIDED * judged[kept],
         color=canvas.BLUE,
         alpha=0.3,
         linewidth=0,
@@ -70,4 +76,3 @@ def deviation(trace: plots.Trace, std: Samples) -> Figure:
     canvas.dress(
         plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"
     )
-    return figure

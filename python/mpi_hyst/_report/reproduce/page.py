@@ -9,6 +9,7 @@ from mpi_hyst._paper.benchmark import PLANTS, mismatch_percent, whole_sine
 from mpi_hyst._paper.reproduction import Reproduction
 from mpi_hyst._report import canvas, walk
 from mpi_hyst._report.page import Card, Figure, Report, Section, Table, render
+from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._report.reproduce import figures, scheme_figures, tables
 from mpi_hyst._report.reproduce.tables import Rows
 from mpi_hyst.paper import gains
@@ -16,7 +17,7 @@ from mpi_hyst.paper import gains
 _TRUE = "Error of the true position in nm, median over the seeds."
 
 
-def report(made: Reproduction) -> str:
+def report(made: Reproduction, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     return render(
         Report(
@@ -33,7 +34,8 @@ def report(made: Reproduction) -> str:
                 _saturation(made),
                 _numbers(made),
             ],
-            footer=f"mpi_hyst. {published.PAPER}. Medians over {made.seeds} seeds.",
+            provenance=provenance,
+            footer=f"{published.PAPER}. Medians over {made.seeds} seeds.",
         )
     )
 

@@ -114,6 +114,7 @@ def saturation(cases: Sequence[Saturation]) -> Figure:
     reference = shown[0].shown.reference
     kept = canvas.envelope(reference)
     positions.plot(time[kept], reference[kept], color=INK, linewidth=1.6, label="reference")
+    left = []
     for case, colour in zip(shown, colours, strict=True):
         run = case.shown
         printed = case.law == "as printed"
@@ -123,6 +124,7 @@ def saturation(cases: Sequence[Saturation]) -> Figure:
         drives.plot(time[kept], run.drive[kept], color=colour, linewidth=1.0)
         if not printed:
             error = 1e3 * (run.reference - run.position)
+            left.append(error)
             kept = canvas.envelope(error)
             errors.plot(time[kept], error[kept], color=colour, linewidth=1.0)
     for limit in DRIVE_LIMITS:
@@ -143,6 +145,7 @@ def saturation(cases: Sequence[Saturation]) -> Figure:
     canvas.dress(drives, "drive", "", "drive (V)")
     canvas.dress(errors, "true error (law as printed omitted)", "time (s)", "error (nm)")
     errors.set_ylim(-160, 160)
+    canvas.note_outside(errors, *left)
     errors.set_xlim(0.0, time[-1])
     canvas.top_legend(figure, positions)
     return figure

@@ -43,7 +43,13 @@ class Simulation:
     run: mh.plant.Run
     dt: float
     quantity: Quantity
-    setup: Setup
+    setup: Setup | None = None
+    """None for a run of which nothing else is known."""
+
+    name: str = ""
+    """What was followed on what."""
+    drive: str = "drive"
+    """The label of the drive."""
 
     @property
     def seconds(self) -> Samples:
@@ -54,6 +60,8 @@ class Simulation:
 def facts(simulation: Simulation) -> list[tuple[str, str]]:
     """Return the facts about stage, controller and drive as names and values."""
     run, metrics, setup = simulation.run, simulation.run.metrics, simulation.setup
+    if setup is None:
+        return _of_run(simulation)
     low, high = setup.limits
     kp, ki = setup.gains
     feedforward = {
@@ -71,9 +79,20 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
     ]
 
 
+def _of_run(simulation: Simulation) -> list[tuple[str, str]]:
+    run, metrics = simulation.run, simulation.run.metrics
+    at = "" if run.limits is None else f" at {run.limits[0]:g} or {run.limits[1]:g}"
+    return [
+        ("samples", f"{len(run)} at {1.0 / simulation.dt:.6g} Hz"),
+        ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
+        ("saturated", f"{metrics.saturated_count} of {len(run)} samples{at}"),
+        ("without a reading", f"{metrics.missing_count} of {len(run)} samples"),
+    ]
+
+
 def _noise(simulation: Simulation) -> list[str]:
     setup = simulation.setup
-    if not setup.noise:
+    if setup is None or not setup.noise:
         return []
     return [f"noise {in_unit(setup.noise, simulation.quantity.unit)} rms (seed {setup.seed})"]
 

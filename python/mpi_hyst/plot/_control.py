@@ -1,17 +1,18 @@
-"""Figures on matplotlib axes, in the style of the reports. They need `mpi_hyst[report]`."""
+"""Figures of feedback and of closed loops."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from mpi_hyst._core import LoopReport, Tuning
+import numpy as np
+
+from mpi_hyst._core import LoopReport, Run, Tuning
+from mpi_hyst.plot._arguments import Units, drawing, expect, interval, panels, quantities
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["realtime", "tuning"]
 
 
 def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
@@ -49,18 +50,79 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
     ['|L|', 'degrees', '|S|']
 
     """
-    if not isinstance(tuning, Tuning):
-        raise TypeError(f"tuning: expected a Tuning, got {tuning!r}")
-    try:
+    expect("tuning", tuning, (Tuning,))
+    with drawing():
         from mpi_hyst._report import canvas, loop
-    except ModuleNotFoundError as error:
-        raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
     if axes is None:
         return loop.figure(tuning)
-    panels = _three(axes)
-    loop.draw(tuning, panels)
-    canvas.legend(panels[2])
-    return loop.root(panels[0])
+    drawn = panels(axes, 3)
+    loop.draw(tuning, drawn)
+    canvas.legend(drawn[2])
+    return canvas.root(drawn[0])
+
+
+def run(
+    run: Run,
+    *,
+    dt: float | None = None,
+    units: Units = None,
+    axes: Sequence[Axes] | None = None,
+) -> Figure:
+    """Draw a closed loop: reference and position, the error, and the drive with its limits.
+
+    Triangles mark what happened: samples with the drive at a limit, and samples without a reading.
+    The legend has their number. Where few points would flatten the error, they are left out of its
+    axis, and their number is in the figure.
+
+    Parameters
+    ----------
+    run : plant.Run
+        Made by `Stage.simulate` or `plant.simulate`, or from a record of your own.
+    dt : float, optional
+        Sampling interval in seconds; without it samples are counted.
+    units : (str, str), optional
+        Of drive and position.
+    axes : sequence of three matplotlib axes, optional
+        For positions, errors and drive; by default those of a new figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the one of the first axes.
+
+    Raises
+    ------
+    ImportError
+        If matplotlib is not installed.
+    TypeError, ValueError
+        That name the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> target = mh.signals.sine(2.5, 10.0, seconds=0.3, rate=1e4)
+    >>> run = mh.paper.plant("A1").stage.simulate(target, dt=1e-4)
+    >>> figure = mh.plot.run(run, dt=1e-4, units=("V", "um"))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['position (µm)', 'error (µm)', 'drive (V)']
+
+    """
+    expect("run", run, (Run,))
+    with drawing():
+        from mpi_hyst._report import canvas, course
+    known = interval(dt)
+    time = np.arange(len(run), dtype=np.float64) * (known or 1.0)
+    drive, position = quantities(units)
+    label = "sample" if known is None else "time (s)"
+    noise = course.is_noisy(run)
+    made = course.Course(run, time, label, position, drive.label, run.limits, noise=noise)
+    if axes is None:
+        return course.figure(made)
+    drawn = panels(axes, 3)
+    course.draw(made, drawn)
+    for panel in drawn:
+        canvas.legend(panel)
+    return canvas.root(drawn[0])
 
 
 def realtime(report: LoopReport, axes: Sequence[Axes] | None = None) -> Figure:
@@ -99,29 +161,11 @@ def realtime(report: LoopReport, axes: Sequence[Axes] | None = None) -> Figure:
     ['latency', 'compute', 'period']
 
     """
-    if not isinstance(report, LoopReport):
-        raise TypeError(f"report: expected a LoopReport, got {report!r}")
-    try:
-        from mpi_hyst._report import latency, loop
-    except ModuleNotFoundError as error:
-        raise ImportError(f"a plot needs {error.name}: pip install 'mpi_hyst[report]'") from error
+    expect("report", report, (LoopReport,))
+    with drawing():
+        from mpi_hyst._report import canvas, latency
     if axes is None:
         return latency.figure(report)
-    panels = _three(axes)
-    latency.draw(report, panels)
-    return loop.root(panels[0])
-
-
-def _three(axes: Sequence[Axes]) -> list[Axes]:
-    """Return three axes, or say what is wrong with them."""
-    from matplotlib.axes import Axes as Drawn
-
-    if not isinstance(axes, Iterable):
-        raise TypeError(f"axes: expected three matplotlib axes, got {axes!r}")
-    panels = list(axes)
-    if len(panels) != 3:
-        raise ValueError(f"axes: expected three axes, got {len(panels)}")
-    for i, panel in enumerate(panels):
-        if not isinstance(panel, Drawn):
-            raise TypeError(f"axes[{i}]: expected matplotlib axes, got {panel!r}")
-    return panels
+    drawn = panels(axes, 3)
+    latency.draw(report, drawn)
+    return canvas.root(drawn[0])
