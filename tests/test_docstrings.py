@@ -52,12 +52,12 @@ MODULES = [
 
 
 def public_objects() -> dict[str, Any]:
-    """Classes and functions that users can name, by their name."""
+    """Classes and functions that users can name, by their name: no modules, no version."""
     found: dict[str, Any] = {}
     for module in MODULES:
         for name in module.__all__:
             value = getattr(module, name)
-            if not isinstance(value, ModuleType):
+            if not isinstance(value, ModuleType | str):
                 prefix = module.__name__.removeprefix("mpi_hyst").lstrip(".")
                 found[f"{prefix}.{name}".lstrip(".")] = value
     return found
