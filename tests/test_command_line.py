@@ -363,7 +363,7 @@ def test_other_wrong_commands(there: Path, arguments: list[str]) -> None:
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["identify", "-h"], ["--version"]])
 def test_help_and_version_are_no_errors(arguments: list[str]) -> None:
     result = run(*arguments)
-    assert result.exit_code == 0
+    assert result.exit_code == 0, result.output
     assert result.stdout and not result.stderr
 
 

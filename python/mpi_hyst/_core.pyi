@@ -93,6 +93,7 @@ __all__ = [
     "StateSpace",
     "Tuning",
     "Udp",
+    "__version__",
     "c_header_text",
     "c_name",
     "chirp",
