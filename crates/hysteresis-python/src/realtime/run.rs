@@ -37,7 +37,8 @@ impl Refusal for realtime::Error {
 /// At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
 /// the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
 /// long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". Limits and slew
-/// hold all the time. The drive written last is the rest drive, unless writing itself fails.
+/// hold all the time: in any time T the drive moves by at most slew (T + dt). The drive written last is the rest drive, unless writing
+/// itself fails.
 ///
 /// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
 /// holds the drive. After `rest_after` seconds without one the drive goes to rest.
@@ -65,7 +66,7 @@ impl Refusal for realtime::Error {
 ///     Whether the reference is followed again and again.
 /// misses : "skip", "catch_up" or "stop"
 ///     When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
-///     `most_caught_up` samples; or go to rest.
+///     `most_caught_up` samples, while the drive moves by what the slew gives for the time that goes by; or go to rest.
 /// most_caught_up : int
 ///     What lies further back is skipped.
 /// watchdog : (stale_after, rest_after) or None
