@@ -24,6 +24,8 @@
 //! | a deadline is missed | as [`MissPolicy`] says | [`Deadlines`], [`EndReason::DeadlineMissed`] |
 //! | input or output panics | caught; to rest | [`EndReason::Panicked`] |
 //! | Ctrl-C, [`StopFlag`]; time or reference over | to rest | [`EndReason`] |
+//! | a read or a write that does not return | nothing, until it does: the drive stays, and no request to end is seen | [`Live::taken`] stands still |
+//! | shared memory: another process makes the file shorter | the system ends this process, the drive stays | nothing |
 //!
 //! *To rest* is a ramp to `rest_drive` at `rest_rate`, or at the slew of the controller if that is slower. It needs no measurement, and
 //! nothing interrupts it but writes that fail. While it runs, missed deadlines are skipped. The drive written last is the rest drive, unless

@@ -150,10 +150,13 @@ impl Udp {
 /// offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
 /// the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
 ///
+/// While the loop runs it has an exclusive lock on the file (flock), so a second loop is refused. No other process may make the file
+/// shorter meanwhile: the system then ends the loop where it is (SIGBUS).
+///
 /// Parameters
 /// ----------
 /// path : str or path-like
-///     The file. One that is there is emptied.
+///     The file: a new or empty one, or that of a loop that has ended. `run` refuses any other with OSError.
 ///
 /// Examples
 /// --------
