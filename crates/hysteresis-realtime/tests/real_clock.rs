@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use core::ffi::{c_int, c_void};
 use hysteresis_realtime::io::FunctionIo;
-use hysteresis_realtime::{EndReason, MissPolicy, Session, Settings};
+use hysteresis_realtime::{EndReason, MissPolicy, Session, Settings, StopFlag};
 use hysteresis_simulate::paper::Benchmark;
 use hysteresis_simulate::plant::Plant;
 use setup::{REST, controller, settings, sine};
@@ -36,6 +36,44 @@ fn what_is_refused_is_a_warning() {
     assert!(warnings.iter().any(|warning| warning.starts_with("processor 1000000: refused, the loop runs without: ")));
     let refused = warnings.iter().any(|warning| warning.starts_with("SCHED_FIFO with priority 1: refused"));
     assert!(refused != (in_force.fifo == Some(1)), "granted or refused, never silent: {warnings:?}");
+}
+
+/// How much memory of this process is locked.
+#[cfg(target_os = "linux")]
+fn locked_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmLck:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_is_locked_as_long_as_a_loop_runs_that_wants_it() {
+    let asked = || Settings { lock_memory: true, seconds: None, ..settings() };
+    let start = || Session::start(controller(), Benchmark::A1.plant(0), sine(), asked()).unwrap();
+    let sessions = [start(), start()];
+    while sessions.iter().any(|session| session.live().taken() == 0) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let [first, second] = sessions;
+    first.stop();
+    let locked = first.wait().report.in_force.locked_memory;
+    // A test may not be allowed to lock memory: then nothing is.
+    assert_eq!(locked_memory() > 0, locked, "the second one goes on");
+    second.stop();
+    assert_eq!(second.wait().report.in_force.locked_memory, locked);
+    assert_eq!(locked_memory(), 0);
+}
+
+#[test]
+fn a_flag_that_was_requested_before_ends_the_loop_at_once() {
+    let stop = StopFlag::default();
+    stop.request();
+    let asked = Settings { seconds: None, ..settings() };
+    let session = Session::start_with(controller(), Benchmark::A1.plant(0), sine(), asked, stop).unwrap();
+    let report = session.wait().report;
+    assert_eq!((report.end, report.at_rest), (EndReason::Requested, true));
+    assert_eq!(report.deadlines.taken, report.counts.rest_samples);
 }
 
 unsafe extern "C" fn read(plant: *mut c_void, measurement: *mut f64) -> c_int {
