@@ -1,7 +1,7 @@
 """A million mixed samples give the same bits wherever a stage runs.
 
 That is in Rust, Python, ctypes, a C program, functional mock-up units, and the record of a loop in
-real time.
+real time, on a simulated clock.
 """
 
 from __future__ import annotations

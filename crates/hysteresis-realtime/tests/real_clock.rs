@@ -9,7 +9,7 @@ use hysteresis_realtime::io::FunctionIo;
 use hysteresis_realtime::{EndReason, MissPolicy, Session, Settings, StopFlag};
 use hysteresis_simulate::paper::Benchmark;
 use hysteresis_simulate::plant::Plant;
-use setup::{REST, controller, settings, sine};
+use setup::{REST, Scripted, controller, controller_with, settings, sine};
 
 #[test]
 fn every_deadline_is_accounted_for() {
@@ -24,6 +24,20 @@ fn every_deadline_is_accounted_for() {
     assert!(report.seconds >= 0.1 && report.period.count == report.deadlines.taken - 1);
     assert!(report.in_force.absolute_deadlines == cfg!(target_os = "linux"));
     assert!(serde_json::to_string(&report).unwrap().contains("\"end\":\"time_over\""));
+}
+
+/// Without a slew, which is what time has a say in, every drive is that of the plain loop over `step`, bit for bit.
+#[test]
+fn the_drives_are_those_of_the_controller() {
+    let free = || controller_with(|options| options.slew = None);
+    let asked = Settings { seconds: Some(0.2), misses: MissPolicy::CatchUp { at_most: 1_000_000 }, ..settings() };
+    let outcome = Session::start(free(), Scripted::new(), sine(), asked).unwrap().wait();
+    assert_eq!(outcome.report.deadlines.taken - outcome.report.counts.rest_samples, 2000);
+    let (mut controller, mut plant) = (free(), Scripted::new().plant);
+    for (sample, drive) in (0..2000).zip(&outcome.io.drives) {
+        assert_eq!(controller.step(sine().at(sample).into(), plant.measured()), *drive);
+        plant.step(*drive);
+    }
 }
 
 /// A processor that no machine has, and a priority that a test may or may not be given.
