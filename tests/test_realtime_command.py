@@ -114,18 +114,19 @@ def test_what_may_surprise_is_said_before(here: Path) -> None:
     assert np.abs(np.diff(np.load(here / "x.npy")["drive"], prepend=0.0)).max() <= 1e4 / 1000
 
 
-def test_warnings_of_identification_are_said(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.filterwarnings("ignore:dead_time")
+def test_warnings_of_identification_are_said(here: Path) -> None:
     drive = mh.signals.decaying_triangle(100.0, 1.0, cycles=5, rate=1000)
     position = mh.paper.table_1_recovered().forward().run(drive)
     # Without a sampling interval a stage has no dead time, which is a warning.
     found = mh.identify(drive, position, operators=4, dead_time=2)
     warnings = (found.stage.identified or {})["warnings"]
-    assert warnings
+    assert len(warnings) == 2
     found.stage.replace(limits=(-90.0, 90.0), slew=2e4).save(here / "stage.json")
     result = run(*REALTIME, "--seconds", "0.05")
     assert result.exit_code == 0
     assert result.stderr == "".join(
-        f"mpi-hyst: note: stage.json: {warning}\n" for warning in warnings
+        f"mpi-hyst: note: stage.json: {one['severity']}: {one['message']}\n" for one in warnings
     )
 
 

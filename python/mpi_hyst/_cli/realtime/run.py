@@ -135,7 +135,7 @@ def _io(
 def _warn(stage: mh.Stage, rest_rate: float, request: Request) -> None:
     """Say before the drive moves what may surprise."""
     for one in (stage.identified or {}).get("warnings", []):
-        note(f"{request.stage_path}: {one}")
+        note(f"{request.stage_path}: {one['severity']}: {one['message']}")
     if stage.slew is None:
         note(
             f"{request.stage_path} has no slew rate: the drive may jump from limit to limit in "
