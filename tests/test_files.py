@@ -74,9 +74,7 @@ sys.exit(2)
     assert path.read_bytes() == old and [one.name for one in tmp_path.iterdir()] == [path.name]
 
 
-def test_every_copy_has_a_name_of_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_copy_has_a_name_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names: list[str] = []
     replace = Path.replace
 

@@ -117,7 +117,7 @@ def test_a_pipe_is_read_once(there: Path, command: str) -> None:
 
 @posix
 def test_an_endless_file_is_refused(there: Path) -> None:
-    # In a process of its own with an end of its memory: else the whole file would take the machine's.
+    # In a process of its own, which may take so much memory and no more.
     code = """
 import resource
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))

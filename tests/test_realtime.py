@@ -227,7 +227,10 @@ def test_memory_is_shared(controller: mh.control.HybridController, tmp_path: Pat
         ({"fifo": 100}, "fifo: expected a priority from 1 to 99, got 100"),
         ({"fifo": 1000}, "fifo: expected a priority from 1 to 99, got 1000"),
         ({"most_write_faults": 0}, "most_write_faults: expected a whole number from 1"),
-        ({"most_write_faults": 2**40}, "most_write_faults: expected a whole number from 1 to 42949"),
+        (
+            {"most_write_faults": 2**40},
+            "most_write_faults: expected a whole number from 1 to 42949",
+        ),
         ({"progress": 3}, "progress: expected a callable or None, got 3"),
         ({"controller": mh.paper.plant("A1").stage, "rate": 0.0}, "rate: expected a finite number"),
         ({"seconds": 0.0}, "seconds: expected a time"),

@@ -138,8 +138,9 @@ def test_the_status_says_that_something_else_ended_it(here: Path) -> None:
     assert "watchdog, at the rest drive" in result.stdout
 
 
+@pytest.mark.usefixtures("here")
 def test_what_the_loop_did_is_said_where_it_cannot_be_written(
-    here: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def full(path: Path, _: object) -> None:
         raise OSError(28, "No space left on device", str(path))
@@ -181,7 +182,7 @@ def test_a_signal_ends_the_loop_and_loses_nothing(here: Path, name: str) -> None
             assert running.poll() is None
             time.sleep(0.01)
         # Also while it goes to rest, and while files are drawn and written.
-        while not (here / "x.png").exists():
+        while running.poll() is None and not (here / "x.png").exists():
             running.send_signal(number)
             time.sleep(0.02)
         said, errors = running.communicate()

@@ -1,7 +1,7 @@
 """The loop of `make realtime` as a loop in Python: python benches/python/realtime.py RATE SECONDS.
 
-The same stage, reference and columns: sleep until the deadline, then `step` of the controller and of
-the plant. What was missed is skipped.
+The same stage, reference and columns: sleep until the deadline, then `step` of the controller and
+of the plant. What was missed is skipped.
 """
 
 from __future__ import annotations
@@ -46,7 +46,10 @@ def main(rate: float, seconds: float) -> None:
     late, took, skipped = loop(rate, seconds)
     say = sys.stdout.write
     say(f"in Python: {late.size} samples, {skipped} deadlines skipped\n")
-    say(" ".join(f"{name:>10}" for name in ("", "median", "p99", "p99.9", "p99.99", "max")) + " us\n")
+    say(
+        " ".join(f"{name:>10}" for name in ("", "median", "p99", "p99.9", "p99.99", "max"))
+        + " us\n"
+    )
     for name, times in (("latency", late), ("compute", took)):
         shown = [*np.quantile(times, [0.5, 0.99, 0.999, 0.9999]), times.max()]
         say(f"{name:>10} " + " ".join(f"{1e6 * one:10.2f}" for one in shown) + "\n")

@@ -22,7 +22,7 @@ def hold_interrupts() -> None:
 
 
 def call_at_interrupts(action: Callable[[], object]) -> None:
-    """Call `action` at Ctrl-C, SIGTERM and SIGHUP from now on; a signal that is ignored stays so."""
+    """Call `action` at Ctrl-C, SIGTERM and SIGHUP from now on; an ignored signal stays so."""
     if threading.current_thread() is not threading.main_thread():
         return
     for number in _SIGNALS:

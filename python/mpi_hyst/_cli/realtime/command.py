@@ -9,23 +9,16 @@ import click
 from mpi_hyst._cli.options import FILE, numbers, options, slew
 
 
-class _Priority(click.ParamType):
-    """A priority, which must not be taken for the name of the file behind it."""
-
-    name = "priority"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> int:
-        try:
-            return int(value)
-        except ValueError:
-            self.fail(
-                f"expected a priority from 1 to 99, got {value!r}; without one put --fifo behind "
-                "STAGE.json",
-                param,
-                ctx,
-            )
+def _priority(context: click.Context, option: click.Parameter, value: str | None) -> int | None:
+    """Read a priority, which must not be taken for the name of the file behind it."""
+    if value is None:
+        return None
+    try:
+        return int(value)
+    except ValueError:
+        message = f"expected a priority from 1 to 99, got {value!r}; "
+        message += "without one put --fifo behind STAGE.json"
+        raise click.BadParameter(message, context, option) from None
 
 
 @click.command(short_help="Run the loop of a stage in real time.")
@@ -90,10 +83,10 @@ class _Priority(click.ParamType):
     click.option("--cpu", type=int, help="Processor on which the loop runs."),
     click.option(
         "--fifo",
-        type=_Priority(),
         is_flag=False,
-        flag_value=80,
+        flag_value="80",
         metavar="PRIORITY",
+        callback=_priority,
         help="SCHED_FIFO, with this priority or 80.",
     ),
     click.option("--mlock", is_flag=True, help="Keep all memory in memory."),
