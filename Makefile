@@ -181,8 +181,9 @@ fmu: $(UNITS) ## the library of functional mock-up units, which the Python packa
 RATE ?= 10000
 SECONDS ?= 60
 
-realtime: ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took, and what it missed
+realtime: $(PACKAGE) ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took and missed, then a loop in Python
 	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
+	$(BIN)/python benches/python/realtime.py $(RATE) $(SECONDS)
 
 firmware: ## streams of fixed size on a Cortex-M4F in qemu: the bits of this machine, and instructions per sample
 	checks/firmware/run

@@ -67,7 +67,7 @@ def prepare(directory: Path) -> None:
         directory / "target.csv", "time_s,target_um", [[k / 200, 0.001 * k] for k in range(300)]
     )
     actuator().save(directory / "model.json")
-    mh.paper.plant("A1").stage.save(directory / "bench.json")
+    mh.paper.plant("A1").stage.replace(slew=2e4).save(directory / "bench.json")
 
 
 def command(arguments: Sequence[str], limit: int | None) -> tuple[int, str]:
@@ -187,6 +187,17 @@ def on_small_disks(asked: dict[tuple[str, ...], list[str]], sizes: Sequence[int]
     return figures
 
 
+def shared_memory(directory: Path) -> None:
+    """Check that a loop is refused by one line where its memory would have no room."""
+    with small_disk(directory, 1 << 16) as disk:
+        (disk / "filler").write_bytes(b"\0" * (os.statvfs(disk).f_bavail * 4096))
+        before = set(disk.iterdir())
+        asked = ["realtime", str(directory.parent / "bench.json"), "--shared-memory"]
+        status, said = command([*asked, str(disk / "memory")], None)
+        assert status == 2 and said.endswith("memory: No space left on device\n"), (status, said)
+        assert set(disk.iterdir()) == before
+
+
 def main() -> None:
     """Print the figures."""
     limits = [0, 1, 100, 1000, 5000, 20_000, 50_000, 100_000, 200_000, 500_000, 10_000_000]
@@ -206,6 +217,11 @@ def main() -> None:
     if os.geteuid() == 0 and sys.platform == "linux":
         sizes = [0, 4096, 16_384, 65_536, 131_072, 262_144, 524_288]
         _tell("commands on a disk that is full", on_small_disks(QUICK | SLOW, sizes))
+        with tempfile.TemporaryDirectory() as name:
+            prepare(Path(name))
+            (Path(name) / "disk").mkdir()
+            shared_memory(Path(name) / "disk")
+        sys.stdout.write("a shared memory on a disk that is full: refused with one line\n")
     else:
         sys.stdout.write("a disk of its own needs the rights of root on Linux: left out\n")
 

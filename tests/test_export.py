@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -188,12 +191,61 @@ def test_the_command_writes_a_header_and_bytes(here: Path, stage: mh.Stage) -> N
     assert (here / "3.h").read_text("utf-8") == text
 
 
+def sha256_in(header: str) -> str:
+    found = re.search(r'_SHA256 "([0-9a-f]{64})"', header)
+    assert found is not None
+    return found[1]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes")
+def test_a_pipe_is_read_once(here: Path) -> None:
+    content = (here / "stage.json").read_bytes()
+    done = subprocess.run(
+        [sys.executable, "-m", "mpi_hyst._cli", "export", "/dev/stdin", "--c", "-o", "x.h"],
+        input=content,
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert sha256_in((here / "x.h").read_text("utf-8")) == hashlib.sha256(content).hexdigest()
+
+
+@pytest.mark.parametrize("changed", [["--limits", "-9,9"], ["--slew", "123"]])
+def test_the_digest_is_that_of_the_constants(
+    here: Path, stage: mh.Stage, changed: list[str]
+) -> None:
+    assert run("export", "stage.json", "--c", *changed, "-o", "x.h").exit_code == 0
+    other = {"limits": (-9.0, 9.0)} if changed[0] == "--limits" else {"slew": 123.0}
+    stage.replace(**other).save(here / "other.json")
+    digest = hashlib.sha256((here / "other.json").read_bytes()).hexdigest()
+    assert sha256_in((here / "x.h").read_text("utf-8")) == digest
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"dt": float("nan")}, "dt: expected a finite number above 0"),
+        ({"kind": None}, 'kind: expected "forward", "inverse" or "controller", got None'),
+        ({"feedforward": 3}, 'feedforward: expected "inverse" or "preview", got 3'),
+        ({"name": 3}, "name: expected a text, got 3"),
+    ],
+)
+def test_what_is_no_unit_is_refused_by_its_name(
+    stage: mh.Stage, tmp_path: Path, wrong: dict[str, Any], message: str
+) -> None:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        mh.export.fmu(stage, tmp_path / "x.fmu", **{"dt": DT, **wrong})
+    assert str(caught.value).startswith(message)
+    assert names_in(tmp_path) == set()
+
+
 WRONG: dict[str, tuple[list[str], list[str]]] = {
     "no format": ([], ["expected one of --fmu, --c, --bytes, got none"]),
     "two formats": (["--fmu", "--c"], ["got --fmu and --c"]),
     "no interval": (["--fmu"], ["--dt: expected the sampling interval", "--rate"]),
     "two intervals": (["--fmu", "--dt", "1e-4", "--rate", "1e4"], ["--rate", "got both"]),
     "no time": (["--fmu", "--dt", "0"], ["--dt: expected a finite number above 0", "got 0.0"]),
+    "NaN time": (["--fmu", "--dt", "nan"], ["--dt: expected a finite number above 0"]),
     "negative time": (["--c", "--dt", "-1"], ["--dt: expected"]),
     "no rate": (["--c", "--rate", "nan"], ["--rate: expected a finite number above 0"]),
     "unknown kind": (

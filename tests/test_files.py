@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -26,11 +27,13 @@ def test_a_replaced_file_keeps_its_permissions(
     tmp_path: Path, save: Callable[[Path], None]
 ) -> None:
     path = tmp_path / "stage.json"
-    path.write_text("old")
-    path.chmod(0o600)
-    save(path)
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    assert path.read_text() != "old" and [one.name for one in tmp_path.iterdir()] == [path.name]
+    # 0600 is what a copy has by itself.
+    for mode in (0o600, 0o644, 0o660):
+        path.write_text("old")
+        path.chmod(mode)
+        save(path)
+        assert stat.S_IMODE(path.stat().st_mode) == mode
+        assert path.read_text() != "old" and [one.name for one in tmp_path.iterdir()] == [path.name]
 
 
 @pytest.mark.parametrize("save", SAVES)
@@ -69,6 +72,21 @@ sys.exit(2)
 """
     assert subprocess.run([sys.executable, "-c", code, str(path)], check=False).returncode == 0
     assert path.read_bytes() == old and [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
+def test_every_copy_has_a_name_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names: list[str] = []
+    replace = Path.replace
+
+    def rename(path: Path, target: Path) -> Path:
+        names.append(path.name)
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", rename)
+    for _ in range(8):
+        mh.paper.table_1().save(tmp_path / "stage.json")
+    assert len(set(names)) == 8
+    assert all(re.fullmatch(r"\.mpi_hyst-[0-9a-f]{16}\.tmp", name) for name in names)
 
 
 def test_no_name_of_a_copy_can_be_foreseen(tmp_path: Path) -> None:

@@ -129,6 +129,7 @@ def test_what_does_not_fit_in_memory_is_a_memory_error() -> None:
         (lambda: MODEL.forward().run([[1.0]]), ValueError, "input"),
         (lambda: MODEL.forward().run([1j]), TypeError, "input"),
         (lambda: MODEL.inverse(range(10**11)), TypeError, "limits"),
+        (lambda: MODEL.inverse().run(range(10**11)), MemoryError, "input"),
         (lambda: mh.ActuatorArray([MODEL, WORD]), TypeError, "models"),
         (lambda: mh.plant.SecondOrder(-1.0, 0.1), ValueError, "frequency"),
         (lambda: mh.plant.Plant(MODEL, dt=0.0), ValueError, "dt"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import re
 import sys
 import zipfile
 from pathlib import Path
@@ -29,12 +30,78 @@ def test_the_licences_are_those_of_the_linked_crates(monkeypatch: pytest.MonkeyP
     assert make_licences.FILE.read_text("utf-8") == make_licences.written(), stale
 
 
-def test_the_wheel_takes_the_licences_along() -> None:
+def toml(name: str) -> dict[str, Any]:
     if sys.version_info >= (3, 11):
         import tomllib
     else:
         tomllib = pytest.importorskip("tomli")
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    read: dict[str, Any] = tomllib.loads((ROOT / name).read_text("utf-8"))
+    return read
+
+
+def is_met(licence: str, allowed: set[str]) -> bool:
+    """Return whether an SPDX expression can be met with the allowed licences alone."""
+    # Some crates write a slash for OR.
+    spaced = licence.replace("/", " OR ").replace(" WITH ", "\0")
+    words = re.findall(r"[()]|[^\s()]+", spaced)
+
+    def either() -> bool:
+        met = both()
+        while words and words[0] == "OR":
+            words.pop(0)
+            met = both() or met
+        return met
+
+    def both() -> bool:
+        met = one()
+        while words and words[0] == "AND":
+            words.pop(0)
+            met = one() and met
+        return met
+
+    def one() -> bool:
+        word = words.pop(0)
+        if word != "(":
+            return word.replace("\0", " WITH ") in allowed
+        met = either()
+        assert words.pop(0) == ")"
+        return met
+
+    met = either()
+    assert not words, licence
+    return met
+
+
+@pytest.mark.parametrize(
+    ("licence", "met"),
+    [
+        ("MIT", True),
+        ("GPL-3.0-only", False),
+        ("MIT/GPL-3.0-only", True),
+        ("GPL-3.0-only AND MIT OR Zlib", True),
+        ("(MIT OR Zlib) AND GPL-3.0-only", False),
+        ("MIT AND (GPL-3.0-only OR Zlib)", True),
+        ("Apache-2.0 WITH LLVM-exception", True),
+        ("Apache-2.0", False),
+    ],
+)
+def test_a_licence_is_met(licence: str, met: bool) -> None:
+    assert is_met(licence, {"MIT", "Zlib", "Apache-2.0 WITH LLVM-exception"}) == met
+
+
+def test_linked_crates_are_such_as_the_audit_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What `make audit` asks of licences and sources, without its tool."""
+    audit = toml("deny.toml")
+    assert audit["sources"] == {"unknown-registry": "deny", "unknown-git": "deny"}
+    allowed = set(audit["licenses"]["allow"])
+    linked = module_of_docs(monkeypatch, "make_licences").linked()
+    assert [crate["name"] for crate in linked if not is_met(crate["license"], allowed)] == []
+    registry = "registry+https://github.com/rust-lang/crates.io-index"
+    assert {crate["source"] for crate in linked} == {registry}
+
+
+def test_the_wheel_takes_the_licences_along() -> None:
+    project = toml("pyproject.toml")["project"]
     assert set(project["license-files"]) == LICENCES
     assert all((ROOT / name).is_file() for name in LICENCES)
 

@@ -222,7 +222,7 @@ def test_every_class_is_here() -> None:
         for name in _core.__all__
         if isinstance(value := getattr(_core, name), type) and not issubclass(value, Exception)
     }
-    assert classes == {*VALUES, *RESULTS, *RUNNING, "Functions"}
+    assert classes == {*VALUES, *RESULTS, *RUNNING, "Functions", "Stop"}
 
 
 def test_addresses_of_this_process_are_copied_but_not_pickled() -> None:
@@ -231,6 +231,16 @@ def test_addresses_of_this_process_are_copied_but_not_pickled() -> None:
     assert copy.deepcopy(functions) is functions
     with pytest.raises(TypeError, match="cannot pickle"):
         pickle.dumps(functions)
+
+
+def test_a_stop_is_that_of_a_loop_of_this_process() -> None:
+    stop = mh.realtime.Stop()
+    assert repr(stop) == "<Stop: not requested>"
+    assert copy.deepcopy(stop) is stop
+    stop.request()
+    assert repr(stop) == "<Stop: requested>"
+    with pytest.raises(TypeError, match="cannot pickle"):
+        pickle.dumps(stop)
 
 
 @pytest.mark.parametrize("name", [*VALUES, *RESULTS, *RUNNING])

@@ -72,7 +72,7 @@ def test_a_plant_and_its_controller_go_on_from_the_rest(
     assert report.taken + report.skipped >= 400
     assert np.abs(np.diff(record["drive"], prepend=0.0)).max() <= SLEW / RATE
     assert seen and set(seen[0]) == {
-        "taken", "missed", "skipped", "stale", "measurement", "drive"
+        "taken", "missed", "skipped", "stale", "measurement", "drive", "waiting"
     }  # fmt: skip
 
 
@@ -221,9 +221,18 @@ def test_memory_is_shared(controller: mh.control.HybridController, tmp_path: Pat
         ({"rate": 999.0}, "rate: expected 1000.0, as the controller has, got 999.0"),
         ({"misses": "ignore"}, 'misses: expected "skip", "catch_up" or "stop", got "ignore"'),
         ({"most_caught_up": 3}, 'most_caught_up: expected None without misses="catch_up"'),
-        ({"watchdog": (1.0, 0.5)}, "stale_after: expected a time from 0 to rest_after"),
+        ({"watchdog": (1.0, 0.5)}, "watchdog: expected a time from 0 to rest_after"),
+        ({"watchdog": (0.0, 0.0)}, "watchdog: expected a time from the sampling interval"),
         ({"watchdog": 1.0}, "watchdog: expected two numbers"),
-        ({"fifo": 100}, "fifo: expected a priority from 1 to 99"),
+        ({"fifo": 100}, "fifo: expected a priority from 1 to 99, got 100"),
+        ({"fifo": 1000}, "fifo: expected a priority from 1 to 99, got 1000"),
+        ({"most_write_faults": 0}, "most_write_faults: expected a whole number from 1"),
+        (
+            {"most_write_faults": 2**40},
+            "most_write_faults: expected a whole number from 1 to 42949",
+        ),
+        ({"progress": 3}, "progress: expected a callable or None, got 3"),
+        ({"controller": mh.paper.plant("A1").stage, "rate": 0.0}, "rate: expected a finite number"),
         ({"seconds": 0.0}, "seconds: expected a time"),
         ({"reference": []}, "reference: "),
         ({"io": 3}, "io: expected a Plant, Functions, Udp, SharedMemory, or an object"),

@@ -91,6 +91,7 @@ __all__ = [
     "StageForward",
     "StageInverse",
     "StateSpace",
+    "Stop",
     "Tuning",
     "Udp",
     "__version__",
@@ -110,6 +111,7 @@ __all__ = [
     "identify_many",
     "invert_dynamics",
     "load",
+    "load_from",
     "loop_width",
     "multisine",
     "plant",
@@ -5113,6 +5115,9 @@ def simulate(
     (True, 0)
     """
 
+def load_from(path: str | PathLike[str], data: bytes) -> _Model | Stage:
+    """As `load`, of a file that was read already: a pipe can be read only once."""
+
 def load(path: str | PathLike[str]) -> _Model | Stage:
     """Reads a stage or a model that `save` wrote.
 
@@ -5154,7 +5159,7 @@ def fmu_texts(
     kind: str,
     name: str,
     dt: float,
-    feedforward: str = "inverse",
+    feedforward: str,
     gains: tuple[float, float] | None = None,
 ) -> tuple[str, str, str, str]:
     """The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them."""
@@ -6584,6 +6589,10 @@ class Functions:
     Both are called once per sample from the thread of the loop, and must not wait. As with ctypes itself, a function of another
     signature crashes the process.
 
+    This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and returns 0, so
+    a drive that was never put out counts as written. Give `run` an object with `read` and `write` for Python: what that raises
+    ends the loop at rest.
+
     Parameters
     ----------
     read, write : ctypes functions, or int
@@ -6601,11 +6610,15 @@ class Functions:
     >>> import ctypes
     >>> import mpi_hyst as mh
     >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
-    ... def read(context, measurement):
+    ... def read(context, measurement):  # stands for a function of the driver's library
     ...     measurement[0] = 1.5
     ...     return 0
     >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
     ... def write(context, drive):
+    ...     try:
+    ...         pass  # the driver
+    ...     except Exception:
+    ...         return -1  # else ctypes returns 0, which is success
     ...     return 0
     >>> io = mh.realtime.Functions(read, write)
     """
@@ -6624,6 +6637,11 @@ class Udp:
     ----------
     plant, local : str
         "host:port".
+
+    Raises
+    ------
+    ValueError
+        That names the argument, for what is no host and port. What the network refuses is an OSError of `run`.
 
     Examples
     --------
@@ -6650,10 +6668,13 @@ class SharedMemory:
     offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
     the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
 
+    While the loop runs it has an exclusive lock on the file (flock), so a second loop is refused. No other process may make the file
+    shorter meanwhile: the system then ends the loop where it is (SIGBUS).
+
     Parameters
     ----------
     path : str or path-like
-        The file. One that is there is emptied.
+        The file: a new or empty one, or that of a loop that has ended. `run` refuses any other with OSError.
 
     Examples
     --------
@@ -6667,6 +6688,34 @@ class SharedMemory:
     @property
     def path(self) -> Path:
         """The file."""
+
+@final
+class Stop:
+    """Asks a loop to go to rest and end, from any thread or handler of signals: given to `run` as `stop`.
+
+    It cannot be taken back: a loop that is given a flag which was requested before goes to rest at once. Ctrl-C, and what else ends a
+    loop from outside, requests it too.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh, threading
+    >>> stage = mh.paper.plant("A1").stage
+    >>> plant = mh.plant.Plant(stage, dt=1e-3)
+    >>> stop = mh.realtime.Stop()
+    >>> button = threading.Timer(0.1, stop.request)
+    >>> button.start()
+    >>> report = mh.realtime.run(stage, plant, [1.0], rest_drive=0.0, rest_rate=5e3, rate=1000, stop=stop)
+    >>> report.end, report.at_rest, stop.is_requested
+    ('requested', True, True)
+    """
+
+    def __new__(cls) -> Stop: ...
+    def request(self) -> None:
+        """Asks for the end."""
+    @property
+    def is_requested(self) -> bool:
+        """Whether somebody asked for the end."""
+    def __deepcopy__(self, _memo: Any) -> Stop: ...
 
 @type_check_only
 class _Io(Protocol):
@@ -6693,13 +6742,15 @@ def run(
     lock_memory: bool = False,
     record: str | PathLike[str] | None = None,
     progress: Callable[[dict[str, Any]], object] | None = None,
+    stop: Stop | None = None,
 ) -> LoopReport:
     """Runs the loop of a stage at a fixed rate, in a thread outside the interpreter.
 
     At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
     the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
-    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". Limits and slew
-    hold all the time. The drive written last is the rest drive, unless writing itself fails.
+    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". So do SIGTERM and SIGHUP
+    where the program has no handler of its own and the main thread calls, and `stop` from any thread. Limits and slew hold all the time: in any time T the drive moves by at most slew (T + dt). The drive written last is the rest drive, unless writing
+    itself fails.
 
     A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
     holds the drive. After `rest_after` seconds without one the drive goes to rest.
@@ -6707,12 +6758,12 @@ def run(
     Parameters
     ----------
     controller : HybridController or Stage
-        The amplifier must have its drive. It goes on from there, and is in its stop afterwards. A stage makes one with the exact
-        inverse, for `rate`.
+        The amplifier must have its drive. It goes on from there, and is in its stop afterwards: `controller.hold = False` lets it run
+        again. A stage makes one with the exact inverse, for `rate`.
     io : Plant, Functions, Udp, SharedMemory or object
         What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
         `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
-        raises is raised again when the drive rests.
+        raises is raised again when the drive rests, with the LoopReport as its attribute `report`.
     reference : array of n floats
         Where the position should be, one for each sample.
     rest_drive : float
@@ -6727,7 +6778,7 @@ def run(
         Whether the reference is followed again and again.
     misses : "skip", "catch_up" or "stop"
         When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
-        `most_caught_up` samples; or go to rest.
+        `most_caught_up` samples, while the drive moves by what the slew gives for the time that goes by; or go to rest.
     most_caught_up : int
         What lies further back is skipped.
     watchdog : (stale_after, rest_after) or None
@@ -6741,12 +6792,15 @@ def run(
     fifo : int, optional
         The priority of SCHED_FIFO, 1 to 99.
     lock_memory : bool
-        Whether all memory of the process stays in memory. What is refused of these three is one of the `warnings` of the report.
+        Whether all memory of the process stays in memory, until the loop has ended. What is refused of these three is one of the `warnings` of the report.
     record : path-like, optional
         The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
-        if the process is killed.
+        if the process is killed. One that is there is replaced when the first samples are written.
     progress : callable, optional
-        Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive.
+        Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive, and `waiting`: for how many
+        seconds no sample has been taken. While a read or a write does not return nothing can end the loop, and nothing moves the drive.
+    stop : Stop, optional
+        What others end the loop with, from any thread.
 
     Returns
     -------

@@ -2,9 +2,9 @@
 
 `run` takes a controller, what is read from and written to, and a reference. It returns a
 `LoopReport` with `LoopTimes`. A simulated `plant.Plant`, `Functions` of C, `Udp`, `SharedMemory`
-or any object with `read` and `write` can be driven.
+or any object with `read` and `write` can be driven. `Stop` ends it from another thread.
 """
 
-from mpi_hyst._core import Functions, LoopReport, LoopTimes, SharedMemory, Udp, run
+from mpi_hyst._core import Functions, LoopReport, LoopTimes, SharedMemory, Stop, Udp, run
 
-__all__ = ["Functions", "LoopReport", "LoopTimes", "SharedMemory", "Udp", "run"]
+__all__ = ["Functions", "LoopReport", "LoopTimes", "SharedMemory", "Stop", "Udp", "run"]

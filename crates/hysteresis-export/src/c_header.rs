@@ -92,7 +92,7 @@ impl Header<'_> {
 #define {upper}_REAL double
 #endif
 
-/* Of the stage file. */
+/* Of the stage file, or of the one that this stage would be saved as. */
 #define {upper}_SHA256 "{sha256}"
 
 "#

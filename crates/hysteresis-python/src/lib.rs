@@ -117,6 +117,8 @@ mod _core {
     #[pymodule_export]
     use crate::realtime::run::run;
     #[pymodule_export]
+    use crate::realtime::stop::Stop;
+    #[pymodule_export]
     use crate::signal::chirp::chirp;
     #[pymodule_export]
     use crate::signal::excitation::{Excitation, demagnetize, excitation};
@@ -154,7 +156,7 @@ mod _core {
     #[pymodule_export]
     use crate::identify::quality::Quality;
     #[pymodule_export]
-    use crate::stage::file::load;
+    use crate::stage::file::{load, load_from};
 
     #[pymodule_init]
     fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {

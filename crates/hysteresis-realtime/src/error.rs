@@ -3,6 +3,8 @@
 use core::fmt;
 use std::path::PathBuf;
 
+use hysteresis_core::Mode;
+
 /// Why a loop could not start: the message names the parameter, what was expected and what came.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -11,6 +13,8 @@ pub enum Error {
     Parameter(hysteresis_core::Error),
     /// A controller whose feed-forward is given with every sample: the loop has references only.
     GivenFeedForward,
+    /// A controller in a hold or a stop, in which nothing would move it.
+    Rests(Mode),
     /// The file of the record.
     Record {
         /// Its path.
@@ -28,7 +32,7 @@ impl Error {
     pub fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::Parameter(error) => error.parameter(),
-            Self::GivenFeedForward => Some("controller"),
+            Self::GivenFeedForward | Self::Rests(_) => Some("controller"),
             Self::Record { .. } => Some("record"),
             Self::Thread(_) => None,
         }
@@ -42,6 +46,10 @@ impl fmt::Display for Error {
             Self::GivenFeedForward => f.write_str(
                 "controller: expected a feed-forward from references, got one that is given with every sample",
             ),
+            Self::Rests(mode) => {
+                let mode = if *mode == Mode::Stop { "stop" } else { "hold" };
+                write!(f, "controller: expected one that moves, got one in its {mode}; `release` lets it go on")
+            }
             Self::Record { path, error } => {
                 write!(f, "record: expected a file to write to, got {}: {error}", path.display())
             }
@@ -55,7 +63,7 @@ impl core::error::Error for Error {
         match self {
             Self::Parameter(error) => Some(error),
             Self::Record { error, .. } | Self::Thread(error) => Some(error),
-            Self::GivenFeedForward => None,
+            Self::GivenFeedForward | Self::Rests(_) => None,
         }
     }
 }

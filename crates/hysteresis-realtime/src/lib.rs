@@ -24,13 +24,17 @@
 //! | a deadline is missed | as [`MissPolicy`] says | [`Deadlines`], [`EndReason::DeadlineMissed`] |
 //! | input or output panics | caught; to rest | [`EndReason::Panicked`] |
 //! | Ctrl-C, [`StopFlag`]; time or reference over | to rest | [`EndReason`] |
+//! | a read or a write that does not return | nothing, until it does: the drive stays, and no request to end is seen | [`Live::taken`] stands still |
+//! | shared memory: another process makes the file shorter | the system ends this process, the drive stays | nothing |
 //!
 //! *To rest* is a ramp to `rest_drive` at `rest_rate`, or at the slew of the controller if that is slower. It needs no measurement, and
 //! nothing interrupts it but writes that fail. While it runs, missed deadlines are skipped. The drive written last is the rest drive, unless
 //! writing itself fails: [`Report::at_rest`] says so, and [`Report::last_drive`] is the drive that the amplifier then has. A process
 //! that is killed leaves the drive where it is: a driver or an amplifier with a watchdog of its own is for that.
 //!
-//! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the controller. After
+//! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the controller. In any
+//! time T the drive moves by at most slew (T + dt), as a sample that is late may have the next one right behind it. Samples that are
+//! caught up come closer together still: each moves the drive by no more than the slew gives for the time since the last one. After
 //! skipped samples the drive has had more time than it used.
 
 pub mod clock;
@@ -38,6 +42,7 @@ mod error;
 pub mod io;
 mod latency;
 mod machine;
+mod pace;
 mod policy;
 mod privileges;
 mod recorder;

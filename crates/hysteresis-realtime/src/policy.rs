@@ -16,7 +16,7 @@ pub enum MissPolicy {
     #[default]
     Skip,
     /// The loop takes the samples that are due one after the other, without sleep, until it is on time. So the controller takes
-    /// every sample of the reference.
+    /// every sample of the reference. The drive moves meanwhile by what the slew gives for the time that goes by, which is next to nothing.
     CatchUp {
         /// When the loop is further behind than so many samples, those before are skipped.
         at_most: u32,

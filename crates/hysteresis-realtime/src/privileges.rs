@@ -41,10 +41,40 @@ pub(crate) fn ask(settings: &Settings, warnings: &mut Vec<String>) -> InForce {
         in_force.fifo = Some(priority);
     }
     if settings.lock_memory {
-        in_force.locked_memory = granted("locked memory", system::lock_memory());
+        in_force.locked_memory = granted("locked memory", locked::one_more());
     }
     granted("exact timers", system::exact_timers());
     in_force
+}
+
+/// The end of a loop for which memory was locked.
+pub(crate) fn unlock(warnings: &mut Vec<String>) {
+    if let Err(error) = locked::one_less() {
+        warnings.push(format!("locked memory: stays locked until the process ends: {error}"));
+    }
+}
+
+/// Memory is locked for the whole process: from the first loop that wants it until the last one has ended.
+mod locked {
+    use std::io::Result;
+    use std::sync::{Mutex, PoisonError};
+
+    static LOOPS: Mutex<u32> = Mutex::new(0);
+
+    pub(super) fn one_more() -> Result<()> {
+        let mut loops = LOOPS.lock().unwrap_or_else(PoisonError::into_inner);
+        if *loops == 0 {
+            super::system::lock_memory()?;
+        }
+        *loops += 1;
+        Ok(())
+    }
+
+    pub(super) fn one_less() -> Result<()> {
+        let mut loops = LOOPS.lock().unwrap_or_else(PoisonError::into_inner);
+        *loops = loops.saturating_sub(1);
+        if *loops == 0 { super::system::unlock_memory() } else { Ok(()) }
+    }
 }
 
 #[cfg(target_os = "linux")]
@@ -52,7 +82,7 @@ mod system {
     use std::io::{Error, Result};
     use std::num::NonZeroU64;
 
-    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::mm::{MlockAllFlags, mlockall, munlockall};
     use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
 
     pub(super) fn bind_to(cpu: usize) -> Result<()> {
@@ -79,6 +109,10 @@ mod system {
         Ok(mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?)
     }
 
+    pub(super) fn unlock_memory() -> Result<()> {
+        Ok(munlockall()?)
+    }
+
     /// Without, the system may wake a thread 50 us late to save power. It has no meaning under `SCHED_FIFO`.
     pub(super) fn exact_timers() -> Result<()> {
         Ok(set_current_timer_slack(NonZeroU64::new(1))?)
@@ -102,6 +136,10 @@ mod system {
     }
 
     pub(super) fn lock_memory() -> Result<()> {
+        missing()
+    }
+
+    pub(super) fn unlock_memory() -> Result<()> {
         missing()
     }
 

@@ -3,10 +3,15 @@
 //! The file is `.npy` of version 1.0: an array of records with the fields [`COLUMNS`], all of them doubles. Libraries for the format write
 //! an array whose length they know. This one grows, so the header has room for any length and is written anew at every flush, after
 //! the rows that it counts: whatever ends the process, numpy reads the file up to the last flush.
+//!
+//! It begins under a random name (`.mpi_hyst-<16 digits>.tmp`) and gets its own with the first rows, so a record that is there is only
+//! replaced by one that has rows. It is locked meanwhile, as that of a living process: other files of this library are saved so too, and
+//! clear away what is not locked.
 
-use std::fs::File;
+use std::fs::{self, File, OpenOptions};
+use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -21,23 +26,49 @@ const HEADER: usize = 256;
 const TEXT: u16 = 246;
 const ROW: usize = COLUMNS.len() * 8;
 
-/// A file of rows that is valid after every [`append`](Self::append).
+/// A file of rows that is valid after every [`append`](Self::append), and has its name from the first one on.
 #[derive(Debug)]
 pub struct NpyFile {
     file: File,
+    /// Its random name and the one that it will have; None when it has that.
+    unnamed: Option<(PathBuf, PathBuf)>,
     rows: u64,
     bytes: Vec<u8>,
 }
 
 impl NpyFile {
-    /// A new file without rows; one of that name is replaced.
+    /// A file without rows yet. A regular file of that name is replaced with the first rows; a link stays one.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Those of the file; [`io::ErrorKind::InvalidInput`] for what is no regular file.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let mut file = File::create(path)?;
-        file.write_all(&header(0))?;
-        Ok(Self { file, rows: 0, bytes: Vec::new() })
+        let replaced = match path.metadata() {
+            Ok(found) if found.is_file() => Some(found.permissions()),
+            Ok(_) => return Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file")),
+            Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => None,
+            Err(error) => return Err(error),
+        };
+        let place = if replaced.is_some() { path.canonicalize()? } else { path.to_owned() };
+        let random = RandomState::new().hash_one(&place);
+        let copy = place.with_file_name(format!(".mpi_hyst-{random:016x}.tmp"));
+        let file = OpenOptions::new().write(true).create_new(true).open(&copy)?;
+        // Where files cannot be locked nothing is cleared away either.
+        let _ = file.try_lock();
+        let mut made = Self { file, unnamed: Some((copy, place)), rows: 0, bytes: Vec::new() };
+        made.file.write_all(&header(0))?;
+        if let Some(permissions) = replaced {
+            made.file.set_permissions(permissions)?;
+        }
+        Ok(made)
+    }
+
+    /// What was there under its name is replaced.
+    fn take_name(&mut self) -> io::Result<()> {
+        if let Some((copy, place)) = &self.unnamed {
+            fs::rename(copy, place)?;
+            self.unnamed = None;
+        }
+        Ok(())
     }
 
     /// Writes rows behind those that are there, then the header that counts them.
@@ -56,13 +87,23 @@ impl NpyFile {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header(rows))?;
         self.rows = rows;
-        Ok(())
+        if rows > 0 { self.take_name() } else { Ok(()) }
     }
 
     /// How many rows there are.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.rows
+    }
+}
+
+/// A file that never had rows never was there.
+impl Drop for NpyFile {
+    fn drop(&mut self) {
+        if let (Some((copy, _)), 0) = (&self.unnamed, self.rows) {
+            // It has a name that nobody looks for.
+            let _ = fs::remove_file(copy);
+        }
     }
 }
 

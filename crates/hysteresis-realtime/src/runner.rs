@@ -5,11 +5,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use hysteresis_control::StageController;
-use hysteresis_core::{Command, Mode, is_admissible};
+use hysteresis_core::{Command, ControllerOptions, Mode, is_admissible};
 
 use crate::clock::Clock;
 use crate::io::{Fault, Io};
 use crate::latency::{Times, seconds};
+use crate::pace::Pace;
 use crate::policy::{Deadlines, MissPolicy, Schedule};
 use crate::reference::Reference;
 use crate::report::{Counts, EndReason};
@@ -56,6 +57,9 @@ pub(crate) struct Loop<I, C> {
     live: Arc<Live>,
     sender: Option<Sender>,
     schedule: Schedule,
+    pace: Pace,
+    /// How far the drive may move in a sample, besides the slew of the controller.
+    step: f64,
     start: u64,
     watchdog: Watchdog,
     phase: Phase,
@@ -83,7 +87,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
     /// The settings have been checked. The first deadline is one interval from now.
     pub(crate) fn new(controller: StageController, io: I, clock: C, settings: &Settings, around: Surroundings) -> Self {
         let Surroundings { reference, stop, live, sender } = around;
-        let dt = controller.controller().options().dt;
+        let ControllerOptions { dt, slew, .. } = *controller.controller().options();
         let ahead = controller.controller().preview().map_or(0, |preview| preview.ahead() as u64);
         let mut made = Self {
             ahead,
@@ -93,6 +97,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
             most_write_faults: settings.write_faults,
             last: last_deadline(&reference, settings.seconds, dt),
             schedule: Schedule::new(dt, 0),
+            pace: Pace::new(slew, dt, 0),
+            step: f64::INFINITY,
             start: 0,
             watchdog: Watchdog::new(None, 0),
             phase: Phase::Running,
@@ -119,6 +125,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
         };
         made.start = made.clock.now() + nanoseconds(dt);
         made.schedule = Schedule::new(dt, made.start);
+        made.pace = Pace::new(slew, dt, made.start);
         made.watchdog = Watchdog::new(settings.watchdog, made.start);
         made
     }
@@ -192,6 +199,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
         let measurement = self.measure(began);
         self.measurement = measurement;
         let command = self.reference.at(self.schedule.index().saturating_add(self.ahead));
+        self.bound_step(late);
         self.put_out(command.into(), measurement);
         let drive = self.controller.controller().drive();
         if let Phase::Resting(reason) = self.phase {
@@ -255,8 +263,19 @@ impl<I: Io, C: Clock> Loop<I, C> {
         self.observed.counts.held += u64::from(self.holds);
     }
 
+    /// Samples that are caught up drive no faster than those that are on time.
+    #[inline]
+    fn bound_step(&mut self, late: u64) {
+        let step = self.pace.step(self.clock.now(), late);
+        if step != self.step {
+            self.controller.controller_mut().bound_step(step);
+            self.step = step;
+        }
+    }
+
     #[inline]
     fn put_out(&mut self, command: Command, measurement: f64) {
+        let before = self.controller.controller().drive();
         let drive = if I::WRITE_MAY_FAIL {
             self.controller.plan(command, measurement)
         } else {
@@ -265,6 +284,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
         match guarded(|| self.io.write(drive)) {
             Ok(()) => {
                 self.write_faults = 0;
+                self.pace.moved(drive - before, self.clock.now());
                 if I::WRITE_MAY_FAIL {
                     self.controller.commit();
                 }
@@ -306,7 +326,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
     }
 
     /// Controller, input and output; the recorder is told that no more rows come.
-    pub(crate) fn into_parts(self) -> (StageController, I) {
+    pub(crate) fn into_parts(mut self) -> (StageController, I) {
+        self.controller.controller_mut().bound_step(f64::INFINITY);
         (self.controller, self.io)
     }
 

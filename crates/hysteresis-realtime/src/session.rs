@@ -9,7 +9,7 @@ use crate::clock::{Clock, RealClock};
 use crate::error::Error;
 use crate::io::Io;
 use crate::machine::Machine;
-use crate::privileges::{InForce, ask};
+use crate::privileges::{InForce, ask, unlock};
 use crate::recorder::Recorder;
 use crate::reference::Reference;
 use crate::report::{Counts, Report};
@@ -45,15 +45,34 @@ impl<I: Io + 'static> Session<I> {
     /// # Errors
     /// [`Error`] that names the setting; nothing has been written to the amplifier then.
     pub fn start(controller: StageController, io: I, reference: Reference, settings: Settings) -> Result<Self, Error> {
+        Self::start_with(controller, io, reference, settings, StopFlag::default())
+    }
+
+    /// As [`start`](Self::start), with a flag that others may have already. If it was requested before, the loop goes to rest at once.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn start_with(
+        controller: StageController,
+        io: I,
+        reference: Reference,
+        settings: Settings,
+        stop: StopFlag,
+    ) -> Result<Self, Error> {
         settings.check(&controller)?;
-        let (stop, live) = (StopFlag::default(), Arc::new(Live::default()));
+        let live = Arc::new(Live::default());
         let (sender, recorder) = recorder(&settings)?.unzip();
         let around = Surroundings { reference, stop: stop.clone(), live: Arc::clone(&live), sender };
         let work = move || {
             let (machine, mut warnings) = (Machine::here(), Vec::new());
             let in_force = ask(&settings, &mut warnings);
+            let locked = in_force.locked_memory;
             let made = Loop::new(controller, io, RealClock, &settings, around);
-            run(made, Asked { settings, in_force, warnings, recorder, machine })
+            let mut outcome = run(made, Asked { settings, in_force, warnings, recorder, machine });
+            if locked {
+                unlock(&mut outcome.report.warnings);
+            }
+            outcome
         };
         let thread = thread::Builder::new().name("hysteresis-loop".into()).spawn(work).map_err(Error::Thread)?;
         Ok(Self { thread, stop, live })

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteresis_control::StageController;
-use hysteresis_core::{Error as CoreError, FeedForward, is_admissible};
+use hysteresis_core::{Error as CoreError, FeedForward, Mode, is_admissible};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
@@ -44,9 +44,9 @@ pub struct Settings {
     pub cpu: Option<usize>,
     /// The priority of `SCHED_FIFO`, 1 to 99.
     pub fifo: Option<u8>,
-    /// Whether all memory of the process stays in memory.
+    /// Whether all memory of the process stays in memory, until the last loop that wants it has ended.
     pub lock_memory: bool,
-    /// The file to which samples are written: npy, an array of records.
+    /// The file to which samples are written: npy, an array of records. One that is there is replaced when the first samples are written.
     pub record: Option<PathBuf>,
     /// How many samples may wait to be written.
     pub ring: usize,
@@ -79,6 +79,9 @@ impl Settings {
         check("dt", options.dt, (SHORTEST, LONGEST), "a sampling interval of the controller from 1e-6 to 10 seconds")?;
         if matches!(controller.controller().feedforward(), FeedForward::Given) {
             return Err(Error::GivenFeedForward);
+        }
+        if let mode @ (Mode::Hold | Mode::Stop) = controller.controller().mode() {
+            return Err(Error::Rests(mode));
         }
         let (low, high) = options.limits;
         if !(low <= self.rest_drive && self.rest_drive <= high) {

@@ -2,9 +2,11 @@
 
 mod setup;
 
-use hysteresis_realtime::clock::SimulatedClock;
-use hysteresis_realtime::{Deadlines, EndReason, MissPolicy, NpyFile, Settings};
-use setup::{INTERVAL, Scripted, controller, run_with, settings, sine};
+use std::sync::{Arc, Mutex};
+
+use hysteresis_realtime::clock::{Clock, SimulatedClock};
+use hysteresis_realtime::{Deadlines, EndReason, MissPolicy, NpyFile, Reference, Settings, StopFlag, run_on};
+use setup::{DT, INTERVAL, SLEW, Scripted, controller, run_with, settings, sine};
 
 /// A loop in which the write of sample 300 takes so many nanoseconds.
 fn with_a_slow_write(time: u64, misses: MissPolicy) -> hysteresis_realtime::Outcome<Scripted> {
@@ -45,7 +47,93 @@ fn what_is_caught_up_is_every_sample() {
     assert_eq!(report.deadlines.taken - report.counts.rest_samples, 1000);
     let (mut controller, mut plant) = (controller(), Scripted::new().plant);
     for (sample, drive) in (0..1000).zip(&outcome.io.drives) {
+        // At 301 no time has gone by since the last drive. 302 is on time again, right behind: 303 has half an interval.
+        let bound = match sample {
+            301 => 0.0,
+            303 => 0.5 * SLEW * DT,
+            _ => f64::INFINITY,
+        };
+        controller.controller_mut().bound_step(bound);
         assert_eq!(controller.step(sine().at(sample).into(), plant.measured()), *drive);
+        plant.step(*drive);
+    }
+}
+
+/// When each sample began and was written, in seconds, and its drive.
+type Written = (f64, f64, f64);
+
+#[expect(clippy::cast_precision_loss, reason = "a second in nanoseconds")]
+fn seconds(clock: &SimulatedClock) -> f64 {
+    clock.now() as f64 * 1e-9
+}
+
+fn jumps() -> Reference {
+    Reference::periodic((0..400).map(|k| if k < 200 { 5.0 } else { -5.0 }).collect()).unwrap() // um
+}
+
+/// A loop that jumps between two positions, so that the slew bounds nearly every sample. Reading sample k takes `time(k)` nanoseconds.
+fn at_the_slew(
+    time: impl Fn(u64) -> u64 + Send + 'static,
+    misses: MissPolicy,
+) -> (hysteresis_realtime::Outcome<Scripted>, Vec<Written>) {
+    let clock = SimulatedClock::new();
+    let (reading, writing) = (clock.clone(), clock.clone());
+    let began = Arc::new(Mutex::new(0.0));
+    let written = Arc::new(Mutex::new(Vec::with_capacity(2000)));
+    let (begins, writes) = (Arc::clone(&began), Arc::clone(&written));
+    let mut io = Scripted::writing(move |_, drive| {
+        writes.lock().unwrap().push((*began.lock().unwrap(), seconds(&writing), drive));
+        Ok(())
+    });
+    io.read = Box::new(move |sample, measured| {
+        *begins.lock().unwrap() = seconds(&reading);
+        reading.pass(time(sample));
+        Ok(Some(measured))
+    });
+    let asked = Settings { misses, ..settings() };
+    let outcome = run_on(clock, controller(), io, jumps(), asked, &StopFlag::default()).unwrap();
+    setup::check(&outcome);
+    let written = std::mem::take(&mut *written.lock().unwrap());
+    (outcome, written)
+}
+
+/// How far the drive moved within so many seconds, beyond what the slew gives for that time and `grace` seconds.
+fn beyond_the_slew(written: &[Written], grace: f64) -> f64 {
+    let later = |first: usize| written[first + 1..].iter().take(300);
+    let pairs = (0..written.len()).flat_map(|first| later(first).map(move |then| (&written[first], then)));
+    pairs.map(|(first, then)| (then.2 - first.2).abs() - SLEW * (then.1 - first.1 + grace)).fold(f64::MIN, f64::max)
+}
+
+/// A read that takes 90 intervals: what was missed is caught up, but the drive moves no faster for that.
+#[test]
+fn what_is_caught_up_keeps_the_slew_in_time() {
+    let (outcome, written) =
+        at_the_slew(|k| if k == 390 { 90 * INTERVAL } else { 0 }, MissPolicy::CatchUp { at_most: 1000 });
+    let Deadlines { skipped, late, .. } = outcome.report.deadlines;
+    assert_eq!((skipped, late), (0, 89), "390 began in time, 480 is on time again");
+    // A nanosecond is what the clock counts in.
+    let rounding = 2.0 * SLEW * 1e-9;
+    assert!(beyond_the_slew(&written, DT) <= rounding);
+    // While it is behind there is no grace: the jump of the reference at 400 moves nothing until time goes by.
+    let behind = &written[390..480];
+    assert!(beyond_the_slew(behind, 0.0) <= rounding);
+    assert!(behind.iter().all(|sample| sample.2 == behind[0].2));
+    assert!((written[520].2 - behind[0].2).abs() > 39.0 * SLEW * DT, "then the slew is what bounds it");
+}
+
+/// A loop that skips what it misses keeps the slew in time by itself: its drives are those of the controller, however late it is.
+#[test]
+fn what_is_skipped_needs_no_bound() {
+    let mut random = fastrand::Rng::with_seed(5);
+    let times: Vec<u64> = (0..2000).map(|_| if random.u8(..8) == 0 { random.u64(..400_000) } else { 0 }).collect();
+    let (outcome, written) = at_the_slew(move |k| times[usize::try_from(k).unwrap()], MissPolicy::Skip);
+    assert!(outcome.report.deadlines.missed > 50);
+    assert!(beyond_the_slew(&written, DT) <= 2.0 * SLEW * 1e-9);
+    let (mut controller, mut plant) = (controller(), Scripted::new().plant);
+    for (began, _, drive) in &written[..written.len() - usize::try_from(outcome.report.counts.rest_samples).unwrap()] {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a thousand samples")]
+        let sample = (began / DT).round() as u64 - 1; // the first deadline is at DT
+        assert_eq!(controller.step(jumps().at(sample).into(), plant.measured()), *drive);
         plant.step(*drive);
     }
 }

@@ -1,6 +1,6 @@
 //! The record of a process that is killed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::{env, fs, thread, time::Duration};
 
@@ -17,6 +17,60 @@ fn writes_until_it_is_killed() {
     for k in 0.. {
         let row = |i| Row { time: f64::from(k * 1000 + i), drive: 2.0, ..Row::default() };
         file.append((0..1000).map(row)).unwrap();
+    }
+}
+
+/// What there is in a folder, with its content.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut found: Vec<_> = entries.map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn a_record_that_is_there_is_replaced_by_one_that_has_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.npy");
+    fs::write(&path, "old").unwrap();
+    let before = files(folder.path());
+    drop(NpyFile::create(&path).unwrap());
+    assert_eq!(files(folder.path()), before, "a loop that did not start");
+    let mut file = NpyFile::create(&path).unwrap();
+    file.append([]).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    file.append([Row::default()]).unwrap();
+    assert_eq!(fs::read(&path).unwrap().len(), 256 + 40);
+    file.append([Row::default()]).unwrap();
+    drop(file);
+    assert_eq!((fs::read(&path).unwrap().len(), files(folder.path()).len()), (256 + 80, 1));
+}
+
+#[cfg(unix)]
+#[test]
+fn permissions_and_links_stay_what_they_are() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let [path, link] = ["record.npy", "link.npy"].map(|name| folder.path().join(name));
+    fs::write(&path, "old").unwrap();
+    symlink(&path, &link).unwrap();
+    for mode in [0o600, 0o644, 0o660] {
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        NpyFile::create(&link).unwrap().append([Row::default()]).unwrap();
+        let found = fs::symlink_metadata(&path).unwrap();
+        assert_eq!((found.permissions().mode() & 0o777, found.len()), (mode, 296));
+        assert!(link.is_symlink());
+    }
+    fs::remove_file(&path).unwrap();
+    assert!(NpyFile::create(&link).is_err(), "a link to nowhere");
+}
+
+/// A pipe would wait for somebody who reads it.
+#[cfg(target_os = "linux")]
+#[test]
+fn only_a_regular_file_can_be_a_record() {
+    for path in ["/dev/null", "/proc/self/fd"] {
+        assert_eq!(NpyFile::create(path.as_ref()).unwrap_err().to_string(), "is not a regular file");
     }
 }
 

@@ -231,12 +231,25 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_controller_that_needs_given_drives_is_refused() -> Result<(), CoreError> {
+fn a_controller_that_cannot_follow_references_is_refused() -> Result<(), CoreError> {
     let options = *controller().controller().options();
     let given = HybridController::new(FeedForward::Given, None, &options)?;
     let stop = StopFlag::default();
     let error = run_on(SimulatedClock::new(), given.into(), Scripted::new(), sine(), settings(), &stop).err().unwrap();
     assert_eq!(error.parameter(), Some("controller"));
+    for (rest, mode) in [(true, "stop"), (false, "hold")] {
+        let mut resting = controller();
+        if rest {
+            resting.controller_mut().stop(RATE, REST)?;
+        } else {
+            resting.controller_mut().hold();
+        }
+        let error = run_on(SimulatedClock::new(), resting.clone(), Scripted::new(), sine(), settings(), &stop).err();
+        let message = format!("controller: expected one that moves, got one in its {mode}; `release` lets it go on");
+        assert_eq!(error.unwrap().to_string(), message);
+        resting.controller_mut().release();
+        assert!(run_on(SimulatedClock::new(), resting, Scripted::new(), sine(), settings(), &stop).is_ok());
+    }
     let slow = controller_with(|options| options.dt = 1e-7);
     let error = run_on(SimulatedClock::new(), slow, Scripted::new(), sine(), settings(), &stop).err().unwrap();
     assert_eq!(error.parameter(), Some("dt"));

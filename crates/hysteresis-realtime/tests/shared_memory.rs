@@ -92,10 +92,55 @@ fn only_the_memory_of_a_loop_is_opened() -> std::io::Result<()> {
     let error = SharedMemoryPlant::open(&path).unwrap_err();
     assert!(error.to_string().ends_with("stage: expected a file that begins with MPIHYST1"), "{error}");
     assert!(SharedMemoryPlant::open(&folder.path().join("none")).is_err());
-    // What was there before is no measurement of this run.
+    Ok(())
+}
+
+#[test]
+fn a_loop_takes_over_what_another_one_has_left_and_an_empty_file() -> std::io::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage");
+    fs::write(&path, [])?;
+    for _ in 0..2 {
+        let mut io = SharedMemoryIo::create(&path)?;
+        let mut plant = SharedMemoryPlant::open(&path)?;
+        assert_eq!((io.read(), plant.read()), (Ok(None), None), "what was there before is none of this run");
+        plant.write(1.5);
+        io.write(20.0).unwrap();
+        assert_eq!((io.read(), plant.read()), (Ok(Some(1.5)), Some((0, 20.0))));
+    }
+    fs::write(&path, b"MPIHYST1")?;
+    SharedMemoryIo::create(&path)?;
+    assert_eq!(fs::metadata(&path)?.len(), 256);
+    Ok(())
+}
+
+#[test]
+fn any_other_file_stays_as_it_is() -> std::io::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage.json");
+    for content in [&b"{\"format\": \"mpi_hyst stage\"}"[..], b"MPI", &[0; 256]] {
+        fs::write(&path, content)?;
+        let error = SharedMemoryIo::create(&path).unwrap_err();
+        assert_eq!(error.to_string(), "expected a new or empty file, or one that begins with MPIHYST1");
+        assert_eq!(fs::read(&path)?, content);
+    }
+    let error = SharedMemoryIo::create(folder.path()).unwrap_err();
+    assert_eq!(error.to_string(), "is not a regular file");
+    Ok(())
+}
+
+#[test]
+fn two_loops_do_not_share_a_file() -> std::io::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("stage");
     let mut io = SharedMemoryIo::create(&path)?;
-    SharedMemoryPlant::open(&path)?.write(1.5);
-    assert_eq!(io.read(), Ok(Some(1.5)));
-    assert_eq!(SharedMemoryIo::create(&path)?.read(), Ok(None));
+    io.write(20.0).unwrap();
+    let error = SharedMemoryIo::create(&path).unwrap_err();
+    assert_eq!((error.kind(), error.to_string().as_str()), (std::io::ErrorKind::ResourceBusy, "another loop uses it"));
+    let plant = SharedMemoryPlant::open(&path)?;
+    assert_eq!(plant.read(), Some((0, 20.0)), "the first one goes on");
+    // A plant holds no lock.
+    drop(io);
+    assert!(SharedMemoryIo::create(&path).is_ok());
     Ok(())
 }

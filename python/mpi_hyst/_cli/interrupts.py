@@ -1,15 +1,18 @@
-"""Ctrl-C: it ends the work, but is ignored once files are written."""
+"""Signals that end a command: Ctrl-C ends the work, but is ignored once files are written."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 NOTHING_WRITTEN = "interrupted, nothing written"
 STATUS = 130
+
+_ENDING = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+_SIGNALS = [number for number in _ENDING if number is not None]  # Windows has no SIGHUP
 
 
 def hold_interrupts() -> None:
@@ -18,17 +21,27 @@ def hold_interrupts() -> None:
         signal.signal(signal.SIGINT, _ignore)
 
 
+def call_at_interrupts(action: Callable[[], object]) -> None:
+    """Call `action` at Ctrl-C, SIGTERM and SIGHUP from now on; an ignored signal stays so."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in _SIGNALS:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, lambda *_: action())
+
+
 @contextmanager
 def interrupts_restored() -> Iterator[None]:
-    """Restore the handler of Ctrl-C at the end."""
+    """Restore the handlers of these signals at the end."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.getsignal(signal.SIGINT)
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
 def _ignore(number: int, frame: FrameType | None) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, renamed
+from mpi_hyst._core import load_from
 from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Model
 
@@ -52,18 +53,18 @@ class StageOptions:
         return {name: value for name, value in options.items() if value is not None}
 
 
-def load(path: Path) -> mh.Stage | Model:
-    """Read a stage or a hysteresis model; an error names the file."""
+def load(path: Path, data: bytes | None = None) -> mh.Stage | Model:
+    """Read a stage or a hysteresis model, or take what was read; an error names the file."""
     try:
-        return mh.load(path)
+        return mh.load(path) if data is None else load_from(path, data)
     except (ValueError, TypeError) as error:
         message = str(error)
         raise CommandError(message if str(path) in message else f"{path}: {message}") from error
 
 
-def load_stage(path: Path, options: StageOptions) -> mh.Stage:
+def load_stage(path: Path, options: StageOptions, data: bytes | None = None) -> mh.Stage:
     """Read a stage, or make one around a hysteresis model; options replace parts of it."""
-    loaded = load(path)
+    loaded = load(path, data)
     try:
         changes = options.changes()
         if isinstance(loaded, mh.Stage):

@@ -62,6 +62,26 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
+    /// The drive moves by at most so many volts per sample from now on, besides the slew: for samples that come closer together than
+    /// `dt`. Infinity takes the bound back; 0 and NaN hold the drive where it is. It is no part of the state.
+    ///
+    /// ```
+    /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
+    /// let options = ControllerOptions { slew: Some(1e3), ..ControllerOptions::new(2.0, 0.0, 1e-3, (-10.0, 10.0)) }; // 1 V per sample
+    /// let mut controller = HybridController::new(FeedForward::None, None, &options)?;
+    /// controller.stop(1e6, 9.0)?;
+    /// let drives = [0.25, f64::INFINITY].map(|bound| {
+    ///     controller.bound_step(bound);
+    ///     controller.step(f64::NAN.into(), f64::NAN)
+    /// });
+    /// assert_eq!(drives, [0.25, 1.25]);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn bound_step(&mut self, volts: f64) {
+        self.planned = None;
+        self.limiter.bound_step(volts);
+    }
+
     /// Back from a hold or a stop to the mode before it.
     pub fn release(&mut self) {
         self.planned = None;

@@ -9,6 +9,8 @@ pub(super) struct Limiter {
     low: f64,
     high: f64,
     /// In volts per sample; infinite without a limit.
+    slew: f64,
+    /// The same for the next samples, which may have a bound of their own besides.
     step: f64,
 }
 
@@ -32,7 +34,13 @@ impl Limiter {
 
     /// A limiter of numbers that were checked.
     pub(super) fn of((low, high): (f64, f64), slew: Option<f64>, dt: f64) -> Self {
-        Self { low, high, step: slew.map_or(f64::INFINITY, |slew| slew * dt) }
+        let slew = slew.map_or(f64::INFINITY, |slew| slew * dt);
+        Self { low, high, slew, step: slew }
+    }
+
+    /// From now on the drive moves by at most so many volts per sample, and no farther than the slew allows. NaN counts as 0.
+    pub(super) fn bound_step(&mut self, volts: f64) {
+        self.step = self.slew.min(volts.max(0.0));
     }
 
     /// The nearest to the unlimited drive that lies within the limits and within a step of the last drive `from`. A NaN,
@@ -74,7 +82,7 @@ fn nearest(x: f64, low: f64, high: f64, otherwise: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const LIMITER: Limiter = Limiter { low: -20.0, high: 150.0, step: 5.0 };
+    const LIMITER: Limiter = Limiter { low: -20.0, high: 150.0, slew: 5.0, step: 5.0 };
 
     fn limit(unlimited: f64, from: f64) -> (f64, bool, bool) {
         let Limited { drive, saturated, slewing } = LIMITER.limit(unlimited, from);
@@ -95,6 +103,15 @@ mod tests {
         assert_eq!(limit(f64::INFINITY, 149.0), (150.0, true, false));
         let free = Limiter { step: f64::INFINITY, ..LIMITER };
         assert_eq!(free.limit(f64::NEG_INFINITY, 150.0).drive, -20.0);
+    }
+
+    #[test]
+    fn a_bound_only_makes_steps_shorter() {
+        let mut limiter = LIMITER;
+        for (bound, drive) in [(2.0, 2.0), (0.0, 0.0), (f64::NAN, 0.0), (-1.0, 0.0), (7.0, 5.0), (f64::INFINITY, 5.0)] {
+            limiter.bound_step(bound);
+            assert_eq!(limiter.limit(9.0, 0.0).drive, drive, "{bound}");
+        }
     }
 
     #[test]

@@ -55,8 +55,10 @@ impl Simulation {
     /// [`Error`] that names the part of the stage, or the setting.
     pub fn new(stage: &Stage, settings: &Settings) -> Result<Self, Error> {
         let dt = settings.dt;
-        let plain = Settings { guid: settings.guid.clone(), ..Settings::new(settings.kind, dt) };
-        if settings.kind != Kind::Controller && *settings != plain {
+        let plain = Settings::new(settings.kind, dt);
+        if settings.kind != Kind::Controller
+            && (settings.gains != plain.gains || settings.feedforward != plain.feedforward)
+        {
             let parameter = if settings.gains.is_some() { "gains" } else { "feedforward" };
             return Err(Error::argument(parameter, "none without kind \"controller\"", settings.kind.name()));
         }

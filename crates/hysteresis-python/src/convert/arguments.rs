@@ -85,11 +85,25 @@ pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
 
 /// A whole number that is not negative.
 pub(crate) fn whole<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    whole_number(name, "a whole number of at least zero", value)
+}
+
+/// A whole number that T can be.
+pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
+    name: &str,
+    expected: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<T> {
     if let Ok(number) = value.extract::<T>() {
         return Ok(number);
     }
     let got = value.repr()?;
-    Err(errors::value(name, format_args!("expected a whole number of at least zero, got {got}")))
+    Err(errors::value(name, format_args!("expected {expected}, got {got}")))
+}
+
+/// A word.
+pub(crate) fn word(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    value.extract().map_err(|_| unexpected(name, expected, value))
 }
 
 /// Limits from any two numbers.

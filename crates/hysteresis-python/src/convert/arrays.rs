@@ -5,12 +5,12 @@ use std::fmt;
 use numpy::ndarray::{Dimension, IntoDimension, IxDyn};
 use numpy::npyffi::PY_ARRAY_API;
 use numpy::{PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::errors::{self, Place, in_use, wrong_type};
+use super::errors::{self, Place, in_use, no_memory, wrong_type};
 use super::memory;
 
 /// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
@@ -46,7 +46,12 @@ pub(crate) fn array<'a, 'py, D: Dimension>(
         return Err(wrong_type(place, "expected an array without masked elements"));
     }
     let array = numpy.call_method1(intern!(py, "asarray"), (value,)).map_err(|error| {
-        // Whatever else was raised is not about the argument: no memory, or what the object's own conversion ran into.
+        if error.is_instance_of::<PyMemoryError>(py)
+            && let Ok(samples) = value.len()
+        {
+            return no_memory(place, samples);
+        }
+        // Whatever else was raised is not about the argument: what the object's own conversion ran into.
         if !error.is_instance_of::<PyValueError>(py) && !error.is_instance_of::<PyTypeError>(py) {
             return error;
         }

@@ -18,6 +18,10 @@ pub(crate) fn write_file(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> PyResult<String> {
     let shown = path.display().to_string();
-    let bytes = fs::read(path).map_err(|error| errors::io(&shown, &error))?;
+    text(path, fs::read(path).map_err(|error| errors::io(&shown, &error))?)
+}
+
+/// The text that the bytes of a file are.
+pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> PyResult<String> {
     String::from_utf8(bytes).map_err(|_| errors::file(path, &JsonError::Syntax("no UTF-8 text".to_owned())))
 }

@@ -4,3 +4,4 @@ mod foreign;
 pub(crate) mod other_side;
 pub(crate) mod report;
 pub(crate) mod run;
+pub(crate) mod stop;

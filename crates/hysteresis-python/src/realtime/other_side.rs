@@ -17,6 +17,10 @@ use crate::convert::errors::{self, unexpected};
 /// Both are called once per sample from the thread of the loop, and must not wait. As with ctypes itself, a function of another
 /// signature crashes the process.
 ///
+/// This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and returns 0, so
+/// a drive that was never put out counts as written. Give `run` an object with `read` and `write` for Python: what that raises
+/// ends the loop at rest.
+///
 /// Parameters
 /// ----------
 /// read, write : ctypes functions, or int
@@ -34,11 +38,15 @@ use crate::convert::errors::{self, unexpected};
 /// >>> import ctypes
 /// >>> import mpi_hyst as mh
 /// >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double))
-/// ... def read(context, measurement):
+/// ... def read(context, measurement):  # stands for a function of the driver's library
 /// ...     measurement[0] = 1.5
 /// ...     return 0
 /// >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 /// ... def write(context, drive):
+/// ...     try:
+/// ...         pass  # the driver
+/// ...     except Exception:
+/// ...         return -1  # else ctypes returns 0, which is success
 /// ...     return 0
 /// >>> io = mh.realtime.Functions(read, write)
 #[pyclass(module = "mpi_hyst.realtime", frozen)]
@@ -112,6 +120,11 @@ fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// plant, local : str
 ///     "host:port".
 ///
+/// Raises
+/// ------
+/// ValueError
+///     That names the argument, for what is no host and port. What the network refuses is an OSError of `run`.
+///
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
@@ -131,8 +144,14 @@ pub(crate) struct Udp {
 impl Udp {
     #[new]
     #[pyo3(signature = (plant, *, local))]
-    fn new(plant: String, local: String) -> Self {
-        Self { plant, local }
+    fn new(plant: String, local: String) -> PyResult<Self> {
+        for (name, address) in [("plant", &plant), ("local", &local)] {
+            let (host, port) = address.rsplit_once(':').unwrap_or_default();
+            if host.is_empty() || port.parse::<u16>().is_err() {
+                return Err(errors::value(name, format_args!("expected \"host:port\", got {address:?}")));
+            }
+        }
+        Ok(Self { plant, local })
     }
 
     fn __repr__(&self) -> String {
@@ -150,10 +169,13 @@ impl Udp {
 /// offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
 /// the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
 ///
+/// While the loop runs it has an exclusive lock on the file (flock), so a second loop is refused. No other process may make the file
+/// shorter meanwhile: the system then ends the loop where it is (SIGBUS).
+///
 /// Parameters
 /// ----------
 /// path : str or path-like
-///     The file. One that is there is emptied.
+///     The file: a new or empty one, or that of a loop that has ended. `run` refuses any other with OSError.
 ///
 /// Examples
 /// --------

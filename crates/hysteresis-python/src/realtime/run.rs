@@ -1,23 +1,28 @@
 //! A loop from Python: the interpreter is free while it runs.
 
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hysteresis_control::StageController;
+use hysteresis_core::{self as core, Mode};
 use hysteresis_realtime::io::{Io, SharedMemoryIo, UdpIo};
-use hysteresis_realtime::{self as realtime, Live, MissPolicy, Outcome, Reference, Session, Settings, WatchdogTimes};
+use hysteresis_realtime::{
+    self as realtime, Live, MissPolicy, Outcome, Reference, Session, Settings, StopFlag, WatchdogTimes,
+};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::foreign::ForeignIo;
 use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
+use super::stop::{Signals, Stop};
 use crate::control::controller::HybridController;
 use crate::control::source::check_interval;
-use crate::convert::arguments::{OrNone, count, numbers, two, whole};
+use crate::convert::arguments::{OrNone, count, numbers, two, whole, whole_number};
 use crate::convert::arrays::numbers;
-use crate::convert::errors::{self, Refusal, raise};
+use crate::convert::errors::{self, Refusal, raise, unexpected};
 use crate::convert::objects::{exclusive, instance, shared};
 use crate::convert::pickling::keywords;
 use crate::plant::plant::Plant;
@@ -36,8 +41,9 @@ impl Refusal for realtime::Error {
 ///
 /// At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
 /// the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
-/// long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". Limits and slew
-/// hold all the time. The drive written last is the rest drive, unless writing itself fails.
+/// long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". So do SIGTERM and SIGHUP
+/// where the program has no handler of its own and the main thread calls, and `stop` from any thread. Limits and slew hold all the time: in any time T the drive moves by at most slew (T + dt). The drive written last is the rest drive, unless writing
+/// itself fails.
 ///
 /// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
 /// holds the drive. After `rest_after` seconds without one the drive goes to rest.
@@ -45,12 +51,12 @@ impl Refusal for realtime::Error {
 /// Parameters
 /// ----------
 /// controller : HybridController or Stage
-///     The amplifier must have its drive. It goes on from there, and is in its stop afterwards. A stage makes one with the exact
-///     inverse, for `rate`.
+///     The amplifier must have its drive. It goes on from there, and is in its stop afterwards: `controller.hold = False` lets it run
+///     again. A stage makes one with the exact inverse, for `rate`.
 /// io : Plant, Functions, Udp, SharedMemory or object
 ///     What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
 ///     `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
-///     raises is raised again when the drive rests.
+///     raises is raised again when the drive rests, with the LoopReport as its attribute `report`.
 /// reference : array of n floats
 ///     Where the position should be, one for each sample.
 /// rest_drive : float
@@ -65,7 +71,7 @@ impl Refusal for realtime::Error {
 ///     Whether the reference is followed again and again.
 /// misses : "skip", "catch_up" or "stop"
 ///     When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
-///     `most_caught_up` samples; or go to rest.
+///     `most_caught_up` samples, while the drive moves by what the slew gives for the time that goes by; or go to rest.
 /// most_caught_up : int
 ///     What lies further back is skipped.
 /// watchdog : (stale_after, rest_after) or None
@@ -79,12 +85,15 @@ impl Refusal for realtime::Error {
 /// fifo : int, optional
 ///     The priority of SCHED_FIFO, 1 to 99.
 /// lock_memory : bool
-///     Whether all memory of the process stays in memory. What is refused of these three is one of the `warnings` of the report.
+///     Whether all memory of the process stays in memory, until the loop has ended. What is refused of these three is one of the `warnings` of the report.
 /// record : path-like, optional
 ///     The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
-///     if the process is killed.
+///     if the process is killed. One that is there is replaced when the first samples are written.
 /// progress : callable, optional
-///     Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive.
+///     Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive, and `waiting`: for how many
+///     seconds no sample has been taken. While a read or a write does not return nothing can end the loop, and nothing moves the drive.
+/// stop : Stop, optional
+///     What others end the loop with, from any thread.
 ///
 /// Returns
 /// -------
@@ -107,9 +116,10 @@ impl Refusal for realtime::Error {
 #[pyfunction]
 #[pyo3(signature = (
     controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=true, misses="skip", most_caught_up=None,
-    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=false, record=None, progress=None
+    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=false, record=None, progress=None,
+    stop=None
 ), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
-    most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, lock_memory=False, record=None, progress=None)")]
+    most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, lock_memory=False, record=None, progress=None, stop=None)")]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn run<'py>(
     controller: &Bound<'py, PyAny>,
@@ -130,29 +140,56 @@ pub(crate) fn run<'py>(
     lock_memory: bool,
     record: Option<PathBuf>,
     progress: Option<&Bound<'py, PyAny>>,
+    stop: Option<&Bound<'py, Stop>>,
 ) -> PyResult<LoopReport> {
     numbers!(rest_drive, rest_rate, rate, seconds, spin = 0.0);
     let settings = Settings {
         seconds,
         misses: policy(misses, most_caught_up)?,
         watchdog: watchdog_times(&watchdog)?,
-        write_faults: most_write_faults.map_or(Ok(100), |given| whole("most_write_faults", given))?,
+        write_faults: most_write_faults
+            .map_or(Ok(100), |given| whole_number("most_write_faults", "a whole number from 1 to 4294967295", given))?,
         spin,
         cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
-        fifo: fifo.map(|fifo| whole("fifo", fifo)).transpose()?,
+        fifo: fifo.map(|fifo| whole_number("fifo", "a priority from 1 to 99", fifo)).transpose()?,
         lock_memory,
         record,
         ..Settings::new(rest_drive, rest_rate)
     };
+    if let Some(progress) = progress
+        && !progress.is_callable()
+    {
+        return Err(unexpected("progress", "a callable or None", progress));
+    }
     let positions = numbers("reference", reference)?;
     let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
     let controller = checked_controller(controller, rate)?;
     // Nobody else changes the controller while it drives.
     let mut held = exclusive(&controller)?;
-    let start = Start { controller: held.stage_controller.clone(), reference, settings, progress };
-    let Ended { report, controller, raised } = start.on(io)?;
+    let stop = stop.map_or_else(StopFlag::default, |stop| stop.get().0.clone());
+    let signals = Signals::end(io.py(), &stop)?;
+    let start = Start { controller: held.stage_controller.clone(), reference, settings, progress, stop };
+    let ended = start.on(io);
+    signals.restore()?;
+    let Ended { report, controller, raised } = ended?;
     held.stage_controller = controller;
-    raised.map_or(Ok(LoopReport(report)), Err)
+    let report = LoopReport(report);
+    match raised {
+        Some(error) => Err(with_report(io.py(), error, report)),
+        None => Ok(report),
+    }
+}
+
+/// The exception with what became of the loop: as its attribute `report`, and in words where Python shows notes (3.11).
+fn with_report(py: Python<'_>, error: PyErr, report: LoopReport) -> PyErr {
+    let realtime::Report { at_rest, last_drive, .. } = report.0;
+    let rest = if at_rest { "at rest" } else { "NOT at rest" };
+    let note = format!("the loop ended {rest}, the last drive that was written is {last_drive:?}");
+    let value = error.value(py);
+    // An exception that takes neither still tells what was raised.
+    let _ = value.setattr("report", report);
+    let _ = value.call_method1("add_note", (note,));
+    error
 }
 
 /// A controller as it came, or one that a stage makes.
@@ -161,6 +198,9 @@ fn checked_controller<'py>(given: &Bound<'py, PyAny>, rate: Option<f64>) -> PyRe
         let Some(rate) = rate else {
             return Err(errors::value("rate", "expected samples per second beside a Stage, got None"));
         };
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(errors::value("rate", format_args!("expected a finite number above 0, got {rate:?}")));
+        }
         let made = given.call_method1("controller", (1.0 / rate,))?;
         return Ok(made.cast_into::<HybridController>()?);
     }
@@ -207,6 +247,7 @@ struct Start<'a, 'py> {
     reference: Reference,
     settings: Settings,
     progress: Option<&'a Bound<'py, PyAny>>,
+    stop: StopFlag,
 }
 
 /// A loop that has ended, with what Python raised meanwhile.
@@ -231,7 +272,12 @@ impl Start<'_, '_> {
         }
         if let Ok(udp) = io.cast::<Udp>() {
             let Udp { plant, local } = udp.get();
-            let io = UdpIo::connect(local.as_str(), plant.as_str()).map_err(|error| errors::io(local, &error))?;
+            let address = |at: &String| -> PyResult<Vec<SocketAddr>> {
+                Ok(at.to_socket_addrs().map_err(|error| errors::io(at, &error))?.collect())
+            };
+            let (there, here) = (address(plant)?, address(local)?);
+            let both = format!("{plant} from {local}");
+            let io = UdpIo::connect(&here[..], &there[..]).map_err(|error| errors::io(&both, &error))?;
             return Ok(self.run(py, io)?.1);
         }
         if let Ok(memory) = io.cast::<SharedMemory>() {
@@ -245,11 +291,17 @@ impl Start<'_, '_> {
 
     /// Runs to the end, also when Python wants to stop.
     fn run<I: Io + 'static>(self, py: Python<'_>, io: I) -> PyResult<(I, Ended)> {
-        let session = Session::start(self.controller, io, self.reference, self.settings).map_err(refused)?;
+        let session =
+            Session::start_with(self.controller, io, self.reference, self.settings, self.stop).map_err(refused)?;
         let live = session.live();
         let mut raised = None;
+        let mut newest = (live.taken(), Instant::now());
         while !py.detach(|| pause(&session)) {
-            let progress = |progress: &Bound<'_, PyAny>| progress.call1((shown(py, &live)?,)).map(drop);
+            if live.taken() != newest.0 {
+                newest = (live.taken(), Instant::now());
+            }
+            let waiting = newest.1.elapsed().as_secs_f64();
+            let progress = |progress: &Bound<'_, PyAny>| progress.call1((shown(py, &live, waiting)?,)).map(drop);
             let looked = py.check_signals().and_then(|()| self.progress.map_or(Ok(()), progress));
             if let Err(error) = looked {
                 session.stop();
@@ -257,6 +309,10 @@ impl Start<'_, '_> {
             }
         }
         let Outcome { report, controller, io } = py.detach(|| session.wait());
+        // What came at the very end still finds its handler.
+        if let Err(error) = py.check_signals() {
+            raised.get_or_insert(error);
+        }
         // Ctrl-C has ended the loop: that is what it was for.
         let raised = raised.filter(|error| !error.is_instance_of::<PyKeyboardInterrupt>(py));
         Ok((io, Ended { report, controller, raised }))
@@ -266,7 +322,24 @@ impl Start<'_, '_> {
 fn refused(error: realtime::Error) -> PyErr {
     match error {
         realtime::Error::Record { path, error } => errors::io(&path.display().to_string(), &error),
+        realtime::Error::Rests(mode) => {
+            let mode = if mode == Mode::Stop { "stop" } else { "hold" };
+            let expected = "expected one that moves: set its `hold` to False";
+            errors::value("controller", format_args!("{expected}, got one in mode \"{mode}\""))
+        }
+        realtime::Error::Parameter(core::Error::Domain { parameter, index, expected, got }) => {
+            raise(core::Error::Domain { parameter: argument(parameter), index, expected, got })
+        }
         error => raise(error),
+    }
+}
+
+/// What the argument is called that a setting comes from.
+fn argument(setting: &'static str) -> &'static str {
+    match setting {
+        "write_faults" => "most_write_faults",
+        "stale_after" | "rest_after" => "watchdog",
+        other => other,
     }
 }
 
@@ -282,7 +355,7 @@ fn pause<I>(session: &Session<I>) -> bool {
     false
 }
 
-fn shown<'py>(py: Python<'py>, live: &Live) -> PyResult<Bound<'py, PyAny>> {
+fn shown<'py>(py: Python<'py>, live: &Live, waiting: f64) -> PyResult<Bound<'py, PyAny>> {
     let shown = keywords!(
         py,
         taken = live.taken(),
@@ -291,6 +364,7 @@ fn shown<'py>(py: Python<'py>, live: &Live) -> PyResult<Bound<'py, PyAny>> {
         stale = live.stale(),
         measurement = live.measurement(),
         drive = live.drive(),
+        waiting = waiting,
     );
     Ok(shown.into_any())
 }

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
 use super::object::Stage;
-use crate::convert::arguments::{numbers, two};
+use crate::convert::arguments::{numbers, two, word};
 use crate::convert::errors::raise;
 
 #[pymethods]
@@ -54,20 +54,21 @@ pub(crate) fn c_name(text: &str) -> String {
 
 /// The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them.
 #[pyfunction]
-#[pyo3(signature = (stage, kind, name, dt, feedforward="inverse", gains=None))]
+#[pyo3(signature = (stage, kind, name, dt, feedforward, gains=None))]
 pub(crate) fn fmu_texts(
     stage: &Stage,
-    kind: &str,
-    name: &str,
+    kind: &Bound<'_, PyAny>,
+    name: &Bound<'_, PyAny>,
     dt: &Bound<'_, PyAny>,
-    feedforward: &str,
+    feedforward: &Bound<'_, PyAny>,
     gains: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(String, String, String, String)> {
     numbers!(dt);
     let gains = gains.map(|gains| two("gains", "(kp, ki)", gains)).transpose()?;
-    let kind = Kind::of(kind).map_err(raise)?;
-    let feedforward = Source::of(feedforward).map_err(raise)?;
+    let kind = Kind::of(&word("kind", "\"forward\", \"inverse\" or \"controller\"", kind)?).map_err(raise)?;
+    let feedforward = Source::of(&word("feedforward", "\"inverse\" or \"preview\"", feedforward)?).map_err(raise)?;
+    let name = word("name", "a text", name)?;
     let settings = Settings { feedforward, gains, ..Settings::new(kind, dt) };
-    let unit = MockUp::new(&stage.0, &settings, name).map_err(raise)?;
+    let unit = MockUp::new(&stage.0, &settings, &name).map_err(raise)?;
     Ok((unit.identifier, unit.description, unit.settings, unit.stage))
 }

@@ -1,6 +1,6 @@
 //! Files of models and stages.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteresis_control::stage;
 use hysteresis_core::{JsonError, Model, SCHEMA, SCHEMA_SPLIT};
@@ -37,18 +37,27 @@ use crate::model::object::object;
 /// True
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
-    let text = files::read(&path)?;
-    match Model::from_json(&text) {
+    loaded(py, &path, &files::read(&path)?)
+}
+
+/// As `load`, of a file that was read already: a pipe can be read only once.
+#[pyfunction]
+pub(crate) fn load_from(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<Py<PyAny>> {
+    loaded(py, &path, &files::text(&path, data)?)
+}
+
+fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {
+    match Model::from_json(text) {
         Ok(model) => object(py, model),
         Err(JsonError::Schema { got: Some(got) }) if got == stage::SCHEMA => {
-            let stage = stage::Stage::from_json(&text).map_err(|error| errors::file(&path, &error))?;
+            let stage = stage::Stage::from_json(text).map_err(|error| errors::file(path, &error))?;
             Ok(Py::new(py, Stage(stage))?.into_any())
         }
         Err(JsonError::Schema { got }) => {
             let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
             let message = format!("schema: expected {:?}, {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got}", stage::SCHEMA);
-            Err(errors::file(&path, &message))
+            Err(errors::file(path, &message))
         }
-        Err(error) => Err(errors::file(&path, &error)),
+        Err(error) => Err(errors::file(path, &error)),
     }
 }

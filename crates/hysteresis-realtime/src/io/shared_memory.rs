@@ -16,9 +16,13 @@
 //! To write: lock + 1, number, value, lock + 2. To read: lock, number, value, lock; what was read is whole if the lock was even and
 //! is the same at the end. So nobody waits for the other side. A side that dies while it writes leaves an odd lock: then nothing fresh
 //! comes, and the watchdog ends the loop.
+//!
+//! The loop takes a file that is new, empty, or one of a loop; any other is refused and stays as it is. It keeps an exclusive lock
+//! (`flock`) on the file, so a second loop is refused. **Nobody may make the file shorter while it is mapped**: the system then ends
+//! whoever looks into it, the loop with its drive where it is, by SIGBUS. To remove the file is harmless.
 
-use std::fs::{File, OpenOptions};
-use std::io;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
@@ -63,6 +67,11 @@ impl Block {
         self.lock.store(lock.wrapping_add(1), Ordering::Release);
     }
 
+    /// As if nothing had been written yet.
+    fn forget(&self) {
+        self.lock.store(0, Ordering::Release);
+    }
+
     /// What was written together; None if nothing was yet, or if it is being written for longer than a write takes.
     #[inline]
     #[must_use]
@@ -92,27 +101,31 @@ impl Block {
     }
 }
 
-/// The mapped file.
+/// The mapped file, which stays open: a lock on it ends with it.
 #[derive(Debug)]
-struct Memory(MmapRaw);
+struct Memory {
+    mapped: MmapRaw,
+    _file: File,
+}
 
 impl Memory {
-    fn map(file: &File) -> io::Result<Self> {
-        Ok(Self(MmapOptions::new().len(LENGTH).map_raw(file)?))
+    fn map(file: File) -> io::Result<Self> {
+        Ok(Self { mapped: MmapOptions::new().len(LENGTH).map_raw(&file)?, _file: file })
     }
 
     #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page, and offsets are multiples of 8")]
     fn block(&self, offset: usize) -> &Block {
         debug_assert!(offset.is_multiple_of(8) && offset + size_of::<Block>() <= LENGTH);
         // SAFETY: the mapping is as long as LENGTH, begins at a page, and lives as long as `self`; a block is made of atomic numbers,
-        // for which any bytes are valid and which any thread or process may change meanwhile.
-        unsafe { &*self.0.as_mut_ptr().add(offset).cast::<Block>() }
+        // for which any bytes are valid and which any thread or process may change meanwhile. The file had LENGTH bytes on the disk when
+        // it was mapped. Whoever shortens it later against the rule above makes a look end the process (SIGBUS), not go elsewhere.
+        unsafe { &*self.mapped.as_mut_ptr().add(offset).cast::<Block>() }
     }
 
     #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page")]
     fn magic(&self) -> &AtomicU64 {
         // SAFETY: as in `block`, for the first 8 bytes.
-        unsafe { &*self.0.as_mut_ptr().cast::<AtomicU64>() }
+        unsafe { &*self.mapped.as_mut_ptr().cast::<AtomicU64>() }
     }
 }
 
@@ -139,17 +152,57 @@ pub struct SharedMemoryIo {
 }
 
 impl SharedMemoryIo {
-    /// Makes the file, or takes over one that exists, without a measurement or a drive in it.
+    /// Makes the file, or takes over that of a loop which has ended, without a measurement or a drive in it.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Those of the file; [`io::ErrorKind::InvalidData`] for one that is neither empty nor of a loop, which stays as it is;
+    /// [`io::ErrorKind::ResourceBusy`] for one that another loop uses.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
-        file.set_len(LENGTH as u64)?;
-        let memory = Memory::map(&file)?;
+        let is_new = !is_there(path)?;
+        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(io::Error::new(io::ErrorKind::ResourceBusy, "another loop uses it"));
+            }
+            // A file system without locks has nothing to tell.
+            Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => return Err(error),
+            Err(TryLockError::Error(_)) | Ok(()) => {}
+        }
+        let mut begin = Vec::new();
+        Read::by_ref(&mut file).take(size_of_val(&MAGIC) as u64).read_to_end(&mut begin)?;
+        if !begin.is_empty() && begin != MAGIC.to_ne_bytes() {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, OTHER_FILE));
+        }
+        lengthen(&mut file).inspect_err(|_| {
+            // The error is that of the disk, whether or not this is possible there.
+            let _ = if is_new { std::fs::remove_file(path) } else { Ok(()) };
+        })?;
+        let memory = Memory::map(file)?;
+        memory.block(MEASUREMENT).forget();
+        memory.block(DRIVE).forget();
         memory.magic().store(MAGIC, Ordering::Release);
         Ok(Self { memory, last: None, written: 0 })
     }
+}
+
+/// What stands in the error for a file that is none of a loop.
+const OTHER_FILE: &str = "expected a new or empty file, or one that begins with MPIHYST1";
+
+/// Whether there is a file; a device or a pipe is not even opened.
+fn is_there(path: &Path) -> io::Result<bool> {
+    match path.metadata() {
+        Ok(found) if found.is_file() => Ok(true),
+        Ok(_) => Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file")),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// To LENGTH by bytes that are written: what is mapped must be there, also on a disk that is full.
+fn lengthen(file: &mut File) -> io::Result<()> {
+    let length = file.seek(SeekFrom::End(0))?;
+    let there = usize::try_from(length).unwrap_or(LENGTH).min(LENGTH);
+    file.write_all(&[0; LENGTH][there..]).or_else(|error| file.set_len(length).and(Err(error)))
 }
 
 impl Io for SharedMemoryIo {
@@ -188,7 +241,7 @@ impl SharedMemoryPlant {
         if length < LENGTH as u64 {
             return Err(other(format!("{}: expected {LENGTH} bytes, got {length}", path.display())));
         }
-        let memory = Memory::map(&file)?;
+        let memory = Memory::map(file)?;
         if memory.magic().load(Ordering::Acquire) != MAGIC {
             return Err(other(format!("{}: expected a file that begins with MPIHYST1", path.display())));
         }

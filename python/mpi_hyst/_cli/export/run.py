@@ -68,11 +68,15 @@ def run(request: Request) -> str:
     dt = request.interval()
     path = request.result_path or Path(request.stage_path.stem + _ENDINGS[made])
     check_outputs([path], [request.stage_path])
-    stage = load_stage(request.stage_path, request.stage)
+    # Read once: it may be a pipe.
+    data = request.stage_path.read_bytes()
+    stage = load_stage(request.stage_path, request.stage, data)
     try:
         if request.limits is not None:
             stage = stage.replace(limits=request.limits)
-        content, facts = _content(request, made, stage, path, dt)
+        is_as_in_file = request.limits is None and not request.stage.changes()
+        digest = hashlib.sha256(data).hexdigest() if is_as_in_file else None
+        content, facts = _content(request, made, stage, path, dt, digest)
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
@@ -108,7 +112,12 @@ def _check_options(request: Request, made: str) -> None:
 
 
 def _content(
-    request: Request, made: str, stage: mh.Stage, path: Path, dt: float | None
+    request: Request,
+    made: str,
+    stage: mh.Stage,
+    path: Path,
+    dt: float | None,
+    digest: str | None,
 ) -> tuple[bytes, list[tuple[str, str]]]:
     """Return what is written, and what is said of it."""
     seconds = [] if dt is None else [("sampling interval", f"{digits(dt)} s")]
@@ -117,8 +126,7 @@ def _content(
         return content, [("stage", f"{len(content)} bytes")]
     if made == "--c":
         name = request.name or c_name(path.stem)
-        file = hashlib.sha256(request.stage_path.read_bytes()).hexdigest()
-        text = c_header_text(stage, name, dt, file)
+        text = c_header_text(stage, name, dt, digest)
         return text.encode(), [("names begin with", f"{name}_"), *seconds]
     assert dt is not None
     kind = request.kind or "forward"

@@ -6,8 +6,19 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, numbers, options
-from mpi_hyst._cli.terminal import say
+from mpi_hyst._cli.options import FILE, numbers, options, slew
+
+
+def _priority(context: click.Context, option: click.Parameter, value: str | None) -> int | None:
+    """Read a priority, which must not be taken for the name of the file behind it."""
+    if value is None:
+        return None
+    try:
+        return int(value)
+    except ValueError:
+        message = f"expected a priority from 1 to 99, got {value!r}; "
+        message += "without one put --fifo behind STAGE.json"
+        raise click.BadParameter(message, context, option) from None
 
 
 @click.command(short_help="Run the loop of a stage in real time.")
@@ -21,7 +32,7 @@ from mpi_hyst._cli.terminal import say
         type=float,
         default=10.0,
         show_default=True,
-        help="When it goes to rest. Ctrl-C does the same.",
+        help="When it goes to rest. Ctrl-C, SIGTERM and SIGHUP do the same.",
     ),
     click.option(
         "--reference",
@@ -72,13 +83,14 @@ from mpi_hyst._cli.terminal import say
     click.option("--cpu", type=int, help="Processor on which the loop runs."),
     click.option(
         "--fifo",
-        type=int,
         is_flag=False,
-        flag_value=80,
+        flag_value="80",
         metavar="PRIORITY",
+        callback=_priority,
         help="SCHED_FIFO, with this priority or 80.",
     ),
     click.option("--mlock", is_flag=True, help="Keep all memory in memory."),
+    slew("that of the stage"),
     click.option("-o", "record_path", type=FILE, help="Record to write (npy)."),
     click.option("--json", "json_path", type=FILE, help="Report to write (JSON)."),
     click.option("--plot", "plot_path", type=FILE, help="Histograms to draw (PNG, SVG or PDF)."),
@@ -88,7 +100,10 @@ def realtime(**given: Any) -> None:
 
     STAGE.json is a stage with limits, written by identify. The loop ends by a ramp to the rest
     drive within the slew rate: after --seconds, at Ctrl-C, and when measurements are missing.
+
+    The exit status is 0 if it ended as it was asked to, and 3 if the watchdog, a missed deadline or
+    input and output ended it, or if the drive is not at rest.
     """
     from mpi_hyst._cli.realtime.run import Request, run
 
-    say(run(Request(**given)))
+    click.get_current_context().exit(run(Request(**given)))

@@ -12,10 +12,13 @@ from typing import Any, Literal
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, note, one_line
+from mpi_hyst._cli.inputs import interval_of_rate
+from mpi_hyst._cli.interrupts import call_at_interrupts
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
-from mpi_hyst._cli.terminal import require_report_packages
+from mpi_hyst._cli.terminal import require_report_packages, say
+from mpi_hyst._files import write_file
 from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._report.realtime import facts, times
 from mpi_hyst._text import text_pairs, text_table
@@ -23,6 +26,12 @@ from mpi_hyst._types import Samples
 
 _FREQUENCY = 10.0  # Hz, of the reference that nobody gave
 _RAMP = 0.5  # seconds from one limit to the other
+_LONG = 10.0  # seconds, of a ramp to rest that is worth a word
+_WAITS = 1.0  # seconds without a sample that are worth a word
+_FASTEST, _SLOWEST = 1e6, 0.1  # Hz
+_AS_ASKED = ("time_over", "reference_over", "requested")
+NOT_AS_ASKED = 3
+"""The exit status when something else ended the loop, or the drive is not at rest."""
 
 
 @dataclass(frozen=True)
@@ -45,33 +54,54 @@ class Request:
     cpu: int | None
     fifo: int | None
     mlock: bool
+    slew: float | None
     record_path: Path | None
     json_path: Path | None
     plot_path: Path | None
 
 
-def run(request: Request) -> str:
-    """Run the loop, write what was asked for, and return the summary."""
+def run(request: Request) -> int:
+    """Run the loop, write what was asked for, say what it did, and return the exit status."""
     inputs = [path for path in (request.stage_path, request.reference) if path is not None]
-    check_outputs([request.record_path, request.json_path, request.plot_path], inputs)
+    memory = request.shared_memory
+    check_outputs([request.record_path, request.json_path, request.plot_path, memory], inputs)
     if request.plot_path is not None:
         check_figure(request.plot_path)
         require_report_packages("--plot")
-    stage = load_stage(request.stage_path, StageOptions())
+    dt = interval_of_rate(request.rate)
+    if not _SLOWEST <= request.rate <= _FASTEST:
+        span = f"{_SLOWEST:g} to {_FASTEST:g} samples per second"
+        raise CommandError(f"--rate: expected {span}, got {request.rate:g}")
+    stage = load_stage(request.stage_path, StageOptions(slew=request.slew))
     if stage.drive_range is None:
         raise CommandError(f"{request.stage_path}: expected a stage with limits, got one without")
     reference = _reference(stage, request)
-    report = _loop(stage, stage.drive_range, reference, request)
+    report = _loop(stage, stage.drive_range, dt, reference, request)
+    outputs = _outputs(report, request)
+    try:
+        write_outputs(outputs)
+    except BaseException:
+        # The loop cannot be repeated: what it did is said in any case.
+        say(_summary(report, request, []))
+        raise
+    say(_summary(report, request, [output.path for output in outputs]))
+    return 0 if report.end in _AS_ASKED and report.at_rest else NOT_AS_ASKED
+
+
+def _outputs(report: mh.realtime.LoopReport, request: Request) -> list[Output]:
+    """Return the files; a figure is drawn only when the report has been written."""
     outputs = []
     if request.json_path is not None:
         outputs.append(Output.of(request.json_path, json.dumps(report.to_dict(), indent=1) + "\n"))
     if request.plot_path is not None:
-        from mpi_hyst._report.look.figure import image
 
-        kind = request.plot_path.suffix.lower()[1:]
-        outputs.append(Output.of(request.plot_path, image(mh.plot.realtime(report), kind)))
-    write_outputs(outputs)
-    return _summary(report, request, [output.path for output in outputs])
+        def draw(path: Path) -> None:
+            from mpi_hyst._report.look.figure import image
+
+            write_file(path, image(mh.plot.realtime(report), path.suffix.lower()[1:]))
+
+        outputs.append(Output(request.plot_path, draw))
+    return outputs
 
 
 def _reference(stage: mh.Stage, request: Request) -> Samples:
@@ -103,8 +133,28 @@ def _io(
     return stage.plant(1.0 / request.rate)
 
 
+def _warn(stage: mh.Stage, rest_rate: float, request: Request) -> None:
+    """Say before the drive moves what may surprise."""
+    for one in (stage.identified or {}).get("warnings", []):
+        note(f"{request.stage_path}: {one['severity']}: {one['message']}")
+    if stage.slew is None:
+        note(
+            f"{request.stage_path} has no slew rate: the drive may jump from limit to limit in "
+            "one sample; --slew bounds it"
+        )
+    low, high = stage.drive_range or (0.0, 0.0)
+    slowest = min(rest_rate, stage.slew or rest_rate)
+    if slowest > 0.0 and (high - low) / slowest > _LONG:
+        seconds = (high - low) / slowest
+        note(f"going to rest may take {seconds:.3g} s, and nothing ends that earlier: --rest-rate")
+
+
 def _loop(
-    stage: mh.Stage, limits: tuple[float, float], reference: Samples, request: Request
+    stage: mh.Stage,
+    limits: tuple[float, float],
+    dt: float,
+    reference: Samples,
+    request: Request,
 ) -> mh.realtime.LoopReport:
     low, high = limits
     names = {
@@ -113,18 +163,23 @@ def _loop(
         "rest_drive": "--rest",
         "record": "-o",
         "lock_memory": "--mlock",
-        "stale_after": "--watchdog",
-        "rest_after": "--watchdog",
+        "plant": "--udp",
     }
     names |= {one: f"--{one.replace('_', '-')}" for one in ("rate", "seconds", "rest_rate")}
-    names |= {one: f"--{one}" for one in ("spin", "cpu", "fifo", "misses")}
+    names |= {one: f"--{one}" for one in ("spin", "cpu", "fifo", "misses", "watchdog", "local")}
+    rest_rate = (high - low) / _RAMP if request.rest_rate is None else request.rest_rate
+    stop = mh.realtime.Stop()
     try:
+        controller, io = stage.controller(dt), _io(stage, request)
+        _warn(stage, rest_rate, request)
+        # Until the command ends: what comes behind the loop interrupts neither summary nor files.
+        call_at_interrupts(stop.request)
         return mh.realtime.run(
-            stage.controller(1.0 / request.rate),
-            _io(stage, request),
+            controller,
+            io,
             reference,
             rest_drive=min(max(0.0, low), high) if request.rest is None else request.rest,
-            rest_rate=(high - low) / _RAMP if request.rest_rate is None else request.rest_rate,
+            rest_rate=rest_rate,
             seconds=request.seconds,
             misses=request.misses,
             watchdog=request.watchdog or (0.0, 0.1),
@@ -133,21 +188,31 @@ def _loop(
             fifo=request.fifo,
             lock_memory=request.mlock,
             record=request.record_path,
-            progress=_live_line(stage),
+            progress=_live_line(stage, dt),
+            stop=stop,
         )
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
         raise CommandError(name_options(error, names)) from error
+    except OSError as error:
+        # A record and a memory are told by their names.
+        if request.udp is None or error.filename == str(request.record_path):
+            raise
+        raise CommandError(f"--udp: {one_line(error)}") from error
     finally:
         _say_live("\n")
 
 
-def _live_line(stage: mh.Stage) -> Callable[[dict[str, Any]], None]:
+def _live_line(stage: mh.Stage, dt: float) -> Callable[[dict[str, Any]], None]:
     """Show the newest numbers, on a terminal alone."""
     volts, micrometres = stage.units
 
     def show(now: dict[str, Any]) -> None:
+        if now["waiting"] > _WAITS + 2.0 * dt:
+            what = "input or output does not return, the drive stays"
+            _say_live(f"\rno sample for {now['waiting']:.0f} s: {what}\x1b[K")
+            return
         _say_live(
             "\r{taken} samples, {missed} missed, {skipped} skipped, {stale} stale, ".format(**now)
             + f"{now['measurement']:.4g} {micrometres}, {now['drive']:.4g} {volts}\x1b[K"
