@@ -37,7 +37,8 @@ def words(line: str, program: str) -> list[str]:
 
 def parse(given: list[str]) -> None:
     """Let click read options and arguments, but run nothing."""
-    context = click.Context(commands)
+    # A command keeps the help options of the first context it meets: it must be the real one.
+    context = click.Context(commands, **commands.context_settings)
     for word in given:
         if "." in word and not word.startswith("-"):  # a file that the command reads
             Path(word).touch()
