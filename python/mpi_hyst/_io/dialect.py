@@ -96,10 +96,12 @@ def number(cell: str, decimal: str) -> float | None:
     # float() also accepts 1_000, which is an error in a data file.
     if "_" in cell:
         return None
+    # Some separators are space for strip() and none for float().
+    cell = cell.strip()
     try:
         return float(cell)
     except ValueError:
-        return float(_FORTRAN.sub(r"\1e\2", cell)) if _FORTRAN.fullmatch(cell.strip()) else None
+        return float(_FORTRAN.sub(r"\1e\2", cell)) if _FORTRAN.fullmatch(cell) else None
 
 
 def is_number(cell: str, decimal: str) -> bool:
