@@ -45,6 +45,24 @@ class Amplifier:
         self.drives.append(drive)
 
 
+def program(code: str, folder: Path, number: int = 0) -> subprocess.CompletedProcess[str]:
+    """Run lines as a program of their own in a folder, with the names of this file."""
+    lines = f"""
+import os
+import signal
+import sys
+import time
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+import mpi_hyst as mh
+from test_realtime_ends import RATE, REFERENCE, REST, SLEW, Amplifier
+number = {number}
+controller = mh.paper.plant("A1").stage.replace(slew=SLEW).controller(1 / RATE)
+{code}"""
+    return subprocess.run(
+        [sys.executable, "-c", lines], capture_output=True, text=True, check=False, cwd=folder
+    )
+
+
 def test_another_thread_ends_it(controller: mh.control.HybridController) -> None:
     amplifier, stop = Amplifier(), mh.realtime.Stop()
 
@@ -66,20 +84,85 @@ def test_another_thread_ends_it(controller: mh.control.HybridController) -> None
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_that_ends_a_program_ends_the_loop(
-    controller: mh.control.HybridController, number: int
+def test_a_signal_that_ends_a_program_ends_the_loop_and_then_the_program(
+    tmp_path: Path, number: int
 ) -> None:
-    def progress(shown: dict[str, Any]) -> None:
-        if shown["taken"] > 0:
-            signal.raise_signal(number)
+    done = program(
+        """
+def progress(shown):
+    if shown["taken"] > 0:
+        signal.raise_signal(number)
 
-    before = signal.signal(number, signal.SIG_DFL)
-    try:
-        report = mh.realtime.run(controller, Amplifier(), REFERENCE, **REST, progress=progress)
-        assert signal.getsignal(number) == signal.SIG_DFL
-    finally:
-        signal.signal(number, before)
-    assert (report.end, report.at_rest) == ("requested", True)
+signal.signal(number, signal.SIG_DFL)
+amplifier = Amplifier()
+mh.realtime.run(controller, amplifier, REFERENCE, **REST, progress=progress, record="x.npy")
+print("went on")
+""",
+        tmp_path,
+        number=number,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
+    assert np.load(tmp_path / "x.npy")["drive"][-1] == REST["rest_drive"]
+
+
+def test_a_record_is_where_it_was_asked_for(tmp_path: Path) -> None:
+    done = program(
+        """
+class Wanderer(Amplifier):
+    def read(self):
+        os.chdir("/")
+        return 0.0
+
+mh.realtime.run(controller, Wanderer(), REFERENCE, **REST, record="x.npy", seconds=0.2)
+""",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert [one.name for one in tmp_path.iterdir()] == ["x.npy"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_child_does_not_keep_a_shared_memory(tmp_path: Path) -> None:
+    done = program(
+        """
+children = []
+
+def progress(shown):
+    if not children:
+        children.append(os.fork())
+        if children == [0]:
+            time.sleep(60)
+            os._exit(0)
+
+io = mh.realtime.SharedMemory("memory")
+try:
+    mh.realtime.run(controller, io, REFERENCE, **REST, progress=progress, seconds=0.4)
+    controller.hold = False
+    mh.realtime.run(controller, io, REFERENCE, **REST, seconds=0.1)
+finally:
+    os.kill(children[0], signal.SIGKILL)
+""",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is locked on Linux alone")
+def test_what_the_program_had_locked_stays_locked(tmp_path: Path) -> None:
+    done = program(
+        """
+import ctypes
+import pathlib
+page = ctypes.create_string_buffer(100)
+if ctypes.CDLL(None).mlock(page, 100) == 0:
+    options = {"lock_memory": True, "seconds": 0.1}
+    mh.realtime.run(controller, Amplifier(), REFERENCE, **REST, **options)
+    status = pathlib.Path("/proc/self/status").read_text()
+    assert "VmLck:\t       0 kB" not in status
+""",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("number", SIGNALS)

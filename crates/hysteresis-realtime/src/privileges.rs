@@ -54,26 +54,33 @@ pub(crate) fn unlock(warnings: &mut Vec<String>) {
     }
 }
 
-/// Memory is locked for the whole process: from the first loop that wants it until the last one has ended.
+/// Memory is locked for the whole process: from the first loop that wants it until the last one has ended, or for ever where the
+/// program had locked memory before.
 mod locked {
     use std::io::Result;
     use std::sync::{Mutex, PoisonError};
 
-    static LOOPS: Mutex<u32> = Mutex::new(0);
+    struct Locked {
+        loops: u32,
+        by_program: bool,
+    }
+
+    static LOCKED: Mutex<Locked> = Mutex::new(Locked { loops: 0, by_program: false });
 
     pub(super) fn one_more() -> Result<()> {
-        let mut loops = LOOPS.lock().unwrap_or_else(PoisonError::into_inner);
-        if *loops == 0 {
+        let mut locked = LOCKED.lock().unwrap_or_else(PoisonError::into_inner);
+        if locked.loops == 0 {
+            locked.by_program = super::system::has_locked_memory();
             super::system::lock_memory()?;
         }
-        *loops += 1;
+        locked.loops += 1;
         Ok(())
     }
 
     pub(super) fn one_less() -> Result<()> {
-        let mut loops = LOOPS.lock().unwrap_or_else(PoisonError::into_inner);
-        *loops = loops.saturating_sub(1);
-        if *loops == 0 { super::system::unlock_memory() } else { Ok(()) }
+        let mut locked = LOCKED.lock().unwrap_or_else(PoisonError::into_inner);
+        locked.loops = locked.loops.saturating_sub(1);
+        if locked.loops == 0 && !locked.by_program { super::system::unlock_memory() } else { Ok(()) }
     }
 }
 
@@ -105,6 +112,13 @@ mod system {
         }
     }
 
+    /// Whether any memory of the process is locked. Where that is not told, none is.
+    pub(super) fn has_locked_memory() -> bool {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let locked = status.lines().find_map(|line| line.strip_prefix("VmLck:"));
+        locked.and_then(|size| size.split_whitespace().next()).is_some_and(|kilobytes| kilobytes != "0")
+    }
+
     pub(super) fn lock_memory() -> Result<()> {
         Ok(mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?)
     }
@@ -133,6 +147,10 @@ mod system {
 
     pub(super) fn run_first(_: u8) -> Result<()> {
         missing()
+    }
+
+    pub(super) fn has_locked_memory() -> bool {
+        false
     }
 
     pub(super) fn lock_memory() -> Result<()> {

@@ -48,12 +48,9 @@ impl NpyFile {
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => None,
             Err(error) => return Err(error),
         };
-        let place = if replaced.is_some() { path.canonicalize()? } else { path.to_owned() };
-        let random = RandomState::new().hash_one(&place);
-        let copy = place.with_file_name(format!(".mpi_hyst-{random:016x}.tmp"));
-        let file = OpenOptions::new().write(true).create_new(true).open(&copy)?;
-        // Where files cannot be locked nothing is cleared away either.
-        let _ = file.try_lock();
+        // The program may go to another directory before the first rows come.
+        let place = if replaced.is_some() { path.canonicalize()? } else { std::path::absolute(path)? };
+        let (file, copy) = new_copy(&place)?;
         let mut made = Self { file, unnamed: Some((copy, place)), rows: 0, bytes: Vec::new() };
         made.file.write_all(&header(0))?;
         if let Some(permissions) = replaced {
@@ -103,6 +100,21 @@ impl Drop for NpyFile {
         if let (Some((copy, _)), 0) = (&self.unnamed, self.rows) {
             // It has a name that nobody looks for.
             let _ = fs::remove_file(copy);
+        }
+    }
+}
+
+/// A locked file beside `place`.
+fn new_copy(place: &Path) -> io::Result<(File, PathBuf)> {
+    loop {
+        let random = RandomState::new().hash_one(place);
+        let copy = place.with_file_name(format!(".mpi_hyst-{random:016x}.tmp"));
+        let file = OpenOptions::new().write(true).create_new(true).open(&copy)?;
+        // Where files cannot be locked nothing is cleared away either.
+        let _ = file.lock();
+        // Another process may have cleared it away before it was locked.
+        if copy.exists() {
+            return Ok((file, copy));
         }
     }
 }

@@ -20,7 +20,7 @@ def main() -> None:
         from mpi_hyst._cli.commands import commands
     except KeyboardInterrupt:
         _end(NOTHING_WRITTEN, STATUS)
-    commands.main(prog_name="mpi-hyst")
+    commands.main(prog_name="mpi-hyst", ends_process=True)
 
 
 def _end(message: str, status: int) -> NoReturn:

@@ -38,7 +38,7 @@ class _Commands(click.Group):
         **extra: Any,
     ) -> NoReturn:
         extra["standalone_mode"] = False
-        with interrupts_restored():
+        with interrupts_restored(ends_process=extra.pop("ends_process", False)):
             try:
                 status = super().main(args, prog_name, **extra)
             except click.Abort:

@@ -31,8 +31,8 @@ def call_at_interrupts(action: Callable[[], object]) -> None:
 
 
 @contextmanager
-def interrupts_restored() -> Iterator[None]:
-    """Restore the handlers of these signals at the end."""
+def interrupts_restored(*, ends_process: bool = False) -> Iterator[None]:
+    """Restore the handlers of these signals at the end, or ignore what comes while Python ends."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -41,7 +41,8 @@ def interrupts_restored() -> Iterator[None]:
         yield
     finally:
         for number, handler in before.items():
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+            restored = signal.SIG_DFL if handler is None else handler
+            signal.signal(number, signal.SIG_IGN if ends_process else restored)
 
 
 def _ignore(number: int, frame: FrameType | None) -> None:

@@ -19,7 +19,7 @@ use crate::convert::errors::{self, unexpected};
 ///
 /// This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and returns 0, so
 /// a drive that was never put out counts as written. Give `run` an object with `read` and `write` for Python: what that raises
-/// ends the loop at rest.
+/// ends the loop, at rest if it can still be written to.
 ///
 /// Parameters
 /// ----------

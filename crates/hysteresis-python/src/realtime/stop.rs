@@ -1,5 +1,8 @@
 //! How a running loop is asked to end: by another thread, or by a signal that would else end the program.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, Ordering};
+
 use hysteresis_realtime::StopFlag;
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict, PyTuple};
@@ -55,22 +58,27 @@ impl Stop {
 /// Signals that end a program without a word. Where it has no handler of its own for them, they end the loop first.
 const SIGNALS: [&str; 2] = ["SIGTERM", "SIGHUP"];
 
-/// The handlers that were replaced.
+/// The handlers that were replaced, and the last signal that came meanwhile: 0 if none did.
 pub(super) struct Signals<'py> {
     signal: Bound<'py, PyModule>,
     before: Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    came: Arc<AtomicI32>,
 }
 
 impl<'py> Signals<'py> {
     /// Only the main thread of Python may have handlers.
     pub(super) fn end(py: Python<'py>, stop: &StopFlag) -> PyResult<Self> {
         let (threading, signal) = (py.import("threading")?, py.import("signal")?);
-        let mut made = Self { signal, before: Vec::new() };
+        let mut made = Self { signal, before: Vec::new(), came: Arc::default() };
         if !threading.call_method0("current_thread")?.is(&threading.call_method0("main_thread")?) {
             return Ok(made);
         }
-        let stop = stop.clone();
-        let request = move |_: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| stop.request();
+        let (stop, came) = (stop.clone(), made.came.clone());
+        let request = move |given: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| -> PyResult<()> {
+            stop.request();
+            came.store(given.get_item(0)?.extract()?, Ordering::Relaxed);
+            Ok(())
+        };
         let handler = PyCFunction::new_closure(py, None, None, request)?;
         let default = made.signal.getattr("SIG_DFL")?;
         for name in SIGNALS {
@@ -84,11 +92,26 @@ impl<'py> Signals<'py> {
         Ok(made)
     }
 
-    /// As it was before.
-    pub(super) fn restore(self) -> PyResult<()> {
-        for (number, before) in self.before {
-            self.signal.call_method1("signal", (number, before))?;
+    /// As it was before. A signal that came meanwhile then does what it would have done: it ends the program.
+    pub(super) fn restore_and_pass_on(mut self) -> PyResult<()> {
+        self.restore()?;
+        match self.came.load(Ordering::Relaxed) {
+            0 => Ok(()),
+            number => self.signal.call_method1("raise_signal", (number,)).map(drop),
         }
-        Ok(())
+    }
+
+    /// Every handler is restored, whatever another one raises.
+    fn restore(&mut self) -> PyResult<()> {
+        let restored = |(number, before)| self.signal.call_method1("signal", (number, before)).map(drop);
+        self.before.drain(..).map(restored).fold(Ok(()), PyResult::and)
+    }
+}
+
+/// Also where the loop could not begin.
+impl Drop for Signals<'_> {
+    fn drop(&mut self) {
+        // Nothing is left to restore after `restore_and_pass_on`; elsewhere another error is on its way.
+        let _ = self.restore();
     }
 }

@@ -101,16 +101,16 @@ impl Block {
     }
 }
 
-/// The mapped file, which stays open: a lock on it ends with it.
+/// The mapped file, which stays open.
 #[derive(Debug)]
 struct Memory {
     mapped: MmapRaw,
-    _file: File,
+    file: File,
 }
 
 impl Memory {
     fn map(file: File) -> io::Result<Self> {
-        Ok(Self { mapped: MmapOptions::new().len(LENGTH).map_raw(&file)?, _file: file })
+        Ok(Self { mapped: MmapOptions::new().len(LENGTH).map_raw(&file)?, file })
     }
 
     #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page, and offsets are multiples of 8")]
@@ -126,6 +126,14 @@ impl Memory {
     fn magic(&self) -> &AtomicU64 {
         // SAFETY: as in `block`, for the first 8 bytes.
         unsafe { &*self.mapped.as_mut_ptr().cast::<AtomicU64>() }
+    }
+}
+
+/// A lock that a child process inherited would outlive the file that is closed here.
+impl Drop for Memory {
+    fn drop(&mut self) {
+        // The plant's end has none, and a file system may have none.
+        let _ = self.file.unlock();
     }
 }
 

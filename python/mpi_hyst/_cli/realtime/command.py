@@ -102,7 +102,7 @@ def realtime(**given: Any) -> None:
     drive within the slew rate: after --seconds, at Ctrl-C, and when measurements are missing.
 
     The exit status is 0 if it ended as it was asked to, and 3 if the watchdog, a missed deadline or
-    input and output ended it, or if the drive is not at rest.
+    input and output ended it, if the drive is not at rest, or if rows of the record are missing.
     """
     from mpi_hyst._cli.realtime.run import Request, run
 

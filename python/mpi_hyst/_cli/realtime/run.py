@@ -31,7 +31,7 @@ _WAITS = 1.0  # seconds without a sample that are worth a word
 _FASTEST, _SLOWEST = 1e6, 0.1  # Hz
 _AS_ASKED = ("time_over", "reference_over", "requested")
 NOT_AS_ASKED = 3
-"""The exit status when something else ended the loop, or the drive is not at rest."""
+"""The exit status when something else ended the loop, rows are missing, or the drive is up."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,15 @@ def run(request: Request) -> int:
         say(_summary(report, request, []))
         raise
     say(_summary(report, request, [output.path for output in outputs]))
-    return 0 if report.end in _AS_ASKED and report.at_rest else NOT_AS_ASKED
+    as_asked = report.end in _AS_ASKED and report.at_rest and _is_recorded(report, request)
+    return 0 if as_asked else NOT_AS_ASKED
+
+
+def _is_recorded(report: mh.realtime.LoopReport, request: Request) -> bool:
+    """Whether the whole record was written, if one was wanted."""
+    everything = report.to_dict()
+    whole = everything["recorded_rows"] is not None and everything["counts"]["lost_rows"] == 0
+    return request.record_path is None or whole
 
 
 def _outputs(report: mh.realtime.LoopReport, request: Request) -> list[Output]:
@@ -229,7 +237,7 @@ def _say_live(text: str) -> None:
 
 def _summary(report: mh.realtime.LoopReport, request: Request, written: list[Path]) -> str:
     title = f"{request.stage_path} at {request.rate:g} Hz"
-    if request.record_path is not None:
+    if request.record_path is not None and report.to_dict()["recorded_rows"]:
         written = [request.record_path, *written]
     parts = [title, text_pairs(facts(report)), text_table(*times(report))]
     parts += [f"written  {path}" for path in written]
