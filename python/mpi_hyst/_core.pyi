@@ -6591,7 +6591,7 @@ class Functions:
 
     This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and returns 0, so
     a drive that was never put out counts as written. Give `run` an object with `read` and `write` for Python: what that raises
-    ends the loop at rest.
+    ends the loop, at rest if it can still be written to.
 
     Parameters
     ----------
@@ -6748,8 +6748,9 @@ def run(
 
     At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
     the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
-    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". So do SIGTERM and SIGHUP
-    where the program has no handler of its own and the main thread calls, and `stop` from any thread. Limits and slew hold all the time: in any time T the drive moves by at most slew (T + dt). The drive written last is the rest drive, unless writing
+    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". So does `stop`, from any
+    thread. SIGTERM and SIGHUP end the loop, and then the program: where it has no handler of its own for them, and the main thread calls. Limits
+    and slew hold all the time: in any time T the drive moves by at most slew (T + dt), counting writes that succeed. The drive written last is the rest drive, unless writing
     itself fails.
 
     A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
@@ -6763,7 +6764,7 @@ def run(
     io : Plant, Functions, Udp, SharedMemory or object
         What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
         `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
-        raises is raised again when the drive rests, with the LoopReport as its attribute `report`.
+        raises is raised again when the loop has ended, with the LoopReport as its attribute `report`.
     reference : array of n floats
         Where the position should be, one for each sample.
     rest_drive : float
@@ -6792,7 +6793,7 @@ def run(
     fifo : int, optional
         The priority of SCHED_FIFO, 1 to 99.
     lock_memory : bool
-        Whether all memory of the process stays in memory, until the loop has ended. What is refused of these three is one of the `warnings` of the report.
+        Whether all memory of the process stays in memory, until the loop has ended. Where the program had locked memory before, for ever. What is refused of these three is one of the `warnings` of the report.
     record : path-like, optional
         The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
         if the process is killed. One that is there is replaced when the first samples are written.

@@ -33,7 +33,7 @@
 //! that is killed leaves the drive where it is: a driver or an amplifier with a watchdog of its own is for that.
 //!
 //! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the controller. In any
-//! time T the drive moves by at most slew (T + dt), as a sample that is late may have the next one right behind it. Samples that are
+//! time T the drive moves by at most slew (T + dt), by writes that succeed, as a sample that is late may have the next one right behind it. Samples that are
 //! caught up come closer together still: each moves the drive by no more than the slew gives for the time since the last one. After
 //! skipped samples the drive has had more time than it used.
 
