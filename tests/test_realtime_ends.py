@@ -136,9 +136,10 @@ def progress(shown):
 
 io = mh.realtime.SharedMemory("memory")
 try:
-    mh.realtime.run(controller, io, REFERENCE, **REST, progress=progress, seconds=0.4)
+    REST |= {"seconds": 0.4, "watchdog": None}
+    mh.realtime.run(controller, io, REFERENCE, **REST, progress=progress)
     controller.hold = False
-    mh.realtime.run(controller, io, REFERENCE, **REST, seconds=0.1)
+    mh.realtime.run(controller, io, REFERENCE, **REST)
 finally:
     os.kill(children[0], signal.SIGKILL)
 """,
