@@ -8,7 +8,7 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from commands import actuator, assert_refused, column, names_in, run, write_csv
+from commands import Array, actuator, assert_refused, column, names_in, run, write_csv
 from test_report import parsed, sections, words
 
 RATE = 10_000.0
@@ -85,6 +85,56 @@ def test_feed_forward_and_preview_buy_what_they_should(here: Path) -> None:
     assert errors(*delayed) < 0.2 * errors(*delayed, "--feedforward", "inverse")
 
 
+def away(here: Path) -> Array:
+    """A reference in motion, far from where the stage rests: with a time column and without."""
+    reference: Array = 1.0 + 0.4 * np.sin(0.01 * np.arange(2000))
+    rows = [[2.0 + k / RATE, value] for k, value in enumerate(reference.tolist())]
+    write_csv(here / "reference.csv", "time_s,target_um", rows)
+    write_csv(here / "bare.csv", "target_um", [row[1:] for row in rows])
+    return reference
+
+
+def test_a_lead_in_goes_from_rest_to_the_reference(here: Path) -> None:
+    reference = away(here)
+    assert errors(*STAGE) > 0.8  # um: most of the jump
+    result = run(*SIMULATE, *STAGE, "--noise", "0", "--lead-in", "0.05", "-o", "run.csv")
+    assert result.exit_code == 0, result.output
+    assert "500 rows in front of the samples" in result.stdout and "2000 at" in result.stdout
+    assert "warning" not in result.stdout
+    position, times = (column(here / "run.csv", name) for name in ("position_um", "time_s"))
+    np.testing.assert_allclose(times, 2.0 + (np.arange(2500) - 500) / RATE)
+    followed = column(here / "run.csv", "reference_um")
+    np.testing.assert_array_equal(followed[500:], reference)
+    worst = np.abs(position - followed)[500:].max()
+    assert worst < 0.005
+    # what is told is of the reference alone
+    (line,) = [line for line in result.stdout.splitlines() if "true position" in line]
+    assert float(line.split()[2]) == pytest.approx(worst, rel=1e-3)
+    # the way is that of precompensate
+    drive = mh.Stage(actuator()).precompensate(reference, 1 / RATE, lead_in=0.05)
+    way = actuator().forward().run(drive)[:500]
+    np.testing.assert_allclose(followed[:500], way, rtol=0, atol=1e-12)
+
+
+def test_times_before_the_reference_are_negative(here: Path) -> None:
+    away(here)
+    more = ["--rate", "10000", "--lead-in", "0.01", "-o", "run.csv", "--report", "run.html"]
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], *STAGE, *more)
+    assert result.exit_code == 0, result.output
+    expected = np.arange(-100, 2000) / RATE
+    np.testing.assert_allclose(column(here / "run.csv", "time_s"), expected, atol=1e-12)
+    assert "A lead-in from rest goes before." in words(parsed(here / "run.html"))
+
+
+def test_a_reference_that_begins_with_a_jump_is_told(here: Path) -> None:
+    assert "warning" not in run(*SIMULATE, *STAGE).stdout
+    away(here)
+    result = run(*SIMULATE, *STAGE)
+    assert result.exit_code == 0, result.output
+    assert "warning: reference.csv: begins 1.00 µm from where the stage rests" in result.stdout
+    assert "--lead-in" in result.stdout
+
+
 @pytest.mark.parametrize("feedforward", ["inverse", "none"])
 def test_the_slew_rate_is_kept(here: Path, feedforward: str) -> None:
     options = [*STAGE, "--slew", "5000", "--feedforward", feedforward, "-o", "run.csv"]
@@ -138,6 +188,7 @@ def test_the_report_shows_the_run(here: Path) -> None:
         (["--noise", "-1"], ["--noise: expected a finite number >= 0, got -1.0"]),
         (["--seed", "-1"], ["--seed: expected", "-1"]),
         (["--seed", "x"], ["--seed", "'x'"]),
+        (["--lead-in", "-1"], ["--lead-in: expected a finite number above 0"]),
         (["--gains", "1"], ["--gains", "KP,KI"]),
         (["--gains", "1,-1"], ["--gains: expected a finite number >= 0, got -1.0"]),
         (["--feedforward", "both"], ["--feedforward", "both"]),

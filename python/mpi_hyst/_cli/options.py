@@ -99,6 +99,16 @@ def reference(what: str) -> Callable[[Function], Function]:
     )
 
 
+def lead_in(what: str) -> Callable[[Function], Function]:
+    """Return the option for the time that the way from rest takes."""
+    return click.option(
+        "--lead-in",
+        type=float,
+        metavar="SECONDS",
+        help=f"Time to move smoothly from rest to the beginning of the {what}.",
+    )
+
+
 def report(function: Function) -> Function:
     """Add the option that asks for a report."""
     return click.option("--report", "report_path", type=FILE, help="Report to write (HTML).")(

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, limits, numbers, options, reference, stage
+from mpi_hyst._cli.options import FILE, lead_in, limits, numbers, options, reference, stage
 from mpi_hyst._cli.terminal import say
 
 
@@ -29,12 +29,7 @@ from mpi_hyst._cli.terminal import say
         **numbers("V,V,..."),
         help="Drives since that rest, oldest first: 0,150,0 after a full stroke from 0 to 150 V.",
     ),
-    click.option(
-        "--lead-in",
-        type=float,
-        metavar="SECONDS",
-        help="Time to move smoothly from rest to the beginning of the trajectory.",
-    ),
+    lead_in("trajectory"),
     stage,
 )
 def precompensate(**given: Any) -> None:

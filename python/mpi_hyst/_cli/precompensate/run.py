@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 import mpi_hyst as mh
+from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.errors import CommandError, renamed
 from mpi_hyst._cli.inputs import known_interval, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
@@ -63,7 +64,8 @@ def run(request: Request) -> str:
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
-    table = {**_times(columns, drive.size, dt), _DRIVE: drive}
+    times = lead_in.times(columns, drive.size, dt)
+    table = {_DRIVE: drive} if times is None else {str(columns.time_column): times, _DRIVE: drive}
     write_outputs([Output.of(request.drive_path, write_table(table))])
     summary = _summary(request, stage, quantity, drive, residual)
     return "\n".join([summary, *notes])
@@ -117,19 +119,6 @@ def _design(
             f"at sample {worst}: it is too fast there, or needs --lead-in to begin in motion"
         )
     return drive, residual, notes
-
-
-def _times(columns: Columns, samples: int, dt: float) -> dict[str, Samples]:
-    """Return the time column, with the times of the lead-in in front."""
-    seconds = columns.seconds
-    if columns.time_column is None or seconds is None:
-        return {}
-    times = columns[columns.time_column]
-    before = samples - times.size
-    # The unit of the column: seconds, or what its name says.
-    step = dt * float(times[-1] - times[0]) / float(seconds[-1] - seconds[0])
-    lead_in = times[0] - step * np.arange(before, 0, -1)
-    return {columns.time_column: np.concatenate([lead_in, times])}
 
 
 def _residual(

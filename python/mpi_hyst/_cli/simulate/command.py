@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from mpi_hyst._cli.options import FILE, limits, numbers, options, reference, report, stage
+from mpi_hyst._cli.options import FILE, lead_in, limits, numbers, options, reference, report, stage
 from mpi_hyst._cli.terminal import say
 
 
@@ -18,6 +18,7 @@ from mpi_hyst._cli.terminal import say
     click.option("-o", "result_path", type=FILE, help="Run to write (CSV)."),
     report,
     reference("reference"),
+    lead_in("reference"),
     click.option(
         "--plant",
         "plant_path",
@@ -53,7 +54,8 @@ def simulate(**given: Any) -> None:
     """Simulate a stage that follows a reference under feed-forward and feedback.
 
     STAGE.json is a stage or a model written by identify. The controller knows this stage, but not
-    the noise, nor the stage given with --plant.
+    the noise, nor the stage given with --plant. Without --lead-in the reference should begin where
+    the stage rests: else it begins with a jump, which counts in the errors.
     """
     from mpi_hyst._cli.simulate.run import Request, run
 

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 import mpi_hyst as mh
+from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import sampling_interval
@@ -20,9 +23,12 @@ from mpi_hyst._quantity import Stated
 from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
-from mpi_hyst._text import text_pairs, text_table
+from mpi_hyst._text import in_unit, text_pairs, text_table
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
+
+_MAX_JUMP = 5e-3
+"""Share of the range of a reference by which it may begin beside the rest without a warning."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,7 @@ class Request:
     seed: int = 0
     gains: tuple[float, float] | None = None
     feedforward: Literal["preview", "inverse", "none"] = "preview"
+    lead_in: float | None = None
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> Request:
@@ -71,7 +78,18 @@ def run(request: Request) -> str:
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]
-    return "\n\n".join([*parts, *(f"written  {output.path}" for output in outputs)])
+    notes = [] if simulation.jump is None else [f"warning: {_jump(simulation, request)}"]
+    written = (f"written  {output.path}" for output in outputs)
+    return "\n\n".join([*parts, *notes, *written])
+
+
+def _jump(simulation: Simulation, request: Request) -> str:
+    """Say that the reference begins elsewhere than the stage rests."""
+    far = in_unit(abs(simulation.jump or 0.0), simulation.quantity.unit, 3)
+    return (
+        f"{request.trajectory}: begins {far} from where the stage rests; this jump counts in the "
+        "errors. --lead-in SECONDS goes there smoothly before"
+    )
 
 
 def _provenance(request: Request) -> provenance.Provenance:
@@ -90,8 +108,13 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
         plant_stage = other if request.noise is None else other.replace(noise=request.noise)
         plant = plant_stage.plant(dt, seed=request.seed)
         controller = _controller(stage, dt, request)
+        rest, reference = plant.position, columns[column]
+        before = np.empty(0)
+        if request.lead_in is not None:
+            before = lead_in.way(reference, dt, request.lead_in, rest, stage)
         with fraction_bar("simulate") as progress:
-            done = mh.plant.simulate(controller, plant, columns[column], progress=progress)
+            path = np.concatenate([before, reference])
+            done = mh.plant.simulate(controller, plant, path, progress=progress)
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except CommandError:
@@ -104,7 +127,18 @@ def simulate(columns: Columns, column: str, request: Request) -> Simulation:
     setup = _setup(request, plant_stage, controller, tuning)
     drive = Stated("drive", stage.units[0]).label
     name = f"{request.trajectory.name} on {request.stage_path.name}"
-    return Simulation(done, dt, columns.quantity(column), setup, name, drive)
+    jump = None if request.lead_in is not None else _jump_of(reference, rest)
+    return Simulation(
+        *(done, dt, columns.quantity(column), setup, name, drive),
+        lead_in_samples=before.size,
+        jump=jump,
+    )
+
+
+def _jump_of(reference: Samples, rest: float) -> float | None:
+    """Return how far from rest a reference begins, if that stands out of its range."""
+    jump = float(reference[0]) - rest
+    return jump if abs(jump) > _MAX_JUMP * float(np.ptp(reference)) else None
 
 
 def _other(path: Path, stage: mh.Stage) -> mh.Stage:
@@ -166,6 +200,7 @@ def _name_options(error: Exception, request: Request) -> str:
         "ki": "--gains",
         "dt": "--rate" if request.rate is not None else str(request.trajectory),
         "reference": str(request.trajectory),
+        "lead_in": "--lead-in",
         "model": str(request.stage_path),
     }
     return name_options(error, others)
@@ -173,9 +208,10 @@ def _name_options(error: Exception, request: Request) -> str:
 
 def _table(columns: Columns, simulation: Simulation, request: Request) -> dict[str, Samples]:
     unit = f"_{simulation.quantity.suffix}" if simulation.quantity.suffix else ""
-    run, time = simulation.run, columns.time_column
+    run, time = simulation.whole, columns.time_column
+    times = lead_in.times(columns, len(run), simulation.dt)
     table = [
-        (time or "time_s", simulation.seconds if time is None else columns[time]),
+        (time or "time_s", simulation.seconds if times is None else times),
         (f"reference{unit}", run.reference),
         ("drive", run.drive),
         (f"measured{unit}", run.measured),

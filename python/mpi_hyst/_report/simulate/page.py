@@ -16,6 +16,10 @@ _START = (
     "At the start the controller changes over from rest to the reference without a jump of the "
     "drive."
 )
+_LED_IN = (
+    "A lead-in from rest goes before. It is not shown, and counts neither in the errors nor as "
+    "saturated."
+)
 
 
 def report(simulation: Simulation, provenance: Provenance = ()) -> str:
@@ -34,7 +38,7 @@ def report(simulation: Simulation, provenance: Provenance = ()) -> str:
     figure = Figure(
         canvas.data_uri(course.figure(_course(simulation))),
         "Reference and position, error, and drive over time",
-        "" if setup is None else _START,
+        "" if setup is None else _LED_IN if simulation.lead_in_samples else _START,
     )
     blocks: list[Block] = [
         figure,
@@ -75,7 +79,7 @@ def _course(simulation: Simulation) -> course.Course:
     run, setup = simulation.run, simulation.setup
     return course.Course(
         run,
-        simulation.seconds,
+        simulation.seconds[simulation.lead_in_samples :],
         "time (s)",
         simulation.quantity,
         simulation.drive,

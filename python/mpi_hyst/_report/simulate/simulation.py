@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -40,7 +41,8 @@ class Setup:
 class Simulation:
     """A run and what it was made with."""
 
-    run: mh.plant.Run
+    whole: mh.plant.Run
+    """With the lead-in."""
     dt: float
     quantity: Quantity
     setup: Setup | None = None
@@ -50,11 +52,24 @@ class Simulation:
     """What was followed on what."""
     drive: str = "drive"
     """The label of the drive."""
+    lead_in_samples: int = 0
+    """How many samples lie in front of the reference."""
+    jump: float | None = None
+    """How far from rest the reference begins, if it does."""
+
+    @cached_property
+    def run(self) -> mh.plant.Run:
+        """The samples of the reference: those that errors and figures are of."""
+        whole, before = self.whole, self.lead_in_samples
+        if not before:
+            return whole
+        arrays = (whole.reference, whole.measured, whole.position, whole.drive)
+        return mh.plant.Run(*(one[before:] for one in arrays), limits=whole.limits)
 
     @property
     def seconds(self) -> Samples:
-        """The time of each sample, from zero."""
-        return np.arange(len(self.run), dtype=np.float64) * self.dt
+        """The time of each sample of the whole, from zero at the beginning of the reference."""
+        return np.arange(-self.lead_in_samples, len(self.run), dtype=np.float64) * self.dt
 
 
 def facts(simulation: Simulation) -> list[tuple[str, str]]:
@@ -69,8 +84,10 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         "inverse": f"exact inverse of {setup.stage}",
         "none": "none",
     }[setup.feedforward]
+    before = simulation.lead_in_samples
     return [
         ("samples", f"{len(run)} at {1.0 / simulation.dt:.6g} Hz, starting from rest"),
+        *([("lead-in", f"{before} rows in front of the samples, not counted")] if before else []),
         ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(simulation)])),
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
