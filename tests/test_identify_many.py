@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -218,9 +219,25 @@ def test_a_bad_column_takes_nothing_from_the_others(
         many[2]
     with pytest.raises(ValueError, match="actuator 1: "):
         many.actuator_array()
-    assert many.actuator_array(missing=found[0])[1] == found[0]
+    with pytest.warns(UserWarning, match=r"^1 of 6 actuators have red fits.*: 3 \(wrong_sign, "):
+        assert many.actuator_array(missing=found[0])[1] == found[0]
     with pytest.raises(TypeError, match=r"^missing: expected a PrandtlIshlinskii"):
         many.actuator_array(missing=3)  # type: ignore[arg-type]
+
+
+def test_an_array_of_many_red_fits_names_the_first(
+    found: mh.results.ManyIdentifications,
+) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found.actuator_array()
+    many = mh.identify_many(U, np.column_stack([-Y, Y[:, 0], -Y[:, 0]]), **OPTIONS)
+    with pytest.warns(UserWarning, match=r"^7 of 8 actuators") as caught:
+        array = many.actuator_array()
+    assert len(array) == 8 and len(caught) == 1
+    named = str(caught[0].message).partition(": ")[2]
+    assert named.startswith("0 (wrong_sign") and " 4 (" in named and named.endswith(", ...")
+    assert " 5 (" not in named
 
 
 def test_no_column_can_be_fitted() -> None:

@@ -4113,7 +4113,7 @@ class ManyIdentifications:
         """The models as one array of actuators, which runs forward or inverse.
 
         `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError that names the
-        first.
+        first. Red fits are taken as they are, and a UserWarning names them.
         """
     def __getitem__(self, actuator: int, /) -> _Model: ...
     def __len__(self) -> int: ...

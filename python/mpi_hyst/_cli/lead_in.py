@@ -11,9 +11,12 @@ from mpi_hyst.io import Columns
 
 def way(reference: Samples, dt: float, seconds: float, rest: float, stage: mh.Stage) -> Samples:
     """Return the positions from rest to the beginning: those that `Stage.precompensate` takes."""
-    reach = [rest, float(reference.min()), float(reference.max()), *(stage.position_range or ())]
+    limits = None
+    if stage.position_range is not None:
+        reach = [rest, float(reference.min()), float(reference.max()), *stage.position_range]
+        limits = min(reach), max(reach)
     # As the drive of this stage is its own position, the drive that it needs is the way itself.
-    itself = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), limits=(min(reach), max(reach)))
+    itself = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), limits=limits)
     path = itself.precompensate(reference, dt, start=rest, lead_in=seconds)
     return path[: path.size - reference.size]
 

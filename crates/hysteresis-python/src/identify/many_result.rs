@@ -14,6 +14,9 @@ use crate::convert::pickling::result_methods;
 use crate::model::object::{compiled_if_model, object};
 use crate::stream::actuators::ActuatorArray;
 
+/// So many actuators with red fits are named in a warning.
+const MOST_NAMED: usize = 5;
+
 /// Identified actuators: made by `identify_many`.
 ///
 /// `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator that could
@@ -83,6 +86,24 @@ impl ManyIdentifications {
     fn rows<'py>(&self, py: Python<'py>, values: &[f64]) -> Bound<'py, PyArray2<f64>> {
         let shape = (self.actuators, values.len() / self.actuators);
         Array2::from_shape_vec(shape, values.to_vec()).expect("whole rows").into_pyarray(py)
+    }
+
+    /// Names the fits that an array takes although they are red; None if there are none.
+    fn red_fits(&self) -> Option<String> {
+        let is_red =
+            |actuator: &usize| self.reason_of(*actuator).is_none() && self.verdict_of(*actuator) == Verdict::Red;
+        let red: Vec<usize> = (0..self.actuators).filter(is_red).collect();
+        let codes = |actuator: usize| {
+            let found = self.findings[actuator].iter().filter(|(_, severity, _)| severity == Verdict::Red.name());
+            found.map(|(code, ..)| code.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let named = red.iter().take(MOST_NAMED).map(|actuator| format!("{actuator} ({})", codes(*actuator)));
+        let mut named = named.collect::<Vec<_>>().join(", ");
+        if red.len() > MOST_NAMED {
+            named.push_str(", ...");
+        }
+        let (count, all) = (red.len(), self.actuators);
+        (count > 0).then(|| format!("{count} of {all} actuators have red fits, which are not to be used: {named}"))
     }
 
     fn verdict_of(&self, actuator: usize) -> Verdict {
@@ -226,7 +247,7 @@ result_methods!(ManyIdentifications {
     /// The models as one array of actuators, which runs forward or inverse.
     ///
     /// `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError that names the
-    /// first.
+    /// first. Red fits are taken as they are, and a UserWarning names them.
     #[pyo3(signature = (missing=None))]
     fn actuator_array(&self, py: Python<'_>, missing: Option<&Bound<'_, PyAny>>) -> PyResult<ActuatorArray> {
         if let Some(missing) = missing.filter(|missing| compiled_if_model(missing).is_none()) {
@@ -237,6 +258,9 @@ result_methods!(ManyIdentifications {
             None => self.object(py, actuator),
         };
         let models = (0..self.actuators).map(model).collect::<PyResult<Vec<_>>>()?;
+        if let Some(red) = self.red_fits() {
+            errors::warn(py, &red)?;
+        }
         ActuatorArray::new(PyList::new(py, models)?.as_any())
     }
 
