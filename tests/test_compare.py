@@ -157,13 +157,13 @@ def test_stretches_are_predicted_from_a_fit_to_the_others(model: str) -> None:
     a, b, part = np.concatenate(rows), np.concatenate(target), np.concatenate(stretch)
     expected = []
     for number in range(8):
-        solution = np.linalg.lstsq(a[part != number], b[part != number])[0]
+        solution = np.linalg.lstsq(a[part != number], b[part != number], rcond=None)[0]
         assert solution[2:10].min() > 0.0  # no bound counts
         expected.append(rms((b - a @ solution)[part == number]))
     np.testing.assert_allclose(row.stretches, expected, rtol=1e-7)
     assert row.held_out == pytest.approx(rms(np.array(expected)), rel=1e-7)
     assert row.worst_stretch == max(row.stretches)
-    assert row.fit.rmse == pytest.approx(rms(b - a @ np.linalg.lstsq(a, b)[0]), rel=1e-7)
+    assert row.fit.rmse == pytest.approx(rms(b - a @ np.linalg.lstsq(a, b, rcond=None)[0]), rel=1e-7)
     # 8 weights, 2 output offsets, and the polynomial
     assert row.unknowns == (10 if model == "conventional" else 12)
     for place, (u, y, skip) in enumerate(zip(inputs, outputs, skips, strict=True)):

@@ -54,10 +54,10 @@ def test_without_forgetting_it_is_least_squares(held: float | None) -> None:
     z = regressor(GIVEN, u)
     if held is None:
         # the last column as large as the others, for the condition of the problem
-        weights = np.linalg.lstsq(np.column_stack([z, np.full(u.size, 500.0)]), y)[0]
+        weights = np.linalg.lstsq(np.column_stack([z, np.full(u.size, 500.0)]), y, rcond=None)[0]
         expected, expected_offset = weights[:-1], 500.0 * weights[-1]
     else:
-        expected, expected_offset = np.linalg.lstsq(z, y - held)[0], held
+        expected, expected_offset = np.linalg.lstsq(z, y - held, rcond=None)[0], held
     assert (expected > 0.0).all()  # so the projection changes nothing
     # weights are 3e-4 to 4e-3 um/V; the given ones count as 1e-12 of a sample
     np.testing.assert_allclose(identifier.model.weights, expected, rtol=0, atol=1e-12)

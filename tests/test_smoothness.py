@@ -61,7 +61,7 @@ def test_the_penalised_problem_agrees_with_scipy(weights: Any, smoothness: float
     clean = actuator().forward().run(u)
     a, b = penalised(u, clean, smoothness, split=weights == "split")
     plain = mh.identify(u, clean, smoothness=smoothness, **keywords).model
-    lstsq = np.linalg.lstsq(a, b)[0]
+    lstsq = np.linalg.lstsq(a, b, rcond=None)[0]
     assert lstsq.min() > 0.0
     np.testing.assert_allclose(plain.weights, lstsq[:20], rtol=1e-8)
 

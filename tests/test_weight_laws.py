@@ -93,7 +93,7 @@ def test_inner_problem_agrees_with_scipy() -> None:
     assert found.model.weights.min() == 0.0  # else the bounds were not tried
     # Without noise no bound is met: plain least squares.
     clean = actuator().forward().run(u)
-    plain = np.linalg.lstsq(centred, clean - clean.mean())[0]
+    plain = np.linalg.lstsq(centred, clean - clean.mean(), rcond=None)[0]
     free = mh.identify(u, clean, thresholds=THRESHOLDS, weights="free", **fixed)
     np.testing.assert_allclose(free.model.weights, plain, rtol=1e-8)
 
