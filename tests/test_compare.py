@@ -163,7 +163,8 @@ def test_stretches_are_predicted_from_a_fit_to_the_others(model: str) -> None:
     np.testing.assert_allclose(row.stretches, expected, rtol=1e-7)
     assert row.held_out == pytest.approx(rms(np.array(expected)), rel=1e-7)
     assert row.worst_stretch == max(row.stretches)
-    assert row.fit.rmse == pytest.approx(rms(b - a @ np.linalg.lstsq(a, b, rcond=None)[0]), rel=1e-7)
+    weights = np.linalg.lstsq(a, b, rcond=None)[0]
+    assert row.fit.rmse == pytest.approx(rms(b - a @ weights), rel=1e-7)
     # 8 weights, 2 output offsets, and the polynomial
     assert row.unknowns == (10 if model == "conventional" else 12)
     for place, (u, y, skip) in enumerate(zip(inputs, outputs, skips, strict=True)):
