@@ -157,7 +157,7 @@ def test_units_have_the_platforms_of_fmi(
 def test_the_oldest_versions_are_those_of_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
     versions = module_of_docs(monkeypatch, "lowest_versions")
     lowest = versions.lowest((ROOT / "pyproject.toml").read_text("utf-8"))
-    assert {"numpy==1.24", "click==8.1", "matplotlib==3.8", "scipy==1.10"} <= set(lowest)
+    assert {"numpy==1.24", "click==8.2", "matplotlib==3.8", "scipy==1.12"} <= set(lowest)
     assert not any("mpi_hyst" in one or ">=" in one for one in lowest)
 
 
