@@ -46,7 +46,7 @@ class Table:
     def __init__(self) -> None:
         self.sample = -1
 
-    def step(self, reference: float, measurement: float, /) -> float:  # noqa: ARG002
+    def step(self, reference: float, measurement: float, /) -> float:  # noqa: ARG002 (a controller has it)
         self.sample += 1
         side = -1.0 if self.sample % 20 else 1.0
         return side if self.sample in FAR else 0.9 * reference

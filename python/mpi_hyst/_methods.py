@@ -80,6 +80,7 @@ def _method(function: Callable[..., Any], said: str) -> Callable[..., Any]:
     signature = inspect.signature(function)
     _, *others = signature.parameters.values()
     own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    # `inspect` and help() read it; the type of a function does not have it.
     call.__signature__ = signature.replace(parameters=[own, *others])  # type: ignore[attr-defined]
     call.__doc__ = said
     return call
