@@ -254,3 +254,12 @@ fn a_file_keeps_numbers_that_are_not_finite() {
     assert_ne!(older, text);
     assert_eq!(Stage::from_json(&older).unwrap().parts().identified.clone().unwrap().warnings[0].severity, "amber");
 }
+
+/// The samples of a dead time are more than can be counted.
+#[test]
+fn an_interval_that_is_too_short_for_a_preview_is_refused() {
+    for dt in [1e-12, 1e-30, 1e-90] {
+        let refused = lightly_damped().preview_ahead(dt).unwrap_err().to_string();
+        assert!(refused.starts_with("dead_time: expected at most"), "{dt}: {refused}");
+    }
+}

@@ -306,6 +306,27 @@ fn a_smoothed_preview_is_that_of_a_smoothed_reference() {
     assert!(refused(&[f64::NAN]).starts_with("kernel[0]: expected a finite"));
 }
 
+/// Weights that sum to one but for rounding take a reference beyond the largest that a controller accepts.
+#[test]
+fn a_state_holds_a_smoothed_reference_at_the_bound() {
+    let options = ControllerOptions::new(0.0, 0.0, DT, LIMITS);
+    let mut beyond = 0;
+    for size in (3_u32..100).step_by(2) {
+        let kernel = vec![1.0 / f64::from(size); size as usize];
+        let preview = Preview::new(&[1.0], 0).unwrap().smoothed(&kernel).unwrap();
+        let fresh = HybridController::new(FeedForward::None, Some(preview), &options).unwrap();
+        let mut controller = fresh.clone();
+        for _ in 0..2 * size {
+            controller.step(Command { target: Some(0.0), ..1e100.into() }, 0.0);
+        }
+        beyond += u32::from(controller.terms().reference > 1e100);
+        let mut restored = fresh;
+        restored.set_state(&controller.state()).unwrap();
+        assert_eq!(restored.state(), controller.state());
+    }
+    assert!(beyond > 0, "no kernel of the test rounds upwards");
+}
+
 #[test]
 fn asymmetric_limits_and_slew_are_kept_and_counted() {
     let options = ControllerOptions {

@@ -106,9 +106,9 @@ impl Stage {
     pub fn preview_ahead(&self, dt: f64) -> Result<usize, Error> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
         let passed = (self.causal_dead_time()? / dt).ceil() as usize;
-        let mut best = (f64::INFINITY, passed + 4);
+        let mut best = (f64::INFINITY, passed.saturating_add(4));
         for more in (2..=8).map(|power| 1_usize << power) {
-            let ahead = passed + more;
+            let ahead = passed.saturating_add(more);
             let window = match self.preview(dt, &PreviewOptions::new(ahead)) {
                 Ok(window) => window,
                 // A dead time so long that no window reaches it is for the first one to name.

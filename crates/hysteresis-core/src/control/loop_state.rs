@@ -143,12 +143,11 @@ impl LoopState {
         let Terms { proportional, integral, bumpless, unlimited_drive, .. } = self.terms;
         filters.check(&self.filter)?;
         check_drive("state.feedback_loop.terms.drive", None, self.terms.drive, limits)?;
-        check_finite("state.feedback_loop.terms.reference", None, reference)?;
         check_finite("state.feedback_loop.terms.target", None, target)?;
         check_finite("state.feedback_loop.last_measurement", None, self.last_measurement.unwrap_or(0.0))?;
-        let terms =
-            [error, filtered_error, feedforward, proportional, integral, bumpless, unlimited_drive, self.integral];
-        check_terms(&terms)?;
+        // A smoothed reference may lie beyond those that it is made of, by rounding.
+        check_terms(&[reference, error, filtered_error, feedforward])?;
+        check_terms(&[proportional, integral, bumpless, unlimited_drive, self.integral])?;
         if !matches!(self.resumes, Mode::Run | Mode::Feedforward)
             || ![self.resumes, Mode::Hold, Mode::Stop].contains(&self.mode)
         {
