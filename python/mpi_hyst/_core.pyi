@@ -1349,6 +1349,7 @@ class Identification:
         names: Sequence[str] | None = None,
         units: _Units = None,
         beside: Identification | None = None,
+        validate: _HeldOut | Sequence[_HeldOut] | None = None,
     ) -> None:
         """Write a report as one HTML file: `mpi_hyst.reports.identification`, which has the arguments."""
     def _repr_html_(self) -> str: ...
