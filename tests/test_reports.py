@@ -76,8 +76,12 @@ def test_records_that_were_held_out_are_shown(tmp_path: Path) -> None:
             found.report(of_python, *fit, validate=wrong)
     with pytest.raises(TypeError, match=r"^validate: expected None without the records u and y"):
         found.report(of_python, validate=held_out)
+    no_pair: list[Any] = [held_out[0]]
     with pytest.raises(TypeError, match=r"^validate\[0\]: expected \(u, y\) or \(u, y, skip\)"):
-        found.report(of_python, *fit, validate=[held_out[0]])
+        found.report(of_python, *fit, validate=no_pair)
+    no_list: Any = 3
+    with pytest.raises(TypeError, match=r"^validate: expected \(u, y\), .* got 3$"):
+        found.report(of_python, *fit, validate=no_list)
 
 
 def test_a_report_says_how_it_was_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

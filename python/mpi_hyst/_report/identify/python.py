@@ -49,7 +49,10 @@ def _held_out(found: mh.results.Identification, validate: Any) -> list[Record]:
     """Check the records that were held out against the result."""
     if validate is None:
         return []
-    given = [validate] if isinstance(validate, tuple) else list(validate)
+    if not isinstance(validate, tuple | list):
+        expected = "expected (u, y), (u, y, skip) or a list of these"
+        raise TypeError(f"validate: {expected}, got {validate!r}")
+    given = [validate] if isinstance(validate, tuple) else validate
     count = len(found.validation_records)
     if len(given) != count:
         raise ValueError(
