@@ -77,8 +77,9 @@ def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, 
         found["drive"], found["position"] = pair
     elif len(left) == 1:
         (name,) = left
-        if quantities[name].suffix not in _UNITS["drive"]:
-            found["trajectory"] = Guess(name, _named("position", quantities[name])[0])
+        why, score = _named("position", quantities[name])
+        if score >= _named("drive", quantities[name])[1]:
+            found["trajectory"] = Guess(name, why)
     return found
 
 
