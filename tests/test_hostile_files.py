@@ -11,7 +11,16 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from commands import HEADER, assert_refused, column, names_in, record_rows, run, write_csv
+from commands import (
+    HEADER,
+    actuator,
+    assert_refused,
+    column,
+    names_in,
+    record_rows,
+    run,
+    write_csv,
+)
 from test_report import parsed, words
 
 posix = pytest.mark.skipif(os.name == "nt", reason="devices, and names that are not UTF-8")
@@ -88,15 +97,27 @@ def test_a_column_that_nobody_can_read_is_not_written(there: Path, name: str) ->
     assert_refused(result, there, before, "--column: expected a printable name")
 
 
-@pytest.mark.parametrize("role", ["target", "time"])
-def test_precompensate_loses_no_column(there: Path, role: str) -> None:
-    taken = "drive"
-    header = f"time_s,{taken}" if role == "target" else f"{taken},target_um"
-    write_csv(there / "named.csv", header, [[k / 100, 0.01 * k] for k in range(50)])
+@pytest.mark.parametrize("command", ["precompensate", "simulate"])
+@pytest.mark.parametrize("taken", ["drive_v", "reference_um"])
+def test_a_time_that_is_called_as_another_column_is_kept(
+    there: Path, command: str, taken: str
+) -> None:
+    rows = [[k / 100, 0.01 * k] for k in range(50)]
+    write_csv(there / "named.csv", f"{taken},target", rows)
+    options = ["--time", taken, "--limits", "-500,500", "-o", "out.csv"]
+    result = run(command, "stage.json", "named.csv", *options)
+    assert result.exit_code == 0, result.output
+    np.testing.assert_array_equal(column(there / "out.csv", "time_s"), [row[0] for row in rows])
+    assert column(there / "out.csv", "drive_v").size == 50
+
+
+@pytest.mark.parametrize("taken", ["drive", "Drive (V)"])
+def test_a_drive_is_no_trajectory(there: Path, taken: str) -> None:
+    mh.Stage(actuator(), units=("", "")).save(there / "stage.json")
+    write_csv(there / "named.csv", f"time_s,{taken}", [[k / 100, 0.01 * k] for k in range(50)])
     before = names_in(there)
-    options = ["--time", taken] if role == "time" else []
-    result = run("precompensate", "stage.json", "named.csv", "-o", "out.csv", *options)
-    assert_refused(result, there, before, "named.csv: expected other columns than", taken)
+    result = run("precompensate", "stage.json", "named.csv", "-o", "out.csv")
+    assert_refused(result, there, before, "expected the column of a trajectory, got", taken)
 
 
 @posix
@@ -112,7 +133,7 @@ def test_a_pipe_is_read_once(there: Path, command: str) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert column(there / "out.csv", "drive").size == 300
+    assert column(there / "out.csv", "drive_v").size == 300
 
 
 @posix

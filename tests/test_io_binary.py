@@ -324,7 +324,7 @@ def test_commands_read_every_format(there: Path) -> None:
     assert result.exit_code == 0, result.output
     assert "note: target.txt: time column Zeit is converted from ms to seconds" in result.stderr
     written = (there / "run.csv").read_text("utf-8").splitlines()[0]
-    assert written.startswith("Zeit,") and "measured_um" in written
+    assert written.startswith("time_ms,") and "measured_um" in written
 
 
 def test_records_in_other_units_are_refused(there: Path) -> None:

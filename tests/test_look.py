@@ -144,6 +144,20 @@ def test_a_file_without_a_pair_has_no_command(there: Path) -> None:
     assert (there / "lonely.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("clock", ["time_s", None])
+def test_one_column_may_be_a_trajectory(there: Path, clock: str | None) -> None:
+    mh.paper.plant("A1").stage.save(there / "stage.json")
+    target = 1.0 - np.cos(2.0 * np.pi * 5.0 * np.asarray(SECONDS))
+    columns, names = ([SECONDS, target], "time_s,target_um") if clock else ([target], "target_um")
+    table(there / "target.csv", names, columns)
+    said = run("look", "target.csv").stdout
+    assert "target_um alone may be a trajectory" in said
+    words = suggested(said)
+    words = [str(RATE) if word == "HZ" else word for word in words]
+    assert run(*words).exit_code == 0
+    assert (there / "drive.csv").exists()
+
+
 def test_settings_are_listed_but_not_read(there: Path) -> None:
     np.savez(there / "record.npz", u=DRIVE, pos=POSITION, gains=np.ones(3), note=np.array("x"))
     said = run("look", "record.npz").stdout

@@ -47,6 +47,43 @@ def test_a_report_from_python_is_that_of_the_command_line(tmp_path: Path) -> Non
         assert len(pictures[0]) == len(pictures[1])
 
 
+def test_records_that_were_held_out_are_shown(tmp_path: Path) -> None:
+    paths = [
+        write_csv(tmp_path / f"{volts}.csv", HEADER, record_rows(volts)) for volts in (400.0, 300.0)
+    ]
+    of_command, of_python = tmp_path / "command.html", tmp_path / "python.html"
+    fixed = ["--operators", "6", "--dead-time", "0", "--validate", str(paths[1])]
+    run("identify", str(paths[0]), *COLUMNS, *fixed, "--report", str(of_command))
+    fit, held_out = ((column(path, "drive_v"), column(path, "position_um")) for path in paths)
+    options: dict[str, Any] = {"dt": 1.0 / RATE, "operators": 6, "dead_time": 0.0}
+    found, other = (
+        mh.identify(*fit, validate=(*held_out, 0), model=kind, **options)
+        for kind in ("modified", "conventional")
+    )
+    shown: dict[str, Any] = {"names": ["400.0.csv"], "units": ("V", "um"), "beside": other}
+    found.report(of_python, *fit, **shown, validate=held_out)
+    command, python = parsed(of_command), parsed(of_python)
+    its = {one.get("id"): one for one in command.iter("section")}
+    mine = {one.get("id"): one for one in python.iter("section")}
+    assert mine.keys() == its.keys()
+    for name in ("errors", "residuals"):
+        expected = words(its[name]).replace("300.0.csv", "validation record 1")
+        assert words(mine[name]) == expected
+    assert "Validation errors" in words(mine["errors"])
+    for wrong in ([held_out] * 2, []):
+        said = rf"^validate: expected the 1 records that were held out, got {len(wrong)}$"
+        with pytest.raises(ValueError, match=said):
+            found.report(of_python, *fit, validate=wrong)
+    with pytest.raises(TypeError, match=r"^validate: expected None without the records u and y"):
+        found.report(of_python, validate=held_out)
+    no_pair: list[Any] = [held_out[0]]
+    with pytest.raises(TypeError, match=r"^validate\[0\]: expected \(u, y\) or \(u, y, skip\)"):
+        found.report(of_python, *fit, validate=no_pair)
+    no_list: Any = 3
+    with pytest.raises(TypeError, match=r"^validate: expected \(u, y\), .* got 3$"):
+        found.report(of_python, *fit, validate=no_list)
+
+
 def test_a_report_says_how_it_was_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     write_csv(tmp_path / "my record.csv", HEADER, record_rows())

@@ -1349,6 +1349,7 @@ class Identification:
         names: Sequence[str] | None = None,
         units: _Units = None,
         beside: Identification | None = None,
+        validate: _Counted | Sequence[_Counted] | None = None,
     ) -> None:
         """Write a report as one HTML file: `mpi_hyst.reports.identification`, which has the arguments."""
     def _repr_html_(self) -> str: ...
@@ -2494,7 +2495,8 @@ class HybridController:
     @state.setter
     def state(self, state: dict[str, Any] | bytes) -> None: ...
 
-_HeldOut: TypeAlias = tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, int | str]
+_Counted: TypeAlias = tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, int]
+_HeldOut: TypeAlias = _Counted | tuple[ArrayLike, ArrayLike, str]
 
 _Records: TypeAlias = ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]]
 _Samples: TypeAlias = int | str

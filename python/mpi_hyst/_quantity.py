@@ -39,6 +39,12 @@ def known_unit(text: str) -> str:
     return _UNITS.get(bare, _WORDS.get(bare, ""))
 
 
+def with_unit(name: str, unit: str) -> str:
+    """Return the name of a column that says its unit: drive_v for V. An unknown one is left out."""
+    known = known_unit(unit)
+    return f"{name}_{known.lower()}" if known else name
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A quantity by the name of its column: `displacement_um` is a displacement in µm.

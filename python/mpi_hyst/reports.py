@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy.typing as npt
 
@@ -17,6 +18,8 @@ from mpi_hyst._core import Identification, Run
 from mpi_hyst.plot._arguments import Units, drawing, expect, interval, quantities
 
 __all__ = ["identification", "run"]
+
+_HeldOut: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike, int]
 
 
 def identification(
@@ -29,6 +32,7 @@ def identification(
     names: Sequence[str] | None = None,
     units: Units = None,
     beside: Identification | None = None,
+    validate: _HeldOut | Sequence[_HeldOut] | None = None,
 ) -> None:
     """Write the report of an identification.
 
@@ -52,6 +56,8 @@ def identification(
         Of drive and position.
     beside : results.Identification, optional
         Another model, fitted to the same records, to show beside it.
+    validate : (u, y), (u, y, skip) or a list of these, optional
+        The records that `identify` was given to predict, for their errors and residuals.
 
     Raises
     ------
@@ -79,10 +85,12 @@ def identification(
     expect("found", found, (Identification,))
     if beside is not None:
         expect("beside", beside, (Identification,))
+    if validate is not None and u is None:
+        raise TypeError("validate: expected None without the records u and y that were fitted")
     place, named = _place(path), quantities(units)
     with drawing("a report"):
         from mpi_hyst._report.identify import python as page
-    records = page.records(found, u, y, skip, names)
+    records = page.records(found, u, y, skip, names, validate)
     _write(place, page.report(found, records, named, beside))
 
 

@@ -61,7 +61,7 @@ class Guess:
 
 
 def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, Guess]:
-    """Return the guesses by "time", "drive" and "position", those of which there is a column."""
+    """Return the guesses by "time", "drive" and "position", or by "trajectory" of one alone."""
     quantities = {name: Quantity(name, units.get(name, "")) for name in values}
     found = {}
     clock = _time(values, quantities)
@@ -75,6 +75,11 @@ def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, 
     pair = _pair(left, quantities)
     if pair is not None:
         found["drive"], found["position"] = pair
+    elif len(left) == 1:
+        (name,) = left
+        why, score = _named("position", quantities[name])
+        if score >= _named("drive", quantities[name])[1]:
+            found["trajectory"] = Guess(name, why)
     return found
 
 

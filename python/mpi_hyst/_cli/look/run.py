@@ -161,7 +161,7 @@ def _next(request: Request, record: Record) -> str:
     """Return hints, and the command to run next."""
     if "drive" not in record.guesses:
         what = "identify needs a drive and a position: two columns of numbers that vary"
-        return f"no command to suggest: {what}"
+        return _trajectory(request, record) or f"no command to suggest: {what}"
     drive, position = (record.guesses[role].column for role in ("drive", "position"))
     words = ["mpi-hyst", "identify", _shown(request.data), "--input", drive, "--output", position]
     words += _time_option(record)
@@ -169,6 +169,19 @@ def _next(request: Request, record: Record) -> str:
     command = shlex.join([*words, "-o", "stage.json"])
     hints = [f"note: {hint}" for hint in _hints(record)]
     return "\n".join([*hints, "run next:", f"  {command}"])
+
+
+def _trajectory(request: Request, record: Record) -> str:
+    """Return what to run if the file may hold a trajectory; nothing if it may not."""
+    if "trajectory" not in record.guesses:
+        return ""
+    column = record.guesses["trajectory"].column
+    words = ["mpi-hyst", "precompensate", "stage.json", _shown(request.data), "--column", column]
+    words += _time_option(record)
+    # Only a person knows the rate.
+    rate = " --rate HZ" if record.sampling is None else ""
+    hint = f"{column} alone may be a trajectory; with the stage that identify wrote, run next:"
+    return f"{hint}\n  {shlex.join([*words, '-o', 'drive.csv'])}{rate}"
 
 
 def _shown(path: Path) -> str:

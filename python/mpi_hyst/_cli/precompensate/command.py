@@ -14,7 +14,13 @@ from mpi_hyst._cli.terminal import say
 @options(
     click.argument("stage_path", metavar="STAGE.json", type=FILE),
     click.argument("trajectory", metavar="TRAJECTORY.csv", type=FILE),
-    click.option("-o", "drive_path", required=True, type=FILE, help="Drive to write (CSV)."),
+    click.option(
+        "-o",
+        "drive_path",
+        required=True,
+        type=FILE,
+        help="Drive to write (CSV), with columns such as time_s and drive_v.",
+    ),
     reference("trajectory"),
     limits("those of the stage"),
     click.option(

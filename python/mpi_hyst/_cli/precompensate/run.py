@@ -18,13 +18,12 @@ from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, is_static, load_stage, name_options
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
-from mpi_hyst._quantity import Quantity
+from mpi_hyst._quantity import Quantity, with_unit
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import digits, in_unit, text_pairs
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
-_DRIVE = "drive"
 _MAX_MISS = 5e-3
 """Share of the range of a trajectory by which the stage itself may miss it without a warning."""
 
@@ -59,24 +58,25 @@ def run(request: Request) -> str:
     check_outputs([request.drive_path], [request.stage_path, request.trajectory])
     stage = load_stage(request.stage_path, request.stage)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
-    _check_names(columns, column)
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
+    _refuse_drive(columns, quantity)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
-    times = lead_in.times(columns, drive.size, dt)
-    table = {_DRIVE: drive} if times is None else {str(columns.time_column): times, _DRIVE: drive}
+    table = {with_unit("drive", stage.units[0]): drive}
+    if columns.time_column is not None or request.rate is not None:
+        time, times = lead_in.clock(columns, drive.size, drive.size - residual.size, dt)
+        table = {time: times, **table}
     write_outputs([Output.of(request.drive_path, write_table(table))])
     summary = _summary(request, stage, quantity, drive, residual)
     return "\n".join([summary, *notes])
 
 
-def _check_names(columns: Columns, column: str) -> None:
-    """Refuse a column that has the name of the one that is written."""
-    if _DRIVE in (columns.time_column, column):
+def _refuse_drive(columns: Columns, quantity: Quantity) -> None:
+    """Refuse a drive, as this command writes it, in place of a trajectory."""
+    if quantity.name.lower() == "drive":
         raise CommandError(
-            f"{columns.source}: expected other columns than {_DRIVE}, which is written, "
-            f"got {_DRIVE}"
+            f"{columns.source}: expected the column of a trajectory, got {quantity.column}"
         )
 
 

@@ -19,7 +19,7 @@ from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
-from mpi_hyst._quantity import Stated
+from mpi_hyst._quantity import Stated, with_unit
 from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
@@ -66,10 +66,11 @@ def run(request: Request) -> str:
     if request.report_path is not None:
         require_report_packages("--report")
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
-    simulation = simulate(columns, column, request)
+    stage = load_stage(request.stage_path, request.stage)
+    simulation = simulate(columns, column, stage, request)
     outputs = []
     if request.result_path is not None:
-        table = write_table(_table(columns, simulation, request))
+        table = write_table(_table(columns, simulation, stage))
         outputs.append(Output.of(request.result_path, table))
     if request.report_path is not None:
         from mpi_hyst._report.simulate.page import report
@@ -98,9 +99,8 @@ def _provenance(request: Request) -> provenance.Provenance:
     return provenance.rows(command_line(), map(provenance.of_file, data), stage)
 
 
-def simulate(columns: Columns, column: str, request: Request) -> Simulation:
+def simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) -> Simulation:
     """Simulate the closed loop."""
-    stage = load_stage(request.stage_path, request.stage)
     check_unit(str(request.trajectory), columns.quantity(column), stage)
     other = stage if request.plant_path is None else _other(request.plant_path, stage)
     dt = sampling_interval(columns, request.rate)
@@ -206,18 +206,15 @@ def _name_options(error: Exception, request: Request) -> str:
     return name_options(error, others)
 
 
-def _table(columns: Columns, simulation: Simulation, request: Request) -> dict[str, Samples]:
-    unit = f"_{simulation.quantity.suffix}" if simulation.quantity.suffix else ""
-    run, time = simulation.whole, columns.time_column
-    times = lead_in.times(columns, len(run), simulation.dt)
-    table = [
-        (time or "time_s", simulation.seconds if times is None else times),
-        (f"reference{unit}", run.reference),
-        ("drive", run.drive),
-        (f"measured{unit}", run.measured),
-        (f"position{unit}", run.position),
-    ]
-    names = [name for name, _ in table]
-    if len(set(names)) < len(names):
-        raise CommandError(f"{request.trajectory}: expected other columns than {', '.join(names)}")
-    return dict(table)
+def _table(columns: Columns, simulation: Simulation, stage: mh.Stage) -> dict[str, Samples]:
+    run, before = simulation.whole, simulation.lead_in_samples
+    # A column without a unit is taken to be in that of the stage.
+    drive_unit, unit = stage.units[0], simulation.quantity.suffix or stage.units[1]
+    time, times = lead_in.clock(columns, len(run), before, simulation.dt)
+    return {
+        time: times,
+        with_unit("reference", unit): run.reference,
+        with_unit("drive", drive_unit): run.drive,
+        with_unit("measured", unit): run.measured,
+        with_unit("position", unit): run.position,
+    }

@@ -22,6 +22,7 @@ def records(
     y: npt.ArrayLike | None,
     skip: int | Sequence[int],
     names: Sequence[str] | None,
+    validate: Any,
 ) -> Records:
     """Check the records against the result, and put them in order."""
     count = len(found.records)
@@ -36,12 +37,37 @@ def records(
             raise TypeError(f"names[{i}]: expected a text, got {name!r}")
     intervals: list[float | None] = list(found.dt) or [None] * count
     made = [
-        _record(name, *pair, dt, _leading(i, leading, pair[0]))
+        _record(name, *pair, dt, _leading(f"skip[{i}]", leading, pair[0]))
         for i, (name, pair, dt, leading) in enumerate(
             zip(named, pairs, intervals, skips, strict=True)
         )
     ]
-    return Records(made, [], ends=False)
+    return Records(made, _held_out(found, validate), ends=False)
+
+
+def _held_out(found: mh.results.Identification, validate: Any) -> list[Record]:
+    """Check the records that were held out against the result."""
+    if validate is None:
+        return []
+    if not isinstance(validate, tuple | list):
+        expected = "expected (u, y), (u, y, skip) or a list of these"
+        raise TypeError(f"validate: {expected}, got {validate!r}")
+    given = [validate] if isinstance(validate, tuple) else validate
+    count = len(found.validation_records)
+    if len(given) != count:
+        raise ValueError(
+            f"validate: expected the {count} records that were held out, got {len(given)}"
+        )
+    dt = found.dt[0] if found.dt else None
+    made = []
+    for i, one in enumerate(given):
+        if not isinstance(one, tuple | list) or len(one) not in (2, 3):
+            raise TypeError(f"validate[{i}]: expected (u, y) or (u, y, skip), got {one!r}")
+        name = f"validation record {i + 1}"
+        pair = _pair(f"validate[{i}][0]", f"validate[{i}][1]", one[0], one[1])
+        skip = _leading(f"validate[{i}][2]", one[2] if len(one) == 3 else 0, pair[0])
+        made.append(_record(name, *pair, dt, skip))
+    return made
 
 
 def report(
@@ -55,7 +81,8 @@ def report(
     data = []
     if given.known:
         left_out = loops_left_out(given, found)
-        data = [(f"{one.name}, u and y as float64", one.sha256) for one in given.fitted]
+        every = [*given.fitted, *given.held_out]
+        data = [(f"{one.name}, u and y as float64", one.sha256) for one in every]
     stage = provenance.of_stage(found.stage)
     made = provenance.rows("mpi_hyst.reports.identification in Python", data, stage)
     return page.report(Task(given, *quantities), found, beside, left_out, provenance=made)
@@ -74,11 +101,16 @@ def _pairs(u: Any, y: npt.ArrayLike | None, count: int) -> list[tuple[Samples, S
     for i, pair in enumerate(given):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
             raise TypeError(f"u[{i}]: expected a pair (u, y), got {pair!r}")
-        pairs.append((_samples(f"u[{i}]", pair[0]), _samples(f"y[{i}]", pair[1])))
-        if pairs[i][0].size != pairs[i][1].size:
-            sizes = f"{pairs[i][0].size} and {pairs[i][1].size}"
-            raise ValueError(f"y[{i}]: expected as many samples as u has, got {sizes}")
+        pairs.append(_pair(f"u[{i}]", f"y[{i}]", *pair))
     return pairs
+
+
+def _pair(u_name: str, y_name: str, u: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Samples, Samples]:
+    pair = _samples(u_name, u), _samples(y_name, y)
+    if pair[0].size != pair[1].size:
+        sizes = f"{pair[0].size} and {pair[1].size}"
+        raise ValueError(f"{y_name}: expected as many samples as u has, got {sizes}")
+    return pair
 
 
 def _samples(name: str, values: npt.ArrayLike) -> Samples:
@@ -88,11 +120,11 @@ def _samples(name: str, values: npt.ArrayLike) -> Samples:
     return made
 
 
-def _leading(i: int, skip: object, u: Samples) -> int:
+def _leading(name: str, skip: object, u: Samples) -> int:
     if isinstance(skip, bool) or not isinstance(skip, int):
-        raise TypeError(f"skip[{i}]: expected a number of samples, got {skip!r}")
+        raise TypeError(f"{name}: expected a number of samples, got {skip!r}")
     if skip < 0 or (u.size and skip > u.size - 2):
-        raise ValueError(f"skip[{i}]: expected 0 to {u.size - 2}, got {skip}")
+        raise ValueError(f"{name}: expected 0 to {u.size - 2}, got {skip}")
     return skip
 
 
