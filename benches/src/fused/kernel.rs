@@ -2,7 +2,7 @@
 
 use std::array;
 
-use hysteresis_core::ModifiedPrandtlIshlinskii;
+use hysteresis_core::{CoupledPlay, ModifiedPrandtlIshlinskii, Offsets};
 
 /// As many operators as an instruction takes at once: outputs, thresholds and weights.
 #[derive(Clone, Copy, Debug)]
@@ -20,18 +20,18 @@ pub(super) struct Block<V> {
 /// # Panics
 /// If the model has offsets, or weights of their own below zero: the loop has neither.
 pub(super) fn blocks<const LANES: usize>(model: &ModifiedPrandtlIshlinskii) -> Vec<Block<[f64; LANES]>> {
-    assert!(!model.is_split() && model.offsets() == Default::default(), "one weight for each operator, no offsets");
+    assert!(!model.is_split() && model.offsets() == Offsets::default(), "one weight for each operator, no offsets");
     let operators: Vec<_> = model.operators().iter().zip(model.weights()).collect();
-    let block = |chunk: &[(&hysteresis_core::CoupledPlay, &f64)]| {
-        let threshold = |of: fn(&hysteresis_core::CoupledPlay) -> f64| {
+    let block = |chunk: &[(&CoupledPlay, &f64)]| {
+        let threshold = |of: fn(&CoupledPlay) -> f64| {
             array::from_fn(|lane| chunk.get(lane).map_or(f64::INFINITY, |(operator, _)| of(operator)))
         };
         Block {
             z: [0.0; LANES],
-            r: threshold(|operator| operator.r()),
-            ra: threshold(|operator| operator.ra()),
-            rb: threshold(|operator| operator.rb()),
-            rc: threshold(|operator| operator.rc()),
+            r: threshold(CoupledPlay::r),
+            ra: threshold(CoupledPlay::ra),
+            rb: threshold(CoupledPlay::rb),
+            rc: threshold(CoupledPlay::rc),
             w: array::from_fn(|lane| chunk.get(lane).map_or(0.0, |(_, weight)| **weight)),
         }
     };

@@ -172,7 +172,7 @@ mod tests {
     fn the_outputs_are_those_of_the_plain_loop_on_every_signal() {
         for operators in OPERATORS.into_iter().chain([2, 3, 7, 13]) {
             let model = actuator(operators);
-            let thin = (operators as usize / 20).max(1);
+            let thin = (operators as usize / 20) | 1; // odd: even steps meet the triangle at its zeros
             for signal in Signal::ALL {
                 let drive: Vec<f64> = signal.samples(1).into_iter().step_by(thin).collect();
                 let mut plain = plain_loop(&CompiledModel::new(&model));
