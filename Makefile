@@ -26,7 +26,7 @@ GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.
 RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-instructions bench-latency \
+.PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
@@ -134,6 +134,14 @@ bench-time: | $(MEASURED)
 	@echo "timing, about three minutes"
 	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt 2>&1 || \
 		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+
+# Of step and run with 20 operators on the sine, the sine with noise and white noise.
+QUICK := ^(sine|noisy-sine|white)/.*-(step|run)/20$$
+bench-quick: | $(MEASURED) ## time per sample of 20 operators alone, beside the loops, in less than a minute
+	rm -rf target/criterion
+	@cargo bench --quiet -p hysteresis-bench --bench time -- '$(QUICK)' > $(MEASURED)/time.txt 2>&1 || \
+		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+	@$(REPORT) times
 
 bench-latency: | $(MEASURED)
 	cargo run --quiet --release -p hysteresis-bench --bin bench-latency

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-YARDSTICKS = {"step": ("math.sqrt", "empty Python method"), "array": ("numba",)}
-LOOPS = ("numba", "numba, two passes", "numpy")
+YARDSTICKS = {"step": ("math.sqrt", "empty Python method"), "array": ("numba", "numba, vectorised")}
+LOOPS = ("numba", "numba, vectorised", "numpy")
 
 Times = dict[tuple[str, int, str], float]
 """Nanoseconds by signal, number of operators and case."""
@@ -25,6 +25,12 @@ def nanoseconds(benches: list[dict[str, Any]], face: str) -> Times:
         for info, least in infos
         if info["face"] == face
     }
+
+
+def instructions(benches: list[dict[str, Any]]) -> str:
+    """The instruction set of the numba loops."""
+    infos = (bench["extra_info"] for bench in benches)
+    return next(info["instructions"] for info in infos if info["face"] == "run")
 
 
 def number(value: float) -> str:
@@ -67,6 +73,7 @@ def main() -> None:
         call_table("one call", step, YARDSTICKS["step"]),
         call_table("per actuator", array, YARDSTICKS["array"]),
         run_table(run),
+        [f"numba compiled for {instructions(benches)}, with fastmath and parallel off."],
     ]
     sys.stdout.write("\n\n".join("\n".join(lines) for lines in tables) + "\n")
 

@@ -6,7 +6,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
-from yardsticks import LOOPS, Array, Parameters, numba_array, same
+from yardsticks import ARRAY_LOOPS, LOOPS, Array, Parameters, instructions, same
 
 OPERATORS = 20
 ACTUATORS = 1000
@@ -29,6 +29,7 @@ POSITIONS = ARRAY.forward().run(DRIVES)
 def describe(benchmark: BenchmarkFixture, case: str) -> None:
     benchmark.group = f"array of {ACTUATORS}, n = {OPERATORS}, {ROWS} instants"
     benchmark.extra_info.update(face="array", case=case, n=OPERATORS, samples=DRIVES.size)
+    benchmark.extra_info.update(instructions=instructions())
 
 
 @pytest.mark.parametrize("case", ["forward.step", "inverse.step"])
@@ -61,15 +62,16 @@ def test_run(benchmark: BenchmarkFixture, threads: int) -> None:
     assert same(out, POSITIONS)
 
 
-def test_numba(benchmark: BenchmarkFixture) -> None:
-    describe(benchmark, "numba")
+@pytest.mark.parametrize("loop", ARRAY_LOOPS)
+def test_loop(benchmark: BenchmarkFixture, loop: str) -> None:
+    describe(benchmark, loop)
     p, out = PARAMETERS, np.empty_like(DRIVES)
     z = np.zeros((ACTUATORS, OPERATORS))
 
     def steps() -> None:
         z[:] = 0.0
         for row, result in zip(DRIVES, out, strict=True):
-            numba_array(row, p.weights, p.r, p.ra, p.rb, p.rc, z, result)
+            ARRAY_LOOPS[loop](row, p.weights, p.r, p.ra, p.rb, p.rc, z, result)
 
     steps()  # compiled before it is timed
     assert same(out, POSITIONS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
-from yardsticks import LOOPS, OPERATORS, SAMPLES, SIGNALS, Array, Parameters, same
+from yardsticks import LOOPS, OPERATORS, SAMPLES, SIGNALS, Array, Parameters, instructions, same
 
 EVERY_SIGNAL = pytest.mark.parametrize("signal", SIGNALS)
 EVERY_SIZE = pytest.mark.parametrize("n", OPERATORS)
@@ -14,6 +14,7 @@ EVERY_SIZE = pytest.mark.parametrize("n", OPERATORS)
 def describe(benchmark: BenchmarkFixture, case: str, n: int, signal: str) -> None:
     benchmark.group = f"run, {SAMPLES} samples, n = {n}, {signal}"
     benchmark.extra_info.update(face="run", case=case, n=n, signal=signal, samples=SAMPLES)
+    benchmark.extra_info.update(instructions=instructions())
 
 
 def made(n: int, signal: str) -> tuple[Parameters, Array, Array]:

@@ -1,12 +1,15 @@
 """What the benches have in common: actuator, signals, and the loops without this package.
 
-Both loops evaluate all coupled plays for every sample, equation (5), from rest.
+All loops evaluate all coupled plays for every sample, equation (5), from rest. numba compiles for
+the processor it runs on, with fastmath and parallel off.
 """
 
 from __future__ import annotations
 
+import platform
 from dataclasses import dataclass
 
+import llvmlite.binding
 import mpi_hyst as mh
 import numba
 import numpy as np
@@ -56,7 +59,7 @@ SIGNALS = _signals()
 """Drives in V, sampled at 10 kHz."""
 
 
-@numba.njit
+@numba.njit(fastmath=False, parallel=False)
 def numba_loop(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
 ) -> None:
@@ -72,24 +75,63 @@ def numba_loop(
         y[k] = total
 
 
-@numba.njit
-def numba_two_passes(
+@numba.njit(fastmath=False, parallel=False)
+def larger(a: float, b: float) -> float:
+    """One instruction, which `max` is not because of NaN."""
+    return a if a > b else b
+
+
+@numba.njit(fastmath=False, parallel=False)
+def smaller(a: float, b: float) -> float:
+    """One instruction, which `min` is not because of NaN."""
+    return a if a < b else b
+
+
+@numba.njit(fastmath=False, parallel=False, inline="always")
+def vectorised_sample(
+    x: float, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, product: Array
+) -> float:
+    """The sum of one sample, of as many operators as z has room for.
+
+    Without fastmath a sum keeps its order, and its loop is not vectorised. So the loop over
+    operators writes products, and four sums side by side add them. There is a multiple of four.
+    """
+    for i in range(z.size):
+        low = larger(x - r[i], smaller(0.0, x - rc[i]))
+        high = smaller(x + ra[i], larger(0.0, x + rb[i]))
+        z[i] = larger(low, smaller(high, z[i]))
+        product[i] = weights[i] * z[i]
+    a = b = c = d = 0.0
+    for i in range(0, z.size, 4):
+        a += product[i]
+        b += product[i + 1]
+        c += product[i + 2]
+        d += product[i + 3]
+    return (a + c) + (b + d)
+
+
+@numba.njit(fastmath=False, parallel=False)
+def filled(values: Array, filler: float) -> Array:
+    """The values, and as many fillers as make a multiple of four of them."""
+    result = np.full(-(-values.size // 4) * 4, filler)
+    result[: values.size] = values
+    return result
+
+
+@numba.njit(fastmath=False, parallel=False)
+def numba_vectorised(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
 ) -> None:
-    """The same with the sum in a loop of its own, so that the compiler can vectorise the first."""
-    z = np.zeros(weights.size)
+    """The loop over samples with one over operators that the compiler vectorises."""
+    weights = filled(weights, 0.0)
+    r, ra = filled(r, np.inf), filled(ra, np.inf)
+    rb, rc = filled(rb, np.inf), filled(rc, np.inf)
+    z, product = np.zeros(weights.size), np.zeros(weights.size)
     for k in range(x.size):
-        for i in range(weights.size):
-            low = max(x[k] - r[i], min(0.0, x[k] - rc[i]))
-            high = min(x[k] + ra[i], max(0.0, x[k] + rb[i]))
-            z[i] = max(low, min(high, z[i]))
-        total = 0.0
-        for i in range(weights.size):
-            total += weights[i] * z[i]
-        y[k] = total
+        y[k] = vectorised_sample(x[k], weights, r, ra, rb, rc, z, product)
 
 
-@numba.njit
+@numba.njit(fastmath=False, parallel=False)
 def numba_array(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
 ) -> None:
@@ -102,6 +144,16 @@ def numba_array(
             z[j, i] = max(low, min(high, z[j, i]))
             total += weights[i] * z[j, i]
         y[j] = total
+
+
+@numba.njit(fastmath=False, parallel=False)
+def numba_array_vectorised(
+    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
+) -> None:
+    """The same, vectorised. The number of operators is a multiple of four."""
+    product = np.zeros(weights.size)
+    for j in range(x.size):
+        y[j] = vectorised_sample(x[j], weights, r, ra, rb, rc, z[j], product)
 
 
 def numpy_loop(
@@ -118,9 +170,22 @@ def numpy_loop(
 
 LOOPS = {
     "numba": numba_loop,
-    "numba, two passes": numba_two_passes,
+    "numba, vectorised": numba_vectorised,
     "numpy": numpy_loop,
 }
+
+
+ARRAY_LOOPS = {"numba": numba_array, "numba, vectorised": numba_array_vectorised}
+
+
+def instructions() -> str:
+    """The instruction set for which numba compiles: that of this processor."""
+    if platform.machine().lower() not in {"x86_64", "amd64"}:
+        return platform.machine()
+    has = llvmlite.binding.get_host_cpu_features().get
+    if has("avx2") and has("fma"):
+        return "x86-64-v4" if has("avx512f") else "x86-64-v3"
+    return "x86-64"
 
 
 def same(got: Array, expected: Array) -> bool:

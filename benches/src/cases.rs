@@ -5,7 +5,9 @@ use std::fmt;
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use serde::{Deserialize, Serialize};
 
-use crate::signals::{REACH, Signal};
+use crate::fused::Instructions;
+use crate::signals::{REACH, SAMPLES, Signal};
+use crate::yardstick::thinning;
 
 /// The numbers of operators that are compared.
 pub const OPERATORS: [u32; 5] = [1, 20, 100, 1_000, 10_000];
@@ -22,10 +24,28 @@ pub const ARRAY_OPERATORS: u32 = 20;
 /// Never: uniform thresholds and positive weights are valid.
 #[must_use]
 pub fn actuator(operators: u32) -> ModifiedPrandtlIshlinskii {
+    varied(operators, Ratios::PAPER, || 1.0)
+}
+
+/// An actuator of the same kind whose weights, thresholds and their ratios are its own: each up to 10 % away.
+///
+/// # Panics
+/// Never: as [`actuator`].
+#[must_use]
+pub fn individual(operators: u32, seed: u64) -> ModifiedPrandtlIshlinskii {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut factor = || 0.9 + 0.2 * random.f64();
+    let Ratios { ra, rb, rc } = Ratios::PAPER;
+    let ratios = Ratios { ra: ra * factor(), rb: rb * factor(), rc: rc * factor() };
+    varied(operators, ratios, factor)
+}
+
+fn varied(operators: u32, ratios: Ratios, mut factor: impl FnMut() -> f64) -> ModifiedPrandtlIshlinskii {
     let n = f64::from(operators);
-    let r: Vec<f64> = (0..operators).map(|i| REACH * f64::from(i) / n).collect();
-    let weights: Vec<f64> = (0..operators).map(|i| if i == 0 { 4.3e-3 } else { 3.2e-3 / n }).collect();
-    ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default())
+    let reach = REACH * factor();
+    let r: Vec<f64> = (0..operators).map(|i| reach * f64::from(i) / n).collect();
+    let weights: Vec<f64> = (0..operators).map(|i| factor() * if i == 0 { 4.3e-3 } else { 3.2e-3 / n }).collect();
+    ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, ratios, Offsets::default())
         .expect("uniform thresholds and positive weights are valid")
 }
 
@@ -45,6 +65,12 @@ pub enum What {
     ObservedController,
     /// The yardstick: all operators evaluated for every sample.
     PlainLoop,
+    /// The other yardstick: all operators in one fused loop over vectors, of instructions that any processor has.
+    FusedLoop,
+    /// The same for x86-64-v3.
+    FusedLoopV3,
+    /// The same for x86-64-v4.
+    FusedLoopV4,
     /// The samples copied from one array to another: what `run` cannot beat.
     Copy,
 }
@@ -57,8 +83,32 @@ pub enum Mode {
     Step,
     /// One call per signal.
     Run,
-    /// One call for one sample of each actuator of an array.
+    /// One call for one sample of each actuator of an array, all of one model.
     Array,
+    /// The same with a model for each actuator.
+    Individual,
+}
+
+impl What {
+    /// What the others are compared with: loops over all operators.
+    pub const YARDSTICKS: [Self; 4] = [Self::PlainLoop, Self::FusedLoop, Self::FusedLoopV3, Self::FusedLoopV4];
+
+    /// The instructions of a fused loop.
+    #[must_use]
+    pub fn instructions(self) -> Option<Instructions> {
+        match self {
+            Self::FusedLoop => Some(Instructions::Portable),
+            Self::FusedLoopV3 => Some(Instructions::V3),
+            Self::FusedLoopV4 => Some(Instructions::V4),
+            _ => None,
+        }
+    }
+
+    /// Whether this machine can run it.
+    #[must_use]
+    pub fn is_here(self) -> bool {
+        self.instructions().is_none_or(Instructions::are_here)
+    }
 }
 
 impl fmt::Display for What {
@@ -101,11 +151,14 @@ impl Case {
     pub const STAGE_INVERSE: Self =
         Self { signal: Signal::SlowSine, operators: 20, what: What::StageInverse, mode: Mode::Step };
 
-    /// Every case, the plain loop first within each signal and number of operators.
+    /// One sample of each of many actuators with individual models.
+    pub const INDIVIDUAL: Self =
+        Self { signal: Signal::Stroke, operators: ARRAY_OPERATORS, what: What::Forward, mode: Mode::Individual };
+
+    /// Every case that this machine can run, the yardsticks first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        const KINDS: [(What, Mode); 7] = [
-            (What::PlainLoop, Mode::Step),
+        const KINDS: [(What, Mode); 6] = [
             (What::Forward, Mode::Step),
             (What::Inverse, Mode::Step),
             (What::Forward, Mode::Run),
@@ -117,18 +170,40 @@ impl Case {
         for signal in Signal::ALL {
             for operators in OPERATORS {
                 let measured = |&(_, mode): &(What, Mode)| mode != Mode::Array || operators == ARRAY_OPERATORS;
-                let kinds = KINDS.into_iter().filter(measured);
-                cases.extend(kinds.map(|(what, mode)| Self { signal, operators, what, mode }));
+                let kinds = What::YARDSTICKS.map(|what| (what, Mode::Step)).into_iter().chain(KINDS);
+                cases.extend(kinds.filter(measured).map(|(what, mode)| Self { signal, operators, what, mode }));
             }
         }
+        let individual = What::YARDSTICKS.into_iter().chain([What::Forward, What::Inverse]);
+        cases.extend(individual.map(|what| Self { what, ..Self::INDIVIDUAL }));
         cases.extend([Self::STAGE_INVERSE, Self::CONTROLLER, Self::OBSERVED_CONTROLLER]);
+        cases.retain(|case| case.what.is_here());
         cases
     }
 
-    /// What this case is compared with: the plain loop over as many operators along the same signal.
+    /// The cases whose instructions are counted. Valgrind knows no AVX-512, and counts a copy by bytes: one
+    /// instruction repeats itself.
     #[must_use]
-    pub fn yardstick(self) -> Self {
-        Self { what: What::PlainLoop, mode: Mode::Step, ..self }
+    pub fn counted() -> Vec<Self> {
+        let all = Self::all().into_iter();
+        all.filter(|case| !matches!(case.what, What::Copy | What::FusedLoopV4)).collect()
+    }
+
+    /// What this case is compared with: a loop over as many operators along the same signal. It takes sample by sample
+    /// what the case may take in one call; only where every actuator has parameters of its own the loop has them too.
+    #[must_use]
+    pub fn beside(self, yardstick: What) -> Self {
+        let mode = if self.mode == Mode::Individual { Mode::Individual } else { Mode::Step };
+        Self { what: yardstick, mode, ..self }
+    }
+
+    /// How many samples a pass takes.
+    #[must_use]
+    pub fn samples(self) -> u32 {
+        match self.mode {
+            Mode::Array | Mode::Individual => ARRAY,
+            Mode::Step | Mode::Run => SAMPLES.div_ceil(thinning(self)),
+        }
     }
 
     /// The algorithm and the way it is called, as one word.

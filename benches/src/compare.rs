@@ -1,7 +1,7 @@
 //! A run against a reference: what became worse, and what could not be compared.
 //!
-//! Times of two machines or two hours cannot be compared. Instruction counts can, and so can ratios to the plain loop
-//! of the same run, with more room for noise.
+//! Times of two machines or two hours cannot be compared. Instruction counts can, and so can ratios to the loops of the
+//! same run, with more room for noise.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::results::{Results, Row};
 /// More instructions than this factor times the reference's are worse.
 pub const INSTRUCTIONS: f64 = 1.05;
 
-/// A ratio to the plain loop above this factor times the reference's is worse.
+/// A ratio to a loop above this factor times the reference's is worse.
 pub const RATIO: f64 = 1.25;
 
 /// Something worse than in the reference.
@@ -63,6 +63,9 @@ pub fn compare(reference: &Results, now: &Results) -> Comparison {
         if row.to_plain_loop.is_some() && found.to_plain_loop.is_none() {
             outcome.notes.push(format!("{}: no plain loop in this run", row.case));
         }
+        if row.to_fused_loop_v3.is_some() && found.to_fused_loop_v3.is_none() {
+            outcome.notes.push(format!("{}: no fused loop for x86-64-v3 in this run", row.case));
+        }
         outcome.row(row, found);
     }
     for row in now.cases.iter().filter(|row| reference.row(row.case).is_none()) {
@@ -77,8 +80,10 @@ pub fn compare(reference: &Results, now: &Results) -> Comparison {
 impl Comparison {
     fn row(&mut self, was: &Row, is: &Row) {
         self.number(was.case, "instructions per sample", was.instructions, is.instructions, INSTRUCTIONS);
-        if was.case.what != What::PlainLoop {
+        if !What::YARDSTICKS.contains(&was.case.what) {
             self.number(was.case, "time : plain loop", was.to_plain_loop, is.to_plain_loop, RATIO);
+            let (v3, now) = (was.to_fused_loop_v3, is.to_fused_loop_v3);
+            self.number(was.case, "time : fused loop, x86-64-v3", v3, now, RATIO);
         }
     }
 
@@ -100,7 +105,7 @@ mod tests {
 
     fn row(what: What, instructions: Option<f64>, to_plain_loop: Option<f64>) -> Row {
         let case = Case { signal: Signal::White, operators: 20, what, mode: Mode::Step };
-        Row { case, nanoseconds: 1.0, interval: [1.0, 1.0], instructions, to_plain_loop }
+        Row { case, nanoseconds: 1.0, interval: [1.0, 1.0], instructions, to_plain_loop, to_fused_loop_v3: None }
     }
 
     fn results(cases: Vec<Row>) -> Results {
@@ -143,6 +148,15 @@ mod tests {
         let was = row(What::Inverse, None, Some(0.1));
         assert!(outcome(was, row(What::Inverse, None, Some(0.124))).worse.is_empty());
         assert_eq!(outcome(was, row(What::Inverse, None, Some(0.126))).worse.len(), 1);
+    }
+
+    #[test]
+    fn the_ratio_to_the_fused_loop_is_compared_too() {
+        let beside = |ratio| Row { to_fused_loop_v3: ratio, ..row(What::Inverse, None, None) };
+        let worse = outcome(beside(Some(0.8)), beside(Some(1.1))).worse;
+        assert_eq!((worse.len(), worse[0].quantity), (1, "time : fused loop, x86-64-v3"));
+        assert!(outcome(beside(Some(0.8)), beside(Some(0.99))).worse.is_empty());
+        assert!(outcome(beside(Some(0.8)), beside(None)).notes.join("").ends_with("x86-64-v3 in this run"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Time and instructions per sample over the same cases, beside a plain loop over operators in the same run.
+//! Time and instructions per sample over the same cases, beside loops over operators in the same run.
 //!
 //! `benches/time.rs` (criterion) and `benches/instructions.rs` (gungraun) measure every [`Case`](cases::Case),
 //! `bench-latency` the distribution of single steps; `bench-report` gathers all of it into one table and one file and
@@ -6,6 +6,7 @@
 
 pub mod cases;
 pub mod compare;
+pub mod fused;
 pub mod gather;
 pub mod latency;
 pub mod machine;

@@ -63,6 +63,10 @@ pub struct Row {
     pub instructions: Option<f64>,
     /// Its time in units of the plain loop over as many operators along the same signal. None for copying.
     pub to_plain_loop: Option<f64>,
+    /// The same in units of the fused loop for x86-64-v3. None for copying, and where the processor has no such
+    /// instructions.
+    #[serde(default)]
+    pub to_fused_loop_v3: Option<f64>,
 }
 
 /// The distribution of the time of single steps, in ns, the reading of the clock included.
@@ -99,7 +103,7 @@ impl Results {
     /// The row of a case.
     #[must_use]
     pub fn row(&self, case: Case) -> Option<&Row> {
-        self.cases.iter().find(|row| row.case == case)
+        find(&self.cases, case)
     }
 
     /// Reads a file.
@@ -122,6 +126,12 @@ impl Results {
     pub fn write(&self, path: &Path) -> Outcome<()> {
         write_json(self, path)
     }
+}
+
+/// The row of a case among others.
+#[must_use]
+pub fn find(rows: &[Row], case: Case) -> Option<&Row> {
+    rows.iter().find(|row| row.case == case)
 }
 
 /// Reads anything from a JSON file.

@@ -29,10 +29,13 @@ pub enum Signal {
     /// Steps of 1 V rms, reflected at +-500 V: every other sample reverses the direction.
     #[serde(rename = "1 V random walk")]
     Walk,
+    /// A sine of 5 Hz and 443 V: a stroke of 2.5 um to either side.
+    #[serde(rename = "5 Hz sine, 2.5 um")]
+    Stroke,
 }
 
 impl Signal {
-    /// All of them, in the order of the tables.
+    /// Those of single actuators, in the order of the tables.
     pub const ALL: [Self; 5] = [Self::SlowSine, Self::NoisySine, Self::Triangle, Self::White, Self::Walk];
 
     /// As a file name.
@@ -44,6 +47,7 @@ impl Signal {
             Self::Triangle => "triangle",
             Self::White => "white",
             Self::Walk => "walk",
+            Self::Stroke => "stroke",
         }
     }
 
@@ -72,6 +76,7 @@ impl Signal {
                     Some(*x)
                 })
                 .collect()),
+            Self::Stroke => sine(Wave { amplitude: 443.0, ..wave(5.0) }, 1.0),
         };
         samples.expect("the waves are valid")
     }
@@ -106,7 +111,7 @@ mod tests {
 
     #[test]
     fn every_signal_is_one_second_within_reach_and_the_same_every_time() {
-        for signal in Signal::ALL {
+        for signal in Signal::ALL.into_iter().chain([Signal::Stroke]) {
             let samples = signal.samples(1);
             assert_eq!(samples.len(), SAMPLES as usize, "{signal}");
             let largest = samples.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -4,7 +4,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 
 use crate::cases::{ARRAY, ARRAY_OPERATORS, Case, Mode, OPERATORS, What};
-use crate::results::{Latency, Machine, Results};
+use crate::results::{Latency, Machine, Results, Row, find};
 use crate::signals::Signal;
 
 /// All that was measured.
@@ -12,11 +12,22 @@ use crate::signals::Signal;
 pub fn full(results: &Results) -> String {
     let sections = [
         machine(&results.machine),
-        streams(results, &Signal::ALL, &OPERATORS, true),
-        array(results, &Signal::ALL),
-        copy(results),
+        streams(&results.cases, &Signal::ALL, &OPERATORS),
+        runs(&results.cases, &Signal::ALL, &OPERATORS),
+        counts(&results.cases, &Signal::ALL, &OPERATORS),
+        array(&results.cases, &Signal::ALL),
+        individual(&results.cases),
+        controllers(&results.cases),
+        copy(&results.cases),
         latency(&results.latency, |_| true),
     ];
+    sections.join("\n\n")
+}
+
+/// Times alone, as far as they were measured.
+#[must_use]
+pub fn times(rows: &[Row]) -> String {
+    let sections = [streams(rows, &Signal::ALL, &OPERATORS), runs(rows, &Signal::ALL, &OPERATORS), controllers(rows)];
     sections.join("\n\n")
 }
 
@@ -26,9 +37,13 @@ pub fn brief(results: &Results) -> String {
     let signals = [Signal::SlowSine, Signal::NoisySine, Signal::White];
     let sections = [
         machine(&results.machine),
-        streams(results, &signals, &[20, 1_000, 10_000], false),
-        array(results, &[Signal::SlowSine]),
-        copy(results),
+        streams(&results.cases, &signals, &OPERATORS),
+        runs(&results.cases, &signals, &[20, 1_000]),
+        counts(&results.cases, &signals, &[20, 1_000]),
+        array(&results.cases, &[Signal::SlowSine]),
+        individual(&results.cases),
+        controllers(&results.cases),
+        copy(&results.cases),
         latency(&results.latency, |row| row.step.is_none_or(|step| step.operators == 20)),
     ];
     sections.join("\n\n")
@@ -41,68 +56,109 @@ fn machine(machine: &Machine) -> String {
 }
 
 /// A table with text on the left and numbers on the right.
-fn table(header: &[&str], words: usize, rows: impl IntoIterator<Item = Vec<String>>) -> String {
+fn table(header: &[impl ToString], words: usize, rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
-    table.load_style(ASCII_MARKDOWN).set_header(header).add_rows(rows);
+    table.load_style(ASCII_MARKDOWN).set_header(header.iter().map(ToString::to_string)).add_rows(rows);
     for column in table.column_iter_mut().skip(words) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table.to_string()
 }
 
-/// Time and instructions per sample of single streams.
-fn streams(results: &Results, signals: &[Signal], operators: &[u32], with_run: bool) -> String {
-    const STEP: [&str; 10] = [
-        "signal at 10 kHz",
-        "n",
-        "forward",
-        "inverse",
-        "plain loop",
-        "forward : loop",
-        "inverse : loop",
-        "forward, instr.",
-        "inverse, instr.",
-        "loop, instr.",
-    ];
-    let run: &[&str] = if with_run { &["forward, run", "inverse, run"] } else { &[] };
-    let rows = signals.iter().flat_map(|&signal| {
-        operators.iter().map(move |&operators| {
-            let row = |what, mode| results.row(Case { signal, operators, what, mode });
-            let steps = [What::Forward, What::Inverse, What::PlainLoop].map(|what| row(what, Mode::Step));
-            let runs = [What::Forward, What::Inverse].map(|what| row(what, Mode::Run));
-            let mut cells = vec![signal.to_string(), operators.to_string()];
-            cells.extend(steps.map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds)));
-            cells.extend(steps[..2].iter().map(|row| cell(row.and_then(|row| row.to_plain_loop), ratio)));
-            cells.extend(steps.map(|row| cell(row.and_then(|row| row.instructions), |count| format!("{count:.0}"))));
-            cells.extend(runs.iter().filter(|_| with_run).map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds)));
-            cells
-        })
-    });
-    table(&[&STEP, run].concat(), 1, rows)
+/// The name of a yardstick, with its instruction set.
+fn name(yardstick: What) -> String {
+    yardstick.instructions().map_or("plain loop".to_owned(), |set| format!("fused loop, {}", set.name()))
+}
+
+/// The yardsticks that this run has.
+fn measured(rows: &[Row]) -> Vec<What> {
+    let found = |what: &What| rows.iter().any(|row| row.case.what == *what);
+    What::YARDSTICKS.into_iter().filter(found).collect()
+}
+
+/// Time per sample of single streams, sample by sample, beside that of the loops.
+fn streams(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
+    let yardsticks = measured(rows);
+    let mut header = ["signal at 10 kHz", "n", "forward", "inverse"].map(str::to_owned).to_vec();
+    header.extend(yardsticks.iter().map(|what| name(*what)));
+    header.extend(RATIOS.map(str::to_owned));
+    let line = |case: Case| {
+        let streams = [What::Forward, What::Inverse].map(|what| find(rows, Case { what, ..case }));
+        let loops = yardsticks.iter().map(|what| find(rows, Case { what: *what, ..case }));
+        let times = streams.into_iter().chain(loops).map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds));
+        times.chain(ratios(streams)).collect()
+    };
+    table(&header, 1, lines(signals, operators, Mode::Step, line))
+}
+
+/// Time per sample of `run` beside that of the loops, which take sample by sample.
+fn runs(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
+    let header = [&["`run`", "n", "forward", "inverse"][..], &RATIOS].concat();
+    let line = |case: Case| {
+        let streams = [What::Forward, What::Inverse].map(|what| find(rows, Case { what, ..case }));
+        let times = streams.map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds));
+        times.into_iter().chain(ratios(streams)).collect()
+    };
+    table(&header, 1, lines(signals, operators, Mode::Run, line))
+}
+
+const RATIOS: [&str; 4] = ["forward : plain", "inverse : plain", "forward : v3", "inverse : v3"];
+
+/// Forward and inverse in units of the plain loop, then in units of the fused loop for x86-64-v3.
+fn ratios(streams: [Option<&Row>; 2]) -> impl Iterator<Item = String> {
+    let plain = streams.map(|row| cell(row.and_then(|row| row.to_plain_loop), ratio));
+    let fused = streams.map(|row| cell(row.and_then(|row| row.to_fused_loop_v3), ratio));
+    plain.into_iter().chain(fused)
+}
+
+/// A line for each signal and number of operators that was measured.
+fn lines(
+    signals: &[Signal],
+    operators: &[u32],
+    mode: Mode,
+    line: impl Fn(Case) -> Vec<String>,
+) -> impl Iterator<Item = Vec<String>> {
+    let pairs = signals.iter().flat_map(move |signal| operators.iter().map(move |n| (*signal, *n)));
+    pairs.filter_map(move |(signal, operators)| {
+        let cells = line(Case { signal, operators, what: What::Forward, mode });
+        let measured = cells.iter().any(|cell| cell != NOTHING);
+        measured.then(|| [vec![signal.to_string(), operators.to_string()], cells].concat())
+    })
+}
+
+/// Instructions per sample of single streams.
+fn counts(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
+    let counts: Vec<_> = rows.iter().map(|row| (row.case, row.instructions)).collect();
+    counted(&counts, signals, operators)
 }
 
 /// Instructions per sample alone, for a run without times.
 #[must_use]
 pub fn instructions(counts: &[(Case, Option<f64>)]) -> String {
-    let kinds = [(What::Forward, Mode::Step), (What::Inverse, Mode::Step), (What::PlainLoop, Mode::Step)];
-    let rows = Signal::ALL.into_iter().flat_map(|signal| {
-        OPERATORS.into_iter().map(move |operators| {
-            let count = |(what, mode)| {
-                let case = Case { signal, operators, what, mode };
-                let found = counts.iter().find(|(counted, _)| *counted == case);
-                cell(found.and_then(|(_, count)| *count), |count| format!("{count:.1}"))
-            };
-            [vec![signal.to_string(), operators.to_string()], kinds.map(count).to_vec()].concat()
-        })
-    });
-    table(&["instructions per sample, step", "n", "forward", "inverse", "plain loop"], 1, rows)
+    counted(counts, &Signal::ALL, &OPERATORS)
+}
+
+fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]) -> String {
+    let has = |what: &What| counts.iter().any(|(case, count)| case.what == *what && count.is_some());
+    let loops: Vec<What> = What::YARDSTICKS.into_iter().filter(has).collect();
+    let mut header = ["instructions per sample, step", "n", "forward", "inverse"].map(str::to_owned).to_vec();
+    header.extend(loops.iter().map(|what| name(*what)));
+    let line = |case: Case| {
+        let kinds = [What::Forward, What::Inverse].into_iter().chain(loops.iter().copied());
+        let count = |what| {
+            let found = counts.iter().find(|(counted, _)| *counted == Case { what, ..case });
+            cell(found.and_then(|(_, count)| *count), number)
+        };
+        kinds.map(count).collect()
+    };
+    table(&header, 1, lines(signals, operators, Mode::Step, line))
 }
 
 /// One step of a whole array.
-fn array(results: &Results, signals: &[Signal]) -> String {
+fn array(rows: &[Row], signals: &[Signal]) -> String {
     let line = |&signal: &Signal| {
         let [forward, inverse] = [What::Forward, What::Inverse].map(|what| {
-            let row = results.row(Case { signal, operators: ARRAY_OPERATORS, what, mode: Mode::Array });
+            let row = find(rows, Case { signal, operators: ARRAY_OPERATORS, what, mode: Mode::Array });
             cell(row, |row| format!("{:.1} us", row.nanoseconds * f64::from(ARRAY) * 1e-3))
         });
         format!("{signal}: forward {forward}, inverse {inverse}")
@@ -113,11 +169,34 @@ fn array(results: &Results, signals: &[Signal]) -> String {
     if let [line] = &lines[..] { format!("{what} a {line}.") } else { format!("{what}\n- {}", lines.join("\n- ")) }
 }
 
+/// One step of actuators with models of their own, beside loops whose parameters are as many.
+fn individual(rows: &[Row]) -> String {
+    let what = format!("One step of {ARRAY} actuators with individual models of {ARRAY_OPERATORS} operators");
+    let found: Vec<&Row> = rows.iter().filter(|row| row.case.mode == Mode::Individual).collect();
+    let Some(first) = found.first() else { return format!("{what} was not measured.") };
+    let kind = |what: What| if What::YARDSTICKS.contains(&what) { name(what) } else { what.to_string() };
+    let step = |row: &Row| format!("{:.1} us", row.nanoseconds * f64::from(ARRAY) * 1e-3);
+    let times: Vec<String> = found.iter().map(|row| format!("{} {}", kind(row.case.what), step(row))).collect();
+    format!("{what}, {}: {}.", first.case.signal, times.join(", "))
+}
+
+/// A sample of what is built around the inverse.
+fn controllers(rows: &[Row]) -> String {
+    let lines = [Case::STAGE_INVERSE, Case::CONTROLLER, Case::OBSERVED_CONTROLLER].map(|case| {
+        let row = find(rows, case);
+        let time = cell(row.map(|row| row.nanoseconds), nanoseconds);
+        let (plain, fused) = (row.and_then(|row| row.to_plain_loop), row.and_then(|row| row.to_fused_loop_v3));
+        vec![case.what.to_string(), time, cell(plain, ratio), cell(fused, ratio)]
+    });
+    let Case { signal, operators, .. } = Case::CONTROLLER;
+    table(&[&format!("{signal}, n = {operators}")[..], "time", ": plain loop", ": v3 loop"], 1, lines)
+}
+
 /// `run` on a smooth signal beside the copy of as many samples.
-fn copy(results: &Results) -> String {
+fn copy(rows: &[Row]) -> String {
     let copy = Case::COPY;
-    let Some(copied) = results.row(copy) else { return "The copy was not measured.".to_owned() };
-    let run = |what| results.row(Case { operators: 20, what, ..copy });
+    let Some(copied) = find(rows, copy) else { return "The copy was not measured.".to_owned() };
+    let run = |what| find(rows, Case { operators: 20, what, ..copy });
     let [forward, inverse] = [What::Forward, What::Inverse]
         .map(|what| cell(run(what), |row| format!("{:.1}", row.nanoseconds / copied.nanoseconds)));
     format!(
@@ -142,12 +221,20 @@ fn latency(rows: &[Latency], shown: impl Fn(&Latency) -> bool) -> String {
     table(&header, 1, rows)
 }
 
+/// What stands where nothing was measured.
+const NOTHING: &str = "-";
+
 fn cell<T>(value: Option<T>, show: impl Fn(T) -> String) -> String {
-    value.map_or_else(|| "-".to_owned(), show)
+    value.map_or_else(|| NOTHING.to_owned(), show)
+}
+
+/// One decimal where it tells something.
+fn number(value: f64) -> String {
+    if value < 100.0 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
 fn nanoseconds(time: f64) -> String {
-    if time < 100.0 { format!("{time:.1} ns") } else { format!("{time:.0} ns") }
+    format!("{} ns", number(time))
 }
 
 /// Quantiles to the nanosecond, the rare stop of milliseconds to what can be read.

@@ -1,7 +1,5 @@
 //! A case made ready: streams in the state to which a repeated signal brings them, inputs and outputs at hand.
 
-use std::hint::black_box;
-
 use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{Stage, StageParts};
@@ -11,13 +9,17 @@ use hysteresis_core::{
     PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
 };
 
-use crate::cases::{ARRAY, Case, Mode, What, actuator};
-use crate::pass::Pass;
+use crate::cases::{ARRAY, Case, Mode, What, actuator, individual};
+use crate::fused::{FusedLoop, FusedSteps};
+use crate::pass::{Array, Pass, Reel, Run, Steps};
 use crate::signals::REACH;
 use crate::yardstick::{Copied, plain_loop, thinned};
 
 /// The sampling interval of controllers in seconds.
 const DT: f64 = 1e-4;
+
+/// The periods of a second of [`Signal::Stroke`](crate::signals::Signal::Stroke).
+const STROKES: usize = 5;
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
 pub struct Workload(Box<dyn Pass>);
@@ -27,13 +29,21 @@ impl Workload {
     /// are `seconds` different ones, if it is noise: of few, a branch predictor learns each sample by heart.
     ///
     /// # Panics
-    /// Never: the actuators are invertible.
+    /// If this processor does not have the instructions of the case.
     #[must_use]
     pub fn new(case: Case, seconds: u64) -> Self {
         let seconds = if case.signal.is_noise() && case.mode != Mode::Array { seconds } else { 1 };
         let drive: Vec<Vec<f64>> = (0..seconds).map(|second| case.signal.samples(second)).collect();
+        if case.mode == Mode::Individual {
+            return Self::individual(case, &drive[0]);
+        }
         let compiled = CompiledModel::new(&actuator(case.operators));
         match case.what {
+            What::FusedLoop | What::FusedLoopV3 | What::FusedLoopV4 => {
+                let operators = fused(&[actuator(case.operators)], case.what);
+                let input = Reel::new(drive.iter().map(|x| thinned(x, case)).collect());
+                Self::warm(FusedSteps { operators, input })
+            }
             What::PlainLoop => {
                 Self::stream(Mode::Step, plain_loop(&compiled), drive.iter().map(|x| thinned(x, case)).collect())
             }
@@ -64,14 +74,36 @@ impl Workload {
         }
     }
 
+    /// Actuators with individual models after a period of the signal, from which on their states repeat themselves. The
+    /// inverses go along the outputs of the actuator in their middle.
+    fn individual(case: Case, drive: &[f64]) -> Self {
+        let models: Vec<_> = (0..ARRAY).map(|m| individual(case.operators, m.into())).collect();
+        let compiled: Vec<_> = models.iter().map(CompiledModel::new).collect();
+        let moments = drive.len() / STROKES;
+        match case.what {
+            What::Forward => Self::warm(Array::after(moments, StreamArray::forward(&compiled), drive)),
+            What::Inverse => {
+                let middle = CompiledModel::new(&actuator(case.operators));
+                let targets = periodic_targets(&middle, &[drive.to_vec()], |_| ()).concat();
+                let streams = StreamArray::inverse(&compiled, None).expect("the weights are positive");
+                Self::warm(Array::after(moments, streams, &targets))
+            }
+            What::PlainLoop => {
+                let streams: StreamArray<Forward> = compiled.iter().map(plain_loop).collect();
+                Self::warm(Array::after(moments, streams, drive))
+            }
+            what => Self::warm(Array::after(moments, fused(&models, what), drive)),
+        }
+    }
+
     fn stream<P: Process + Clone + 'static>(mode: Mode, stream: P, seconds: Vec<Vec<f64>>) -> Self {
         match mode {
-            Mode::Step => Self::warm(Steps { stream, input: Reel { seconds, now: 0 } }),
+            Mode::Step => Self::warm(Steps { stream, input: Reel::new(seconds) }),
             Mode::Run => {
                 let output = vec![0.0; seconds[0].len()];
-                Self::warm(Run { stream, output, input: Reel { seconds, now: 0 } })
+                Self::warm(Run { stream, output, input: Reel::new(seconds) })
             }
-            Mode::Array => Self::warm(Array::new(stream, &seconds[0])),
+            Mode::Array | Mode::Individual => Self::warm(Array::alike(stream, &seconds[0])),
         }
     }
 
@@ -91,6 +123,12 @@ impl Workload {
     pub fn pass(&mut self) {
         self.0.pass();
     }
+}
+
+/// The fused loop of a case, which [`Case::all`] has only where the processor can run it.
+fn fused(models: &[ModifiedPrandtlIshlinskii], what: What) -> FusedLoop {
+    let instructions = what.instructions().expect("a fused loop");
+    FusedLoop::new(models, instructions).unwrap_or_else(|| panic!("this processor has no {}", instructions.name()))
 }
 
 /// The outputs of a stream.
@@ -167,140 +205,22 @@ fn periodic_targets(compiled: &CompiledModel, drive: &[Vec<f64>], mut before: im
     drive.iter().map(|second| second.iter().map(|x| plant.step(*x)).collect()).collect()
 }
 
-/// A signal, second by second, for ever.
-struct Reel {
-    seconds: Vec<Vec<f64>>,
-    now: usize,
-}
-
-impl Reel {
-    fn samples(&self) -> usize {
-        self.seconds[0].len()
-    }
-
-    fn next(&mut self) -> &[f64] {
-        self.now = (self.now + 1) % self.seconds.len();
-        &self.seconds[self.now]
-    }
-}
-
-/// One call per sample.
-struct Steps<P> {
-    stream: P,
-    input: Reel,
-}
-
-impl<P: Process> Pass for Steps<P> {
-    fn samples(&self) -> usize {
-        self.input.samples()
-    }
-
-    fn pass(&mut self) {
-        for x in self.input.next() {
-            black_box(self.stream.step(*x));
-        }
-    }
-}
-
-/// One call for all samples.
-struct Run<P> {
-    stream: P,
-    input: Reel,
-    output: Vec<f64>,
-}
-
-impl<P: Process> Pass for Run<P> {
-    fn samples(&self) -> usize {
-        self.input.samples()
-    }
-
-    fn pass(&mut self) {
-        self.stream.run(black_box(self.input.next()), black_box(&mut self.output)).expect("the same length");
-        black_box(&self.output);
-    }
-}
-
-/// One sample for each actuator in one call. Actuator m is m [`AHEAD`] samples ahead in the signal, so that they do not
-/// all leave their segments at once, nor one after the other.
-struct Array<P> {
-    streams: StreamArray<P>,
-    /// The signal in steps of [`AHEAD`], and its beginning once more: the row of every moment is a slice of it.
-    input: Vec<f64>,
-    /// How many samples there are before the signal repeats.
-    period: usize,
-    /// How far the row of the next moment lies behind that of this one.
-    stride: usize,
-    /// Where the next row begins.
-    now: usize,
-    output: Vec<f64>,
-}
-
-/// No divisor of the period, and near its golden section: neighbours are far apart.
-const AHEAD: usize = 6_181;
-
-impl<P: Process + Clone> Array<P> {
-    /// One stream goes through the signal and leaves a copy of itself wherever an actuator is.
-    fn new(mut stream: P, signal: &[f64]) -> Self {
-        let (width, period) = (ARRAY as usize, signal.len());
-        let stride = (1..period).find(|stride| stride * AHEAD % period == 1).expect("no common divisor");
-        for x in signal {
-            stream.step(*x);
-        }
-        let mut left: Vec<(usize, P)> = Vec::with_capacity(width);
-        for (at, x) in signal.iter().enumerate() {
-            stream.step(*x);
-            let actuator = at * stride % period;
-            if actuator < width {
-                left.push((actuator, stream.clone()));
-            }
-        }
-        left.sort_by_key(|(actuator, _)| *actuator);
-        let streams = left.into_iter().map(|(_, stream)| stream).collect();
-        let input = (0..period + width).map(|m| signal[m * AHEAD % period]).collect();
-        Self { streams, input, period, stride, now: stride, output: vec![0.0; width] }
-    }
-}
-
-impl<P: Process> Pass for Array<P> {
-    fn samples(&self) -> usize {
-        self.output.len()
-    }
-
-    fn pass(&mut self) {
-        let row = &self.input[self.now..self.now + self.output.len()];
-        self.streams.step(black_box(row), black_box(&mut self.output)).expect("the same length");
-        black_box(&self.output);
-        self.now = (self.now + self.stride) % self.period;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Remembers its last sample.
-    #[derive(Clone)]
-    struct Last(f64);
-
-    impl Process for Last {
-        fn step(&mut self, input: f64) -> f64 {
-            core::mem::replace(&mut self.0, input)
-        }
-        fn peek(&self, _: f64) -> f64 {
-            self.0
-        }
-        fn reset(&mut self) {}
-    }
+    use crate::signals::Signal;
 
     #[test]
-    fn every_actuator_of_an_array_gets_one_sample_of_the_signal_after_the_other() {
-        let signal: Vec<f64> = (0..10_000).map(f64::from).collect();
-        let mut array = Array::new(Last(f64::NAN), &signal);
-        for _ in 0..3 {
-            let row = array.input[array.now..array.now + array.output.len()].to_vec();
-            array.pass();
-            let follows = |(before, now): (&f64, &f64)| (before + 1.0) % 10_000.0 == *now;
-            assert!(array.output.iter().zip(&row).all(follows));
+    fn a_pass_takes_as_many_samples_as_its_case_says() {
+        for case in Case::all() {
+            let small = case.signal == Signal::SlowSine && case.operators <= 1_000;
+            if small && case.mode != Mode::Array {
+                assert_eq!(Workload::new(case, 1).samples(), case.samples() as usize, "{case}");
+            }
+        }
+        let individual = Case { operators: 2, ..Case::INDIVIDUAL };
+        for what in What::YARDSTICKS.into_iter().filter(|what| what.is_here()).chain([What::Inverse]) {
+            assert_eq!(Workload::new(Case { what, ..individual }, 1).samples(), individual.samples() as usize);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use hysteresis_core::{CompiledModel, Forward};
 
-use crate::cases::Case;
+use crate::cases::{Case, Mode, What};
 use crate::pass::Pass;
 
 /// A loop over all operators for every sample: the core's bank, forward.
@@ -16,10 +16,15 @@ pub fn plain_loop(compiled: &CompiledModel) -> Forward {
     Forward::with_initial(compiled, &vec![0.0; compiled.operators()]).expect("one initial output per operator")
 }
 
-/// Fewer samples of the same signal for the plain loop over many operators: what a sample costs there does not depend
-/// on the sample, and a whole second would take minutes.
+/// Every how manieth sample of the signal a loop takes: what a sample costs there does not depend on the sample, and over
+/// many operators a whole second would take minutes.
+pub(crate) fn thinning(case: Case) -> u32 {
+    let loops = case.mode == Mode::Step && What::YARDSTICKS.contains(&case.what);
+    if loops { (case.operators / 100).max(1) } else { 1 }
+}
+
 pub(crate) fn thinned(drive: &[f64], case: Case) -> Vec<f64> {
-    drive.iter().step_by((case.operators as usize / 100).max(1)).copied().collect()
+    drive.iter().step_by(thinning(case) as usize).copied().collect()
 }
 
 /// Copying the samples: what no `run` into an output can undercut.

@@ -35,6 +35,12 @@ enum Command {
         #[arg(long)]
         brief: bool,
     },
+    /// Prints the times that the last run measured, though it be of few cases.
+    Times {
+        /// Where criterion wrote to.
+        #[arg(long, default_value = "target")]
+        target: PathBuf,
+    },
     /// Prints the instructions that the last run counted.
     Instructions {
         /// Where gungraun wrote to.
@@ -66,6 +72,7 @@ fn main() -> Outcome<ExitCode> {
             let results = Results::read(&results)?;
             println!("{}", if brief { table::brief(&results) } else { table::full(&results) });
         }
+        Command::Times { target } => println!("{}", table::times(&gather::times(&target)?)),
         Command::Instructions { target } => println!("{}", table::instructions(&gather::instructions(&target)?)),
         Command::Check { reference, results } => return check(&Results::read(&reference)?, &Results::read(&results)?),
     }
