@@ -22,13 +22,13 @@ from commands import (
 def test_precompensate_makes_the_model_follow(there: Path) -> None:
     result = run("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv")
     assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive_v")
+    drive = column(there / "drive.csv", "drive")
     target = column(there / "trajectory.csv", "target_um")
     assert np.abs(actuator().forward().run(drive) - target).max() < 1e-14
     np.testing.assert_array_equal(
         column(there / "drive.csv", "time_s"), column(there / "trajectory.csv", "time_s")
     )
-    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive_v"
+    assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
     assert "at rest at 0 V, never driven farther" in result.stdout
     assert "lead-in" not in result.stdout
 
@@ -39,7 +39,7 @@ def test_precompensate_tells_what_the_limits_held_back(there: Path) -> None:
         *("--column", "target_um", "--limits", "-150,200"),
     )
     assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive_v")
+    drive = column(there / "drive.csv", "drive")
     at_limit = (drive == -150.0) | (drive == 200.0)
     target = column(there / "trajectory.csv", "target_um")
     assert (drive.min(), drive.max()) == (-150.0, 200.0)
@@ -64,7 +64,7 @@ def test_precompensate_inverts_dynamics(there: Path) -> None:
     )
     expected = stage.precompensate(target, 1 / RATE)
     # the times in the file are rounded, and with them the sampling interval
-    np.testing.assert_allclose(column(there / "drive.csv", "drive_v"), expected, rtol=1e-9)
+    np.testing.assert_allclose(column(there / "drive.csv", "drive"), expected, rtol=1e-9)
     assert "natural frequency 40.00 Hz, damping ratio 0.7000" in result.stdout
     assert "dead time 5.000 ms" in result.stdout
     # it begins in motion
@@ -81,7 +81,7 @@ def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
     assert "give a lead-in" in refused.stderr and "or the start drive" in refused.stderr
     result = run(*given, "--lead-in", "0.25")
     assert result.exit_code == 0, result.output
-    drive, times = column(there / "drive.csv", "drive_v"), column(there / "drive.csv", "time_s")
+    drive, times = column(there / "drive.csv", "drive"), column(there / "drive.csv", "time_s")
     assert drive.size == 350 and "50 rows in front of the samples" in result.stdout
     np.testing.assert_allclose(times, 2.0 + (np.arange(350) - 50) / RATE)
     position = actuator().forward().run(drive)[50:]
@@ -95,7 +95,7 @@ def test_a_history_is_taken_over_and_told(there: Path) -> None:
     assert "at rest at 0 V, then driven to 0, 500, 0 V" in result.stdout
     bench = actuator().forward()
     bench.run(np.concatenate([np.linspace(0.0, 500.0, 40), np.linspace(500.0, 0.0, 40)]))
-    position = bench.run(column(there / "drive.csv", "drive_v"))[20:]
+    position = bench.run(column(there / "drive.csv", "drive"))[20:]
     np.testing.assert_allclose(position, column(there / "trajectory.csv", "target_um"), atol=1e-12)
     before = names_in(there)
     for history, said in (("0,x", "expected V,V,..., any numbers"), ("0,nan", "--history")):
@@ -116,7 +116,7 @@ def test_a_slew_rate_is_kept_and_told(there: Path) -> None:
         *("precompensate", "stage.json", "trajectory.csv", "-o", "drive.csv", "--slew", "1000")
     )
     assert result.exit_code == 0, result.output
-    drive = column(there / "drive.csv", "drive_v")
+    drive = column(there / "drive.csv", "drive")
     # the times in the file are rounded, and with them the sampling interval
     assert np.abs(np.diff(drive, prepend=0.0)).max() == pytest.approx(1000.0 / RATE)
     assert "slew rate             1000 V/s" in result.stdout

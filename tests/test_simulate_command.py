@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -47,7 +48,7 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     expected = mh.plant.simulate(controller, stage.plant(1e-4, seed=3), reference)
     # the time column gives the sampling interval but for rounding
     for name, array in (
-        ("drive_v", expected.drive),
+        ("drive", expected.drive),
         ("measured_um", expected.measured),
         ("position_um", expected.position),
     ):
@@ -139,7 +140,7 @@ def test_the_slew_rate_is_kept(here: Path, feedforward: str) -> None:
     options = [*STAGE, "--slew", "5000", "--feedforward", feedforward, "-o", "run.csv"]
     result = run(*SIMULATE, *options)
     assert result.exit_code == 0, result.output
-    steps = np.abs(np.diff(column(here / "run.csv", "drive_v"), prepend=0.0))
+    steps = np.abs(np.diff(column(here / "run.csv", "drive"), prepend=0.0))
     # the time column gives the sampling interval but for rounding
     assert steps.max() == pytest.approx(5000.0 / RATE)
 
@@ -148,7 +149,7 @@ def test_saturated_samples_and_the_rate_are_told(here: Path) -> None:
     arguments = ["--limits", "-100,100", "--rate", "10000", "--noise", "0.01"]
     result = run(*SIMULATE[:2], "bare.csv", *arguments, *STAGE, "-o", "run.csv")
     assert result.exit_code == 0, result.output
-    drive = column(here / "run.csv", "drive_v")
+    drive = column(here / "run.csv", "drive")
     limited = int(((drive == 100.0) | (drive == -100.0)).sum())
     assert limited > 100
     assert f"{limited} of {drive.size} samples at -100 or 100" in result.stdout
@@ -223,6 +224,10 @@ def test_what_cannot_be_inverted_or_named_is_refused(here: Path) -> None:
     falling.save(here / "other.json")
     result = run("simulate", "other.json", *SIMULATE[2:])
     assert_refused(result, here, FILES, "other.json: ")
+    write_csv(here / "bare.csv", "drive,target", [[k / RATE, math.sin(k)] for k in range(50)])
+    time = ("--time", "drive", "--column", "target")
+    result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:], *time, "-o", "run.csv")
+    assert_refused(result, here, FILES, "bare.csv: expected other columns", "drive")
     (here / "bare.csv").write_text("time_s,y\n0,0\n0.1,nan\n")
     result = run(*SIMULATE[:2], "bare.csv", *SIMULATE[3:])
     assert_refused(result, here, FILES, "bare.csv, line 3, column y: not finite")

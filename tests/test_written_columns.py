@@ -67,7 +67,7 @@ def test_times_are_those_of_the_trajectory_in_a_unit_that_is_told(
 @pytest.mark.parametrize(
     ("units", "drive", "others"),
     [
-        (("V", "um"), "drive_v", "_um"),
+        (("V", "um"), "drive", "_um"),
         (("mV", "nm"), "drive_mv", "_nm"),
         (("mA", "µm"), "drive_ma", "_um"),
         (("", ""), "drive", ""),
@@ -97,7 +97,7 @@ def test_a_reference_with_a_unit_keeps_it(there: Path) -> None:
 def test_a_drive_without_any_time_has_none(there: Path) -> None:
     trajectory(there / "target.csv", "target_um", None)
     assert run("precompensate", "stage.json", "target.csv", "-o", "drive.csv").exit_code == 0
-    assert header(there / "drive.csv") == "drive_v"
+    assert header(there / "drive.csv") == "drive"
 
 
 def test_what_is_written_is_read_by_the_other_commands(there: Path) -> None:
@@ -106,17 +106,17 @@ def test_what_is_written_is_read_by_the_other_commands(there: Path) -> None:
     assert run("simulate", "stage.json", "target.csv", "-o", "run.csv", *LIMITS).exit_code == 0
     looked = run("look", "drive.csv").stdout
     assert "no command to suggest" in looked and "precompensate" not in looked
-    assert "--input drive_v --output " in run("look", "run.csv").stdout
+    assert "--input drive --output " in run("look", "run.csv").stdout
     again = ("simulate", "stage.json", "run.csv", "--column", "reference_um", "-o", "again.csv")
     assert run(*again, *LIMITS).exit_code == 0
     assert (there / "again.csv").read_bytes() == (there / "run.csv").read_bytes()
     drive = ("precompensate", "stage.json", "run.csv", "--column", "reference_um", "-o", "2.csv")
     assert run(*drive).exit_code == 0
     assert (there / "2.csv").read_bytes() == (there / "drive.csv").read_bytes()
-    fit = ("--input", "drive_v", "--output", "position_um", "--operators", "4", "-o", "found.json")
+    fit = ("--input", "drive", "--output", "position_um", "--operators", "4", "-o", "found.json")
     assert run("identify", "run.csv", *fit).exit_code in (0, 3)
     assert mh.load(there / "found.json").units == ("V", "um")  # type: ignore[union-attr]
-    assert column(there / "run.csv", "drive_v").size == TARGET.size
+    assert column(there / "run.csv", "drive").size == TARGET.size
 
 
 @pytest.mark.parametrize("units", [("V", "um"), ("", "")])

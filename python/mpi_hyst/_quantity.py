@@ -45,6 +45,11 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name}_{known.lower()}" if known else name
 
 
+def drive_with_unit(unit: str) -> str:
+    """Return the name of the column of a drive: `drive` for V, as in any name without a unit."""
+    return "drive" if known_unit(unit) == "V" else with_unit("drive", unit)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A quantity by the name of its column: `displacement_um` is a displacement in µm.

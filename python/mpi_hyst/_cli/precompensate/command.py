@@ -19,7 +19,7 @@ from mpi_hyst._cli.terminal import say
         "drive_path",
         required=True,
         type=FILE,
-        help="Drive to write (CSV), with columns such as time_s and drive_v.",
+        help="Drive to write (CSV), with columns such as time_s and drive.",
     ),
     reference("trajectory"),
     limits("those of the stage"),

@@ -18,7 +18,7 @@ from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, is_static, load_stage, name_options
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
-from mpi_hyst._quantity import Quantity, with_unit
+from mpi_hyst._quantity import Quantity, drive_with_unit
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import digits, in_unit, text_pairs
 from mpi_hyst._types import Samples
@@ -63,7 +63,7 @@ def run(request: Request) -> str:
     check_unit(str(request.trajectory), quantity, stage)
     _refuse_drive(columns, quantity)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
-    table = {with_unit("drive", stage.units[0]): drive}
+    table = {drive_with_unit(stage.units[0]): drive}
     if columns.time_column is not None or request.rate is not None:
         time, times = lead_in.clock(columns, drive.size, drive.size - residual.size, dt)
         table = {time: times, **table}
@@ -73,11 +73,13 @@ def run(request: Request) -> str:
 
 
 def _refuse_drive(columns: Columns, quantity: Quantity) -> None:
-    """Refuse a drive, as this command writes it, in place of a trajectory."""
-    if quantity.name.lower() == "drive":
-        raise CommandError(
-            f"{columns.source}: expected the column of a trajectory, got {quantity.column}"
-        )
+    """Refuse a drive, as this command writes it, in place of a trajectory or of a time."""
+    for column in (columns.time_column, quantity.column):
+        if column is not None and Quantity(column).name.lower() == "drive":
+            raise CommandError(
+                f"{columns.source}: expected other columns than a drive, which is written, "
+                f"got {column}"
+            )
 
 
 def _interval(columns: Columns, stage: mh.Stage, request: Request) -> float:

@@ -19,7 +19,7 @@ from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
-from mpi_hyst._quantity import Stated, with_unit
+from mpi_hyst._quantity import Stated, drive_with_unit, with_unit
 from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
 from mpi_hyst._report.stage import linear_parts
@@ -211,10 +211,16 @@ def _table(columns: Columns, simulation: Simulation, stage: mh.Stage) -> dict[st
     # A column without a unit is taken to be in that of the stage.
     drive_unit, unit = stage.units[0], simulation.quantity.suffix or stage.units[1]
     time, times = lead_in.clock(columns, len(run), before, simulation.dt)
-    return {
-        time: times,
+    table = {
         with_unit("reference", unit): run.reference,
-        with_unit("drive", drive_unit): run.drive,
+        drive_with_unit(drive_unit): run.drive,
         with_unit("measured", unit): run.measured,
         with_unit("position", unit): run.position,
     }
+    if columns.time_column in table:
+        names = ", ".join(table)
+        raise CommandError(
+            f"{columns.source}: expected other columns than {names}, which are written, "
+            f"got {columns.time_column}"
+        )
+    return {time: times, **table}
