@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import linecache
 import pickle
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -204,6 +206,24 @@ def test_a_dead_time_without_dt_is_left_out_and_said() -> None:
         left = without.stage
     assert left.dead_time == 0.0 and left.identified is not None
     assert left.identified["warnings"][-1]["code"] == "dead_time_left_out"
+
+
+def test_a_warning_shows_the_line_that_calls() -> None:
+    y = np.concatenate([np.zeros(3), MODEL.forward().run(triangle())])[: triangle().size]
+    found = mh.identify(triangle(), y)
+    sine = mh.signals.sine(0.2, 100.0, seconds=0.1, rate=1 / DT)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        _ = found.stage
+        found.predict(2.0 * triangle())
+        stage().precompensate(sine, DT)
+    assert {one.filename for one in caught} == {__file__}
+    shown = [linecache.getline(__file__, one.lineno).strip() for one in caught]
+    assert shown == [
+        "_ = found.stage",
+        "found.predict(2.0 * triangle())",
+        "stage().precompensate(sine, DT)",
+    ]
 
 
 # ---- memory

@@ -87,9 +87,9 @@ pub(crate) fn in_use(what: impl Display) -> PyErr {
     PyRuntimeError::new_err(format!("{what} is in use by a call that has not returned"))
 }
 
-/// A UserWarning, which shows the line that calls.
+/// A UserWarning, which shows the line that calls: compiled functions have no frame of their own.
 pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 2)
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
 /// What the crates refuse.
