@@ -167,6 +167,56 @@ if ctypes.CDLL(None).mlock(page, 100) == 0:
 
 
 @pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("refused", ["read", "record"])
+def test_a_signal_ends_the_program_also_where_the_loop_could_not_begin(
+    tmp_path: Path, refused: str, number: int
+) -> None:
+    done = program(
+        f"""
+class Broken(Amplifier):
+    @property
+    def read(self):
+        signal.raise_signal(number)
+        return None if {refused!r} == "read" else lambda: 0.0
+
+signal.signal(number, signal.SIG_DFL)
+amplifier = Broken()
+mh.realtime.run(controller, amplifier, REFERENCE, **REST, record="no/x.npy")
+""",
+        tmp_path,
+        number=number,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
+
+
+def test_ctrl_c_where_the_loop_could_not_begin_is_raised(tmp_path: Path) -> None:
+    done = program(
+        """
+import ctypes
+import operator
+
+# Compiled functions alone: Python looks at the signal no sooner than handlers are restored.
+interrupt = ctypes.pythonapi.PyErr_SetInterruptEx
+interrupt.restype = operator.itemgetter
+
+class Broken:
+    _as_parameter_ = int(signal.SIGINT)
+    read = property(interrupt)
+    write = print
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGTERM, signal.SIG_DFL)
+try:
+    mh.realtime.run(controller, Broken(), REFERENCE, **REST, record="no/x.npy")
+except KeyboardInterrupt:
+    print("interrupted", signal.getsignal(signal.SIGTERM).name)
+""",
+        tmp_path,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted SIG_DFL\n", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
 def test_a_handler_of_the_program_stays(
     controller: mh.control.HybridController, number: int
 ) -> None:

@@ -168,12 +168,15 @@ pub(crate) fn run<'py>(
     // Nobody else changes the controller while it drives.
     let mut held = exclusive(&controller)?;
     let stop = stop.map_or_else(StopFlag::default, |stop| stop.get().0.clone());
-    let signals = Signals::end(io.py(), &stop)?;
+    let mut signals = Signals::end(io.py(), &stop)?;
     let start = Start { controller: held.stage_controller.clone(), reference, settings, progress, stop };
-    let Ended { report, controller, raised } = start.on(io)?;
-    held.stage_controller = controller;
-    let report = LoopReport(report);
+    let ended = start.on(io).map(|Ended { report, controller, raised }| {
+        held.stage_controller = controller;
+        (LoopReport(report), raised)
+    });
+    // Also where the loop could not begin: a signal that came meanwhile is not lost.
     signals.restore_and_pass_on()?;
+    let (report, raised) = ended?;
     match raised {
         Some(error) => Err(with_report(io.py(), error, report)),
         None => Ok(report),

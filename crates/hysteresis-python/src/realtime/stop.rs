@@ -93,25 +93,29 @@ impl<'py> Signals<'py> {
     }
 
     /// As it was before. A signal that came meanwhile then does what it would have done: it ends the program.
-    pub(super) fn restore_and_pass_on(mut self) -> PyResult<()> {
-        self.restore()?;
-        match self.came.load(Ordering::Relaxed) {
-            0 => Ok(()),
+    pub(super) fn restore_and_pass_on(&mut self) -> PyResult<()> {
+        let restored = self.restore();
+        match self.came.swap(0, Ordering::Relaxed) {
+            0 => restored,
             number => self.signal.call_method1("raise_signal", (number,)).map(drop),
         }
     }
 
     /// Every handler is restored, whatever another one raises.
     fn restore(&mut self) -> PyResult<()> {
-        let restored = |(number, before)| self.signal.call_method1("signal", (number, before)).map(drop);
+        let restored = |(number, before): (Bound<'py, PyAny>, Bound<'py, PyAny>)| {
+            let set = || self.signal.call_method1("signal", (&number, &before)).map(drop);
+            // Python first runs the handlers of what has come. If one raises, as that of Ctrl-C does, it sets nothing.
+            set().or_else(|error| set().and(Err(error)))
+        };
         self.before.drain(..).map(restored).fold(Ok(()), PyResult::and)
     }
 }
 
-/// Also where the loop could not begin.
+/// Also where not all of them could be replaced.
 impl Drop for Signals<'_> {
     fn drop(&mut self) {
-        // Nothing is left to restore after `restore_and_pass_on`; elsewhere another error is on its way.
-        let _ = self.restore();
+        // Nothing is left to do where it was called before; elsewhere another error is on its way.
+        let _ = self.restore_and_pass_on();
     }
 }
