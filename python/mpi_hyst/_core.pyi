@@ -6748,15 +6748,16 @@ def run(
 ) -> LoopReport:
     """Runs the loop of a stage at a fixed rate, in a thread outside the interpreter.
 
-    At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at `rest_rate`, or at
-    the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at Ctrl-C, when measurements are missing for too
-    long, and when input or output raises. Ctrl-C ends the loop and not the program: the report says "requested". So does `stop`, from any
-    thread. SIGTERM and SIGHUP end the loop, and then the program: where it has no handler of its own for them, and the main thread calls. Limits
-    and slew hold all the time: in any time T the drive moves by at most slew (T + dt), counting writes that succeed. The drive written last is the rest drive, unless writing
-    itself fails.
+    At every deadline the loop reads a measurement, computes a drive and writes it. It ends by a ramp to `rest_drive` at
+    `rest_rate`, or at the slew if that is slower: after `seconds`, at the end of a reference that is not repeated, at
+    Ctrl-C, when measurements are missing for too long, and when input or output raises. Ctrl-C ends the loop and not
+    the program: the report says "requested". So does `stop`, from any thread. SIGTERM and SIGHUP end the loop, and then
+    the program: where it has no handler of its own for them, and the main thread calls. Limits and slew hold all the
+    time: in any time T the drive moves by at most slew (T + dt), counting writes that succeed. The drive written last
+    is the rest drive, unless writing itself fails.
 
-    A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told that there is none, and
-    holds the drive. After `rest_after` seconds without one the drive goes to rest.
+    A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
+    that there is none, and holds the drive. After `rest_after` seconds without one the drive goes to rest.
 
     Parameters
     ----------
@@ -6795,7 +6796,8 @@ def run(
     fifo : int, optional
         The priority of SCHED_FIFO, 1 to 99.
     lock_memory : bool
-        Whether all memory of the process stays in memory, until the loop has ended. Where the program had locked memory before, for ever. What is refused of these three is one of the `warnings` of the report.
+        Whether all memory of the process stays in memory, until the loop has ended. Where the program had locked memory
+        before, for ever. What is refused of these three is one of the `warnings` of the report.
     record : path-like, optional
         The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
         if the process is killed. One that is there is replaced when the first samples are written.

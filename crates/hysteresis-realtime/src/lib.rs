@@ -14,8 +14,8 @@
 //! |---|---|---|
 //! | running | a fresh measurement, the controller's drive | `fresh` |
 //! | no fresh measurement for less than `stale_after` | the last one stands in | `stood_in` |
-//! | none for `stale_after` | the controller is told that there is none: it holds the drive for `max_missing` samples, with an [`Observer`](hysteresis_control::Observer) it goes on | `stale` |
-//! | none for more than `max_missing` samples besides | the loop holds the drive; with a fresh measurement the motion goes on without a jump | `stale`, `held` |
+//! | none for `stale_after` | the controller is told so: for `max_missing` samples it holds the drive | `stale` |
+//! | none for more than `max_missing` samples besides | the loop holds the drive | `stale`, `held` |
 //! | none for `rest_after` | to rest, for good | [`EndReason::Watchdog`] |
 //! | a measurement that is not finite, or that the controller does not believe | as none | as above |
 //! | a read that fails | as none | `read_faults` |
@@ -27,15 +27,20 @@
 //! | a read or a write that does not return | nothing, until it does: the drive stays, and no request to end is seen | [`Live::taken`] stands still |
 //! | shared memory: another process makes the file shorter | the system ends this process, the drive stays | nothing |
 //!
-//! *To rest* is a ramp to `rest_drive` at `rest_rate`, or at the slew of the controller if that is slower. It needs no measurement, and
-//! nothing interrupts it but writes that fail. While it runs, missed deadlines are skipped. The drive written last is the rest drive, unless
-//! writing itself fails: [`Report::at_rest`] says so, and [`Report::last_drive`] is the drive that the amplifier then has. A process
-//! that is killed leaves the drive where it is: a driver or an amplifier with a watchdog of its own is for that.
+//! A controller with an [`Observer`](hysteresis_control::Observer) does not hold the drive during these `max_missing`
+//! samples: it goes on. After a held drive a fresh measurement lets the motion go on without a jump.
 //!
-//! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the controller. In any
-//! time T the drive moves by at most slew (T + dt), by writes that succeed, as a sample that is late may have the next one right behind it. Samples that are
-//! caught up come closer together still: each moves the drive by no more than the slew gives for the time since the last one. After
-//! skipped samples the drive has had more time than it used.
+//! *To rest* is a ramp to `rest_drive` at `rest_rate`, or at the slew of the controller if that is slower. It needs no
+//! measurement, and nothing interrupts it but writes that fail. While it runs, missed deadlines are skipped. The drive
+//! written last is the rest drive, unless writing itself fails: [`Report::at_rest`] says so, and [`Report::last_drive`]
+//! is the drive that the amplifier then has. A process that is killed leaves the drive where it is: a driver or an
+//! amplifier with a watchdog of its own is for that.
+//!
+//! No drive is farther from the one before than the slew allows, in any of these states: all of them pass through the
+//! controller. In any time T the drive moves by at most slew (T + dt), by writes that succeed, as a sample that is late
+//! may have the next one right behind it. Samples that are caught up come closer together still: each moves the drive
+//! by no more than the slew gives for the time since the last one. After skipped samples the drive has had more time
+//! than it used.
 
 pub mod clock;
 mod error;
