@@ -37,7 +37,7 @@ pub fn readme(results: &Results) -> String {
     let rows = &results.cases;
     let yardsticks = measured(rows);
     let kinds: Vec<What> = [What::Forward, What::Inverse].into_iter().chain(yardsticks).collect();
-    let header = ["20 operators, time per sample".to_owned()].into_iter().chain(kinds.iter().map(|what| match what {
+    let header = ["signal at 10 kHz".to_owned()].into_iter().chain(kinds.iter().map(|what| match what {
         What::Inverse => "exact inverse".to_owned(),
         What::Forward => "forward".to_owned(),
         yardstick => name(*yardstick),
