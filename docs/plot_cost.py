@@ -55,7 +55,7 @@ def main() -> None:
         axes.set_xlabel("operators n")
         axes.set_xticks(operators, [f"{n:,}".replace(",", " ") for n in operators])
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlim(0.7, 1_500_000)  # room for the names of the lines
+        axes.set_xlim(0.7, 2_500_000)  # room for the names of the lines
         axes.grid(axis="y", color="#e4e4e4", linewidth=0.6)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
