@@ -131,7 +131,7 @@ bench: bench-time bench-instructions bench-latency ## time, instructions and lat
 
 bench-time: | $(MEASURED)
 	rm -rf target/criterion
-	@echo "timing, about three minutes"
+	@echo "timing, about five minutes"
 	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt 2>&1 || \
 		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
 
@@ -149,7 +149,7 @@ bench-latency: | $(MEASURED)
 bench-instructions: $(if $(VALGRIND),$(RUNNER)) | $(MEASURED) ## instructions per sample alone, counted by valgrind
 	rm -rf target/gungraun
 ifdef VALGRIND
-	@echo "counting instructions, about a minute"
+	@echo "counting instructions, about four minutes"
 	@GUNGRAUN_RUNNER=$(CURDIR)/$(RUNNER) cargo bench --quiet -p hysteresis-bench --bench instructions -- \
 		--save-summary=json --parallel=auto > $(MEASURED)/instructions.txt
 	@$(REPORT) instructions
@@ -163,7 +163,8 @@ bench-check: bench ## warns of what costs more than in benches/reference.json, a
 bench-reference: bench ## makes this run the reference
 	cp $(MEASURED)/results.json benches/reference.json
 
-bench-brief: ## the last run, or else the reference, as the README shows it
+bench-brief: ## the last run, or else the reference, as both READMEs show it
+	@$(REPORT) show --readme $(firstword $(wildcard $(MEASURED)/results.json) benches/reference.json)
 	@$(REPORT) show --brief $(firstword $(wildcard $(MEASURED)/results.json) benches/reference.json)
 
 bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and numpy loops

@@ -11,6 +11,9 @@ REFERENCE = Path(__file__).parents[1] / "benches" / "reference.json"
 OUTPUT = Path(__file__).with_name("cost_against_n.svg")
 STYLES = {
     "plain-loop": ("#9a9a9a", "plain loop"),
+    "fused-loop": ("#8a7a3c", "fused loop, {portable}"),
+    "fused-loop-v3": ("#3f7f4f", "fused loop, x86-64-v3"),
+    "fused-loop-v4": ("#7a4f8f", "fused loop, x86-64-v4"),
     "inverse": ("#b2452c", "exact inverse"),
     "forward": ("#1f5a99", "forward"),
 }
@@ -22,11 +25,15 @@ SIGNALS = {
 
 def main() -> None:
     """Time per sample against the number of operators, smooth and worst case side by side."""
-    cases = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"]
-    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    reference = json.loads(REFERENCE.read_text(encoding="utf-8"))
+    cases = reference["cases"]
+    portable = reference["machine"]["target"].split("-")[0].replace("_", "-")
+    measured = {case["what"] for case in cases}  # v3 and v4 where the processor has them
+    styles = {what: style for what, style in STYLES.items() if what in measured}
+    figure = Figure(figsize=(9.6, 4.2), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     for axes, (signal, title) in zip(panels, SIGNALS.items(), strict=True):
-        for what, (colour, label) in STYLES.items():
+        for what, (colour, label) in styles.items():
             cost = {
                 case["operators"]: case["nanoseconds"]
                 for case in cases
@@ -36,7 +43,7 @@ def main() -> None:
             times = [cost[n] for n in operators]
             axes.loglog(operators, times, color=colour, linewidth=1.4, marker="o", markersize=4)
             axes.annotate(
-                label,
+                label.format(portable=portable),
                 (operators[-1], times[-1]),
                 xytext=(7, 0),
                 textcoords="offset points",
@@ -48,7 +55,7 @@ def main() -> None:
         axes.set_xlabel("operators n")
         axes.set_xticks(operators, [f"{n:,}".replace(",", " ") for n in operators])
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlim(0.7, 300_000)  # room for the names of the lines
+        axes.set_xlim(0.7, 2_500_000)  # room for the names of the lines
         axes.grid(axis="y", color="#e4e4e4", linewidth=0.6)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)

@@ -30,7 +30,7 @@ def nanoseconds(benches: list[dict[str, Any]], face: str) -> Times:
 def instructions(benches: list[dict[str, Any]]) -> str:
     """The instruction set of the numba loops."""
     infos = (bench["extra_info"] for bench in benches)
-    return next(info["instructions"] for info in infos if info["face"] == "run")
+    return next(str(info["instructions"]) for info in infos if info["face"] == "run")
 
 
 def number(value: float) -> str:

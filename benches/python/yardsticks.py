@@ -75,39 +75,16 @@ def numba_loop(
         y[k] = total
 
 
-@numba.njit(fastmath=False, parallel=False)
+@numba.njit(fastmath=False, parallel=False, inline="always")
 def larger(a: float, b: float) -> float:
     """One instruction, which `max` is not because of NaN."""
     return a if a > b else b
 
 
-@numba.njit(fastmath=False, parallel=False)
+@numba.njit(fastmath=False, parallel=False, inline="always")
 def smaller(a: float, b: float) -> float:
     """One instruction, which `min` is not because of NaN."""
     return a if a < b else b
-
-
-@numba.njit(fastmath=False, parallel=False, inline="always")
-def vectorised_sample(
-    x: float, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, product: Array
-) -> float:
-    """The sum of one sample, of as many operators as z has room for.
-
-    Without fastmath a sum keeps its order, and its loop is not vectorised. So the loop over
-    operators writes products, and four sums side by side add them. There is a multiple of four.
-    """
-    for i in range(z.size):
-        low = larger(x - r[i], smaller(0.0, x - rc[i]))
-        high = smaller(x + ra[i], larger(0.0, x + rb[i]))
-        z[i] = larger(low, smaller(high, z[i]))
-        product[i] = weights[i] * z[i]
-    a = b = c = d = 0.0
-    for i in range(0, z.size, 4):
-        a += product[i]
-        b += product[i + 1]
-        c += product[i + 2]
-        d += product[i + 3]
-    return (a + c) + (b + d)
 
 
 @numba.njit(fastmath=False, parallel=False)
@@ -122,13 +99,30 @@ def filled(values: Array, filler: float) -> Array:
 def numba_vectorised(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
 ) -> None:
-    """The loop over samples with one over operators that the compiler vectorises."""
+    """The loop over samples with one over operators that the compiler vectorises.
+
+    Without fastmath a sum keeps its order, and its loop is not vectorised. So the loop over
+    operators writes products, and four sums side by side add them.
+    """
     weights = filled(weights, 0.0)
     r, ra = filled(r, np.inf), filled(ra, np.inf)
     rb, rc = filled(rb, np.inf), filled(rc, np.inf)
-    z, product = np.zeros(weights.size), np.zeros(weights.size)
+    n = weights.size
+    z, product = np.zeros(n), np.zeros(n)
     for k in range(x.size):
-        y[k] = vectorised_sample(x[k], weights, r, ra, rb, rc, z, product)
+        sample = x[k]
+        for i in range(n):
+            low = larger(sample - r[i], smaller(sample - rc[i], 0.0))
+            high = smaller(sample + ra[i], larger(sample + rb[i], 0.0))
+            z[i] = larger(low, smaller(high, z[i]))
+            product[i] = weights[i] * z[i]
+        a = b = c = d = 0.0
+        for i in range(0, n, 4):
+            a += product[i]
+            b += product[i + 1]
+            c += product[i + 2]
+            d += product[i + 3]
+        y[k] = (a + c) + (b + d)
 
 
 @numba.njit(fastmath=False, parallel=False)
@@ -151,9 +145,22 @@ def numba_array_vectorised(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
 ) -> None:
     """The same, vectorised. The number of operators is a multiple of four."""
-    product = np.zeros(weights.size)
+    n = weights.size
+    product = np.zeros(n)
     for j in range(x.size):
-        y[j] = vectorised_sample(x[j], weights, r, ra, rb, rc, z[j], product)
+        sample = x[j]
+        for i in range(n):
+            low = larger(sample - r[i], smaller(sample - rc[i], 0.0))
+            high = smaller(sample + ra[i], larger(sample + rb[i], 0.0))
+            z[j, i] = larger(low, smaller(high, z[j, i]))
+            product[i] = weights[i] * z[j, i]
+        a = b = c = d = 0.0
+        for i in range(0, n, 4):
+            a += product[i]
+            b += product[i + 1]
+            c += product[i + 2]
+            d += product[i + 3]
+        y[j] = (a + c) + (b + d)
 
 
 def numpy_loop(

@@ -31,7 +31,28 @@ pub fn times(rows: &[Row]) -> String {
     sections.join("\n\n")
 }
 
-/// What the README shows.
+/// What the README of the project shows: few operators on a smooth, a noisy and the worst signal.
+#[must_use]
+pub fn readme(results: &Results) -> String {
+    let rows = &results.cases;
+    let yardsticks = measured(rows);
+    let kinds: Vec<What> = [What::Forward, What::Inverse].into_iter().chain(yardsticks).collect();
+    let header = ["signal at 10 kHz".to_owned()].into_iter().chain(kinds.iter().map(|what| match what {
+        What::Inverse => "exact inverse".to_owned(),
+        What::Forward => "forward".to_owned(),
+        yardstick => name(*yardstick),
+    }));
+    let line = |signal: Signal| {
+        let case = |what| Case { signal, operators: 20, what, mode: Mode::Step };
+        let time = |what: &What| cell(find(rows, case(*what)).map(|row| row.nanoseconds), nanoseconds);
+        [signal.to_string()].into_iter().chain(kinds.iter().map(time)).collect()
+    };
+    let signals = [Signal::SlowSine, Signal::NoisySine, Signal::White];
+    let table = table(&header.collect::<Vec<_>>(), 1, signals.map(line));
+    format!("{}\n\n{table}", machine(&results.machine))
+}
+
+/// What the README of the benches shows.
 #[must_use]
 pub fn brief(results: &Results) -> String {
     let signals = [Signal::SlowSine, Signal::NoisySine, Signal::White];

@@ -31,9 +31,12 @@ enum Command {
         /// The file.
         #[arg(default_value = "target/bench/results.json")]
         results: PathBuf,
-        /// Only what the README shows.
-        #[arg(long)]
+        /// Only what the README of the benches shows.
+        #[arg(long, conflicts_with = "readme")]
         brief: bool,
+        /// Only what the README of the project shows.
+        #[arg(long)]
+        readme: bool,
     },
     /// Prints the times that the last run measured, though it be of few cases.
     Times {
@@ -68,9 +71,14 @@ fn main() -> Outcome<ExitCode> {
             }
             results.write(&output)?;
         }
-        Command::Show { results, brief } => {
+        Command::Show { results, brief, readme } => {
             let results = Results::read(&results)?;
-            println!("{}", if brief { table::brief(&results) } else { table::full(&results) });
+            let shown = match (readme, brief) {
+                (true, _) => table::readme(&results),
+                (_, true) => table::brief(&results),
+                _ => table::full(&results),
+            };
+            println!("{shown}");
         }
         Command::Times { target } => println!("{}", table::times(&gather::times(&target)?)),
         Command::Instructions { target } => println!("{}", table::instructions(&gather::instructions(&target)?)),
