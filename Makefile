@@ -129,18 +129,21 @@ bench: bench-time bench-instructions bench-latency ## time, instructions and lat
 	$(REPORT) gather
 	$(REPORT) show
 
+# Times the cases whose names match a pattern, or all.
+define TIME
+rm -rf target/criterion
+@cargo bench --quiet -p hysteresis-bench --bench time -- '$(1)' > $(MEASURED)/time.txt 2>&1 || \
+	{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+endef
+
 bench-time: | $(MEASURED)
-	rm -rf target/criterion
 	@echo "timing, about five minutes"
-	@cargo bench --quiet -p hysteresis-bench --bench time > $(MEASURED)/time.txt 2>&1 || \
-		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+	$(call TIME)
 
 # Of step and run with 20 operators on the sine, the sine with noise and white noise.
 QUICK := ^(sine|noisy-sine|white)/.*-(step|run)/20$$
 bench-quick: | $(MEASURED) ## time per sample of 20 operators alone, beside the loops, in less than a minute
-	rm -rf target/criterion
-	@cargo bench --quiet -p hysteresis-bench --bench time -- '$(QUICK)' > $(MEASURED)/time.txt 2>&1 || \
-		{ tail -n 20 $(MEASURED)/time.txt >&2; false; }
+	$(call TIME,$(QUICK))
 	@$(REPORT) times
 
 bench-latency: | $(MEASURED)

@@ -115,7 +115,8 @@ def test_what_is_written_is_read_by_the_other_commands(there: Path) -> None:
     assert (there / "2.csv").read_bytes() == (there / "drive.csv").read_bytes()
     fit = ("--input", "drive", "--output", "position_um", "--operators", "4", "-o", "found.json")
     assert run("identify", "run.csv", *fit).exit_code in (0, 3)
-    assert mh.load(there / "found.json").units == ("V", "um")  # type: ignore[union-attr]
+    found = mh.load(there / "found.json")
+    assert isinstance(found, mh.Stage) and found.units == ("V", "um")
     assert column(there / "run.csv", "drive").size == TARGET.size
 
 

@@ -95,34 +95,47 @@ def filled(values: Array, filler: float) -> Array:
     return result
 
 
-@numba.njit(fastmath=False, parallel=False)
-def numba_vectorised(
-    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
-) -> None:
-    """The loop over samples with one over operators that the compiler vectorises.
+@numba.njit(fastmath=False, parallel=False, inline="always")
+def vectorised(
+    sample: float,
+    weights: Array,
+    r: Array,
+    ra: Array,
+    rb: Array,
+    rc: Array,
+    z: Array,
+    product: Array,
+) -> float:
+    """One sample in loops over operators that the compiler vectorises; their number is 4 k.
 
     Without fastmath a sum keeps its order, and its loop is not vectorised. So the loop over
     operators writes products, and four sums side by side add them.
     """
+    for i in range(z.size):
+        low = larger(sample - r[i], smaller(sample - rc[i], 0.0))
+        high = smaller(sample + ra[i], larger(sample + rb[i], 0.0))
+        z[i] = larger(low, smaller(high, z[i]))
+        product[i] = weights[i] * z[i]
+    a = b = c = d = 0.0
+    for i in range(0, z.size, 4):
+        a += product[i]
+        b += product[i + 1]
+        c += product[i + 2]
+        d += product[i + 3]
+    return (a + c) + (b + d)
+
+
+@numba.njit(fastmath=False, parallel=False)
+def numba_vectorised(
+    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
+) -> None:
+    """The loop over samples, with what is left of the last four operators filled up."""
     weights = filled(weights, 0.0)
     r, ra = filled(r, np.inf), filled(ra, np.inf)
     rb, rc = filled(rb, np.inf), filled(rc, np.inf)
-    n = weights.size
-    z, product = np.zeros(n), np.zeros(n)
+    z, product = np.zeros(weights.size), np.zeros(weights.size)
     for k in range(x.size):
-        sample = x[k]
-        for i in range(n):
-            low = larger(sample - r[i], smaller(sample - rc[i], 0.0))
-            high = smaller(sample + ra[i], larger(sample + rb[i], 0.0))
-            z[i] = larger(low, smaller(high, z[i]))
-            product[i] = weights[i] * z[i]
-        a = b = c = d = 0.0
-        for i in range(0, n, 4):
-            a += product[i]
-            b += product[i + 1]
-            c += product[i + 2]
-            d += product[i + 3]
-        y[k] = (a + c) + (b + d)
+        y[k] = vectorised(x[k], weights, r, ra, rb, rc, z, product)
 
 
 @numba.njit(fastmath=False, parallel=False)
@@ -145,22 +158,9 @@ def numba_array_vectorised(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
 ) -> None:
     """The same, vectorised. The number of operators is a multiple of four."""
-    n = weights.size
-    product = np.zeros(n)
+    product = np.zeros(weights.size)
     for j in range(x.size):
-        sample = x[j]
-        for i in range(n):
-            low = larger(sample - r[i], smaller(sample - rc[i], 0.0))
-            high = smaller(sample + ra[i], larger(sample + rb[i], 0.0))
-            z[j, i] = larger(low, smaller(high, z[j, i]))
-            product[i] = weights[i] * z[j, i]
-        a = b = c = d = 0.0
-        for i in range(0, n, 4):
-            a += product[i]
-            b += product[i + 1]
-            c += product[i + 2]
-            d += product[i + 3]
-        y[j] = (a + c) + (b + d)
+        y[j] = vectorised(x[j], weights, r, ra, rb, rc, z[j], product)
 
 
 def numpy_loop(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::cases::{Case, What};
-use crate::results::{Outcome, Row, read_json};
+use crate::results::{Outcome, Row, find, read_json};
 
 /// One row for each case, from the last run of the benches that wrote to `target`.
 ///
@@ -83,7 +83,7 @@ fn compare_with_yardsticks(rows: &mut [Row]) {
     let yardsticks: Vec<Row> = rows.iter().filter(|row| What::YARDSTICKS.contains(&row.case.what)).copied().collect();
     for row in rows.iter_mut().filter(|row| row.case.what != What::Copy) {
         let to = |what| {
-            let yardstick = yardsticks.iter().find(|other| other.case == row.case.beside(what));
+            let yardstick = find(&yardsticks, row.case.beside(what));
             yardstick.map(|other| row.nanoseconds / other.nanoseconds)
         };
         (row.to_plain_loop, row.to_fused_loop_v3) = (to(What::PlainLoop), to(What::FusedLoopV3));

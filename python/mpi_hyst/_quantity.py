@@ -40,7 +40,7 @@ def known_unit(text: str) -> str:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """Return the name of a column that says its unit: drive_v for V. An unknown one is left out."""
+    """Return the name of a column that says its unit: position_um. An unknown one is left out."""
     known = known_unit(unit)
     return f"{name}_{known.lower()}" if known else name
 
