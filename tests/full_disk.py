@@ -6,6 +6,7 @@ a limit on the size of files; `test_full_disk.py` does a short form of the latte
 
 from __future__ import annotations
 
+import importlib
 import os
 import resource
 import signal
@@ -62,6 +63,8 @@ class Figures:
 
 def prepare(directory: Path) -> None:
     """Make the files that the commands read."""
+    # matplotlib lists the fonts of a new machine once, and complains where it cannot write that.
+    importlib.import_module("matplotlib.font_manager")
     write_csv(directory / "record.csv", HEADER, record_rows())
     write_csv(
         directory / "target.csv", "time_s,target_um", [[k / 200, 0.001 * k] for k in range(300)]

@@ -180,3 +180,11 @@ fn a_refused_change_changes_nothing() {
     let error = controller.set_state(&state).unwrap_err();
     assert_eq!(error.to_string(), "state.ki: expected 50.0, as in this controller, got 100.0");
 }
+
+#[test]
+fn a_state_belongs_to_the_options_it_was_made_with() {
+    let state = plain(ArrayOptions::new(DT)).state();
+    let mut other = plain(ArrayOptions { slew: vec![1e4], ..ArrayOptions::new(DT) });
+    assert!(other.set_state(&state).is_err());
+    plain(ArrayOptions::new(DT)).set_state(&state).unwrap();
+}

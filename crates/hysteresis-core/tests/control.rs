@@ -343,3 +343,10 @@ fn asymmetric_limits_and_slew_are_kept_and_counted() {
     let started = |limits| made(FeedForward::None, &ControllerOptions::new(1.0, 0.0, DT, limits)).drive();
     assert_eq!([started((30.0, 100.0)), started((-9.0, -1.0)), started(LIMITS)], [30.0, -1.0, 0.0]);
 }
+
+#[test]
+fn it_says_which_measurement_it_would_believe() {
+    let mut controller = made(exact(), &ControllerOptions::new(5.0, 6e3, DT, LIMITS));
+    controller.step(0.0.into(), 0.0);
+    assert!(controller.believes(0.1) && !controller.believes(f64::NAN) && !controller.believes(f64::INFINITY));
+}

@@ -35,6 +35,21 @@ fn close(a: f64, b: f64, largest: f64) -> bool {
 }
 
 proptest! {
+    /// After a reset a filter is as it was made.
+    #[test]
+    fn a_reset_filter_is_a_new_one(sections in sections(), input in signal()) {
+        let mut new = Filter::new(&sections).unwrap();
+        let mut used = new.clone();
+        for x in input.iter().chain(&[f64::NAN]) {
+            used.step(*x);
+        }
+        used.reset();
+        prop_assert_eq!(used.rejected(), 0);
+        for x in input {
+            prop_assert_eq!(used.step(x).to_bits(), new.step(x).to_bits());
+        }
+    }
+
     /// The form of the states changes rounding alone.
     #[test]
     fn equals_the_difference_equation(sections in sections(), input in signal()) {

@@ -61,6 +61,7 @@ proptest! {
     #[test]
     fn slopes_keep_within_their_range(model in any_nested_model(20), x in history(100)) {
         let (least, most) = model.slope_range();
+        prop_assert_eq!(CompiledModel::new(&model).slope_range(), (least, most));
         let (mut stream, tolerance) = (model.forward(), AGREE * output_range(&model));
         let mut last = (x[0], stream.step(x[0]));
         for x in x {
@@ -216,21 +217,24 @@ proptest! {
     #[test]
     fn out_of_reach_clamps_and_says_so(model in invertible_model(20), y in history(100), span in (-80.0..-1.0, 1.0..80.0)) {
         let limits = (model.offsets().input + span.0, model.offsets().input + span.1);
-        let mut inverse = model.inverse(Some(limits)).unwrap();
-        let mut forward = model.forward();
+        let (compiled, at_rest) = (CompiledModel::new(&model), vec![0.0; model.weights().len()]);
         let tolerance = 1e-12 * output_range(&model);
-        for y in y {
-            let (least, most) = (forward.peek(limits.0), forward.peek(limits.1));
-            let drive = inverse.step(y);
-            prop_assert!(limits.0 <= drive && drive <= limits.1);
-            let reached = forward.step(drive);
-            // The model moves to where the target clamped to its reach is: also back from a limit, without a jump.
-            prop_assert!((reached - y.clamp(least, most)).abs() <= tolerance, "{reached} instead of {y}");
-            if y > most + tolerance || y < least - tolerance {
-                prop_assert!(inverse.saturated());
-            }
-            if least + tolerance < y && y < most - tolerance {
-                prop_assert!(!inverse.saturated());
+        let on_bank = Inverse::with_initial(&compiled, Some(limits), &at_rest).unwrap();
+        for mut inverse in [Inverse::new(&compiled, Some(limits)).unwrap(), on_bank] {
+            let mut forward = model.forward();
+            for y in &y {
+                let (least, most) = (forward.peek(limits.0), forward.peek(limits.1));
+                let drive = inverse.step(*y);
+                prop_assert!(limits.0 <= drive && drive <= limits.1);
+                let reached = forward.step(drive);
+                // The model moves to where the target clamped to its reach is: also back from a limit, without a jump.
+                prop_assert!((reached - y.clamp(least, most)).abs() <= tolerance, "{reached} instead of {y}");
+                if *y > most + tolerance || *y < least - tolerance {
+                    prop_assert!(inverse.saturated());
+                }
+                if least + tolerance < *y && *y < most - tolerance {
+                    prop_assert!(!inverse.saturated());
+                }
             }
         }
     }

@@ -126,3 +126,18 @@ fn bracketed<T: Real>(direction: Direction, guess: T, near: Point<T>, far: Optio
         None => limit,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Point, first_guess};
+
+    #[test]
+    fn a_first_guess_is_exact_at_both_ends_and_leaves_with_the_slope() {
+        let (near, far, slope) = (Point { input: 1.0, output: 2.0 }, Point { input: 5.0, output: 8.0 }, 3.0);
+        let guess = |target: f64| first_guess(near, slope, Some(far), target);
+        assert!((guess(far.output) - far.input).abs() < 1e-12 && (guess(near.output) - near.input).abs() < 1e-12);
+        let rise = 1e-6;
+        assert!(((guess(near.output + rise) - near.input) / rise - 1.0 / slope).abs() < 1e-5);
+        assert!((first_guess(near, slope, None, 8.0_f64) - 3.0).abs() < 1e-12);
+    }
+}

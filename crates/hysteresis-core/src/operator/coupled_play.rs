@@ -103,3 +103,15 @@ impl Operator for CoupledPlay {
         lo.max(hi.min(last_output))
     }
 }
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::{CoupledPlay, Play};
+
+    #[test]
+    fn it_slides_behind_the_input_by_the_threshold_or_holds() {
+        let play = CoupledPlay::from(Play::new(2.0).unwrap());
+        assert_eq!([play.slide(0.0, 5.0), play.slide(0.0, -5.0)], [Some(-2.0), Some(2.0)]);
+        assert_eq!([play.slide(0.0, 1.0), play.slide(3.0, 4.0), play.slide(-3.0, -4.0)], [None; 3]);
+    }
+}

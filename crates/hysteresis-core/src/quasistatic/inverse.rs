@@ -279,3 +279,14 @@ impl Process for QuasiStaticInverse {
         self.rest();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn a_drive_beyond_a_limit_becomes_the_limit() {
+        let drives = [-1.5, -1.0, 0.0, 2.0, 2.5].map(|drive| within(drive, (-1.0, 2.0)));
+        assert_eq!(drives, [-1.0, -1.0, 0.0, 2.0, 2.0]);
+    }
+}

@@ -237,3 +237,17 @@ fn followed(change: f64, excess: f64) -> f64 {
         change
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::followed;
+
+    #[test]
+    fn what_limits_cut_off_is_taken_from_a_change_that_pushes_against_them() {
+        let cases = [(1.0, 0.25, 0.75), (-1.0, -0.25, -0.75), (1.0, 2.0, 0.0), (-1.0, -2.0, 0.0)];
+        let back = [(1.0, -0.25, 1.0), (-1.0, 0.25, -1.0), (0.5, 0.0, 0.5), (0.0, -1.0, 0.0)];
+        for (change, excess, expected) in cases.into_iter().chain(back) {
+            assert_eq!(followed(change, excess), expected, "{change} with {excess}");
+        }
+    }
+}

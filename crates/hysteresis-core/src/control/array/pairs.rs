@@ -163,3 +163,18 @@ fn add(numbers: &mut [f64], index: usize, summand: f64) {
         *number += summand;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ArrayOptions, Pairs};
+
+    #[test]
+    fn a_pair_at_its_limit_is_not_too_far_apart() {
+        let options =
+            ArrayOptions { neighbours: [(0, 1)].into(), max_difference: [1.0].into(), ..ArrayOptions::new(1e-3) };
+        let mut pairs = Pairs::new(&options, 2).unwrap();
+        let most = pairs.pairs[0].most;
+        assert!(!pairs.begin(&[0.0, 0.0], &[most, 0.0]) && !pairs.begin(&[0.0, 0.0], &[0.0, most]));
+        assert!(pairs.begin(&[0.0, 0.0], &[1.0, 0.0]) && pairs.begin(&[0.0, 0.0], &[0.0, 1.0]));
+    }
+}
