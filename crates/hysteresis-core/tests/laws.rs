@@ -9,8 +9,8 @@ use hysteresis_core::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
-    REACH, any_nested_model, bank, history, invertible_model, nested_thresholds, oscillations, output_range, slopes,
-    unnested_model,
+    REACH, any_nested_model, bank, bank_inverse, forwards, history, inverses, invertible_model, nested_thresholds,
+    oscillations, output_range, slopes, unnested_model,
 };
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
@@ -200,9 +200,7 @@ proptest! {
 
     #[test]
     fn bank_inverse_undoes_forward(model in prop_oneof![invertible_model(20), unnested_model()], x in history(100)) {
-        let zeros = vec![0.0; model.weights().len()];
-        let mut forward = bank(&model);
-        let mut inverse = Inverse::with_initial(&CompiledModel::new(&model), None, &zeros).unwrap();
+        let (mut forward, mut inverse) = (bank(&model), bank_inverse(&model, None));
         for x in x {
             let back = inverse.step(forward.step(x));
             prop_assert!((back - x).abs() <= 1e-11 * 4.0 * REACH, "{x} came back as {back}");
@@ -217,10 +215,8 @@ proptest! {
     #[test]
     fn out_of_reach_clamps_and_says_so(model in invertible_model(20), y in history(100), span in (-80.0..-1.0, 1.0..80.0)) {
         let limits = (model.offsets().input + span.0, model.offsets().input + span.1);
-        let (compiled, at_rest) = (CompiledModel::new(&model), vec![0.0; model.weights().len()]);
         let tolerance = 1e-12 * output_range(&model);
-        let on_bank = Inverse::with_initial(&compiled, Some(limits), &at_rest).unwrap();
-        for mut inverse in [Inverse::new(&compiled, Some(limits)).unwrap(), on_bank] {
+        for mut inverse in inverses(&model, Some(limits)) {
             let mut forward = model.forward();
             for y in &y {
                 let (least, most) = (forward.peek(limits.0), forward.peek(limits.1));
@@ -300,10 +296,7 @@ proptest! {
     #[test]
     fn restored_state_continues_bit_for_bit(model in invertible_model(20), x in history(60), y in history(60)) {
         let limits = Some((model.offsets().input - 60.0, model.offsets().input + 60.0));
-        let compiled = CompiledModel::new(&model);
-        let zeros = vec![0.0; model.weights().len()];
-        let forwards = [Forward::new(&compiled), Forward::with_initial(&compiled, &zeros).unwrap()];
-        for mut stream in forwards {
+        for mut stream in forwards(&model) {
             let mut other = stream.clone();
             run(&mut stream, &x);
             run(&mut other, &y);
@@ -311,9 +304,7 @@ proptest! {
             prop_assert_eq!(stream.state(), other.state());
             prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
         }
-        let inverses =
-            [Inverse::new(&compiled, limits).unwrap(), Inverse::with_initial(&compiled, limits, &zeros).unwrap()];
-        for mut stream in inverses {
+        for mut stream in inverses(&model, limits) {
             let mut other = stream.clone();
             run(&mut stream, &x);
             run(&mut other, &y);

@@ -9,7 +9,7 @@ use hysteresis_core::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::models::actuator;
-use support::{REACH, bank, history, invertible_model, oscillations, output_range, unnested_model};
+use support::{REACH, bank, forwards, history, inverses, invertible_model, oscillations, output_range, unnested_model};
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
 const AGREE: f64 = 1e-13;
@@ -71,17 +71,6 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Streams by the engine (or as the thresholds want it) and by the bank.
-fn both(model: &ModifiedPrandtlIshlinskii) -> [Forward; 2] {
-    [model.forward(), bank(model)]
-}
-
-fn inverses(model: &ModifiedPrandtlIshlinskii, limits: Option<(f64, f64)>) -> [Inverse; 2] {
-    let zeros = vec![0.0; model.weights().len()];
-    let compiled = CompiledModel::new(model);
-    [Inverse::new(&compiled, limits).unwrap(), Inverse::with_initial(&compiled, limits, &zeros).unwrap()]
-}
-
 /// Two states are one but for the rounding of outputs: the very counts, turning points and inputs.
 fn assert_same_memory(one: &StreamState, other: &StreamState, tolerance: f64) -> Result<(), TestCaseError> {
     match (&one.memory, &other.memory) {
@@ -107,7 +96,7 @@ proptest! {
     #[test]
     fn the_same_model_changes_no_bit((model, _) in pairs(), x in histories(), y in histories()) {
         let again = CompiledModel::new(&model.clone());
-        for mut stream in both(&model) {
+        for mut stream in forwards(&model) {
             run(&mut stream, &x);
             let mut other = stream.clone();
             other.set_model(&again).unwrap();
@@ -127,7 +116,7 @@ proptest! {
     fn a_forward_stream_goes_on_as_the_new_model(models in pairs(), x in histories(), y in histories()) {
         let (model, other) = models;
         let tolerance = AGREE * output_range(&other);
-        for (mut stream, mut fresh) in both(&model).into_iter().zip(both(&other)) {
+        for (mut stream, mut fresh) in forwards(&model).into_iter().zip(forwards(&other)) {
             run(&mut stream, &x);
             run(&mut fresh, &x);
             stream.set_model(&CompiledModel::new(&other)).unwrap();
@@ -203,7 +192,7 @@ proptest! {
     #[test]
     fn there_and_back_is_the_old_model((model, other) in pairs(), x in histories(), y in histories()) {
         let tolerance = AGREE * (output_range(&model) + output_range(&other));
-        for mut stream in both(&model) {
+        for mut stream in forwards(&model) {
             run(&mut stream, &x);
             let mut swapped = stream.clone();
             swapped.set_model(&CompiledModel::new(&other)).unwrap();

@@ -5,7 +5,7 @@ pub(crate) mod array;
 pub(crate) mod control;
 pub(crate) mod models;
 
-use hysteresis_core::{CompiledModel, Forward, ModifiedPrandtlIshlinskii, Offsets};
+use hysteresis_core::{CompiledModel, Forward, Inverse, ModifiedPrandtlIshlinskii, Offsets};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -144,9 +144,29 @@ pub(crate) fn unnested_model() -> impl Strategy<Value = ModifiedPrandtlIshlinski
         .prop_flat_map(|model| split_or_not(model, 0.2..2.0, 0.1..1.0))
 }
 
+/// Outputs of all operators, at rest.
+fn at_rest(model: &ModifiedPrandtlIshlinskii) -> Vec<f64> {
+    vec![0.0; model.weights().len()]
+}
+
 /// The plain loop over all operators of the model, at rest.
 pub(crate) fn bank(model: &ModifiedPrandtlIshlinskii) -> Forward {
-    Forward::with_initial(&CompiledModel::new(model), &vec![0.0; model.weights().len()]).unwrap()
+    Forward::with_initial(&CompiledModel::new(model), &at_rest(model)).unwrap()
+}
+
+/// The inverse of [`bank`].
+pub(crate) fn bank_inverse(model: &ModifiedPrandtlIshlinskii, limits: Option<(f64, f64)>) -> Inverse {
+    Inverse::with_initial(&CompiledModel::new(model), limits, &at_rest(model)).unwrap()
+}
+
+/// Streams by the engine (or as the thresholds want it) and by the bank.
+pub(crate) fn forwards(model: &ModifiedPrandtlIshlinskii) -> [Forward; 2] {
+    [model.forward(), bank(model)]
+}
+
+/// Inverses of [`forwards`].
+pub(crate) fn inverses(model: &ModifiedPrandtlIshlinskii, limits: Option<(f64, f64)>) -> [Inverse; 2] {
+    [model.inverse(limits).unwrap(), bank_inverse(model, limits)]
 }
 
 /// The scale of the model's output over the histories: tolerances are relative to it.
