@@ -66,6 +66,14 @@ class Drawn:
         pairs = zip(self.weights, self.weights_negative, strict=True)
         return min(self.weights[0], self.weights_negative[0]), sum(max(pair) for pair in pairs)
 
+    def with_gaps_of_at_least(self, gap: float) -> Drawn:
+        """The model, not split, with so much larger thresholds r and ra but for the identity."""
+        keywords: Any = {k: v for k, v in self.keywords.items() if k != "weights_negative"}
+        for name in {"thresholds", "r", "ra"} & keywords.keys():
+            first, *others = keywords[name]
+            keywords[name] = [first, *(threshold + gap for threshold in others)]
+        return Drawn(keywords)
+
     @property
     def rest(self) -> float:
         """The input at which the model rests."""

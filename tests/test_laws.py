@@ -135,6 +135,32 @@ def test_return_point_memory(case: Case, inner: float) -> None:
     assert stream.step(turn) == pytest.approx(expected, abs=AGREE * drawn.output_scale(xs))
 
 
+@given(
+    with_history(invertible_models(20)),
+    st.lists(st.floats(0.01, 0.99), min_size=1, max_size=40),
+)
+def test_steps_where_nothing_slides_are_not_remembered(case: Case, parts: list[float]) -> None:
+    # Between a reversal and 1 V behind it, less than any operator needs to slide again.
+    drawn, xs = case
+    model = drawn.with_gaps_of_at_least(1.0).model()
+    turn = 5000.0
+    walk_back = [turn - part for part in parts]
+    forward = model.forward()
+    forward.run([*xs, -turn, turn, turn - 0.5])
+    before, outputs = forward.state, forward.run(walk_back)
+    forward.step(turn - 0.5)
+    assert forward.state == before
+
+    inverse = model.inverse()
+    inverse.follow([*xs, -turn, turn, turn - 0.5])
+    inverse.step(outputs[0])
+    before, drives = inverse.state, inverse.run(outputs)
+    tolerance = AGREE * drawn.drive_scale([turn])
+    np.testing.assert_allclose(drives, walk_back, rtol=0, atol=4 * tolerance)
+    inverse.step(outputs[0])
+    assert inverse.state == before
+
+
 @given(with_history(any_models(), histories=2), st.floats(-900.0, 900.0), st.floats(-900.0, 900.0))
 def test_congruency(case: Case2, one: float, other: float) -> None:
     # Loops between the same two inputs are congruent whatever came before: for coupled plays
@@ -282,9 +308,11 @@ def test_peek_changes_nothing(case: Case, probe: float, bank: bool) -> None:
             assert bits(stream.step(x)) == bits(expected)
 
 
-@given(with_history(any_invertible_models()))
-def test_run_equals_step(case: Case) -> None:
-    drawn, xs = case
+@given(with_history(any_invertible_models()), st.integers(1, 40))
+def test_run_equals_step(case: Case, parts: int) -> None:
+    # In many parts, so that whole blocks lie on a line.
+    drawn, points = case
+    xs = walk(points, parts).tolist()
     model = drawn.model()
     assert bits(model.forward().run(xs)) == bits(steps(model.forward(), xs))
     assert bits(model.inverse().run(xs)) == bits(steps(model.inverse(), xs))

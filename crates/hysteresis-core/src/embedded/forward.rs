@@ -2,7 +2,7 @@ use super::model::{Holds, Model};
 use crate::engine::Engine;
 use crate::process::Process;
 use crate::real::Real;
-use crate::stream::ForwardCore;
+use crate::stream::{ForwardCore, Walk};
 
 /// The output of a model, sample by sample, without an allocator; it owns its model or borrows one.
 ///

@@ -3,7 +3,7 @@ use crate::engine::Engine;
 use crate::error::Error;
 use crate::process::Process;
 use crate::real::Real;
-use crate::stream::{InverseCore, check_limits};
+use crate::stream::{InverseCore, Walk, check_limits};
 
 /// The exact inverse of a model, sample by sample, without an allocator: the drive that brings the model's output to the target.
 ///

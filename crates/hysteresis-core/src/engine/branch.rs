@@ -77,6 +77,15 @@ impl<T: Real> Branch<T> {
         self.end
     }
 
+    /// Where the line ends after a step back: where the branch slides, at once, which is beyond `end`.
+    #[inline(always)]
+    pub(crate) fn back(&self, family: &Family<T, impl Store>, direction: Direction) -> T {
+        if self.moved > 0 {
+            return T::INFINITY * direction.sign();
+        }
+        self.next_start(family, direction.reversed())
+    }
+
     /// Turns round at `input`, where a branch in `ended` ends and the model's output is `output`: what slid on it is
     /// frozen by a new turning point. The line of the new branch is stale until it advances.
     #[inline(always)]
@@ -93,9 +102,12 @@ impl<T: Real> Branch<T> {
             let point = TurningPoint { input, output, ended, moved, at_zero, reversal };
             self.top = Remembered { point, beyond: self.frozen, released: self.released(family, ended, input) };
             self.height += 1;
+            self.begin = input;
+        } else {
+            self.begin = -T::INFINITY * ended.reversed().sign();
         }
         (self.moved, self.at_zero) = (0, 0);
-        (self.begin, self.end) = (input, input);
+        self.end = input;
         self.line.slope = 0.0;
     }
 
@@ -221,15 +233,21 @@ impl<T: Real> Branch<T> {
     /// Draws the line at this position, and its end, from prefix sums and turning points.
     #[inline(always)]
     pub(super) fn draw(&mut self, family: &Family<T, impl Store>, direction: Direction) {
-        let TurningPoint { input: turned, ended, .. } = self.top.point;
-        // Back at the reversal that ended a branch of the same direction the inner loop closes.
-        self.end = select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned));
+        self.end = self.next_start(family, direction);
         if direction == Direction::Falling && self.at_zero < self.moved {
             self.end = Direction::Falling.nearer(self.end, family.rests(self.at_zero));
         }
         self.frozen = self.frozen(family);
         let sliding = family.sliding(direction, self.at_zero, self.moved);
         self.line = Line { slope: sliding.slope, offset: sliding.offset + self.frozen };
+    }
+
+    /// The input at which a move in `direction` lets the next operator slide.
+    #[inline(always)]
+    fn next_start(&self, family: &Family<T, impl Store>, direction: Direction) -> T {
+        let TurningPoint { input: turned, ended, .. } = self.top.point;
+        // Back at the reversal that ended a branch of the same direction the inner loop closes.
+        select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned))
     }
 
     /// Sum of w p over the operators that do not slide.

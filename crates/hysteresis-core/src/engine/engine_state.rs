@@ -82,6 +82,14 @@ impl<T: Real> EngineState<T> {
         }
     }
 
+    /// Where, after a step back, the line ends.
+    #[inline(always)]
+    fn back(&self, direction: Direction, families: &Families<T, impl Store>) -> T {
+        let positive = self.positive.back(&families.positive, direction);
+        let negative = self.negative.back(&families.negative, direction.reversed());
+        direction.further(positive, -negative)
+    }
+
     /// The line and its breakpoints, over the input.
     #[inline]
     pub(crate) fn piece(&self, families: &Families<T, impl Store>) -> Piece<T> {
@@ -92,6 +100,6 @@ impl<T: Real> EngineState<T> {
     pub(super) fn piece_in(&self, direction: Direction, families: &Families<T, impl Store>) -> Piece<T> {
         let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
-        Piece { direction, line: self.line(families), begin, end }
+        Piece { direction, line: self.line(families), begin, end, back: self.back(direction, families) }
     }
 }

@@ -28,9 +28,9 @@ pub enum MemoryState {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct TurningPointState {
-    /// Which way the input moved last.
+    /// Which way the input moved when it last let an operator slide, or was about to.
     pub direction: Direction,
-    /// How many reversals there were.
+    /// How many reversals were noted, for numbering: where a step back lets nothing slide, none need be.
     pub reversals: u64,
     /// The family above zero.
     pub positive: FamilyState,

@@ -1,7 +1,8 @@
 use super::forward_core::ForwardCore;
 use super::state::{StreamState, check_output};
+use super::walk::Walk;
 use crate::engine::{CompiledModel, HeapMemory, Method, Point, check_same};
-use crate::error::{Error, check_all_finite, check_finite};
+use crate::error::{Error, check_all_finite, check_finite, check_length};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -158,6 +159,12 @@ impl Process for Forward {
 
     fn reset(&mut self) {
         self.core.reset();
+    }
+
+    fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
+        check_length("output", input.len(), output.len())?;
+        self.core.run(input, output);
+        Ok(())
     }
 }
 

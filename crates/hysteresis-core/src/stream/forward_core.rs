@@ -1,6 +1,7 @@
 //! The forward direction of a stream, whatever its numbers are and wherever its memory lies.
 
 use super::segment::Segment;
+use super::walk::Walk;
 use crate::engine::{Memory, Point};
 use crate::real::Real;
 
@@ -21,16 +22,6 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     }
 
     #[inline]
-    pub(crate) fn step(&mut self, input: T) -> T {
-        let x = input - self.origin.input;
-        let y = match self.segment.step(x) {
-            Some(y) => y,
-            None => self.leave_segment(x),
-        };
-        y + self.origin.output
-    }
-
-    #[inline]
     pub(crate) fn peek(&self, input: T) -> T {
         let x = input - self.origin.input;
         let y = match self.segment.peek(x) {
@@ -45,18 +36,6 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
         self.memory.reset();
         self.enter_segment(T::ZERO);
         self.rejected = 0;
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn leave_segment(&mut self, x: T) -> T {
-        if x.is_admissible() {
-            self.memory.move_input(self.segment.input(), x);
-            self.enter_segment(x);
-        } else {
-            self.rejected = self.rejected.saturating_add(1);
-        }
-        self.segment.output()
     }
 
     /// The segment at the input to which the memory has come.
@@ -81,5 +60,39 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
 
     pub(crate) fn rejected(&self) -> u64 {
         self.rejected
+    }
+}
+
+impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
+    #[inline(always)]
+    fn segment(&self) -> &Segment<T> {
+        &self.segment
+    }
+
+    #[inline(always)]
+    fn segment_mut(&mut self) -> &mut Segment<T> {
+        &mut self.segment
+    }
+
+    #[inline(always)]
+    fn relative(&self, input: T) -> T {
+        input - self.origin.input
+    }
+
+    #[inline(always)]
+    fn finished(&self, y: T) -> T {
+        y + self.origin.output
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn leave_segment(&mut self, x: T) -> T {
+        if x.is_admissible() {
+            self.memory.move_input(self.segment.input(), x);
+            self.enter_segment(x);
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.segment.output()
     }
 }

@@ -1,6 +1,7 @@
 //! The inverse direction of a stream, whatever its numbers are and wherever its memory lies.
 
-use super::segment::Segment;
+use super::segment::{BLOCK, Segment};
+use super::walk::Walk;
 use crate::engine::{Direction, Memory, Piece, Point, Reach};
 use crate::error::{Error, check_within_limits};
 use crate::real::Real;
@@ -45,16 +46,6 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         stream
     }
 
-    #[inline]
-    pub(crate) fn step(&mut self, target: T) -> T {
-        let y = target - self.origin.output;
-        let x = match self.segment.step(y) {
-            Some(x) => x,
-            None => self.leave_segment(y),
-        };
-        self.drive(x)
-    }
-
     pub(crate) fn reset(&mut self) {
         self.memory.reset();
         let (low, high) = self.reach;
@@ -70,29 +61,14 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         self.enter_segment(start, output);
     }
 
-    #[cold]
-    #[inline(never)]
-    fn leave_segment(&mut self, y: T) -> T {
-        if self.is_at(y) {
-            // Where it is already, and to be found there exactly: a search would come back to within a rounding.
-            self.saturated = false;
-        } else if y.is_admissible() {
-            let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
-            self.saturated = reached.saturated;
-            self.enter_segment(reached.input, reached.output);
-        } else {
-            self.rejected = self.rejected.saturating_add(1);
-        }
-        self.segment.output()
-    }
-
     /// The segment at a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
-    /// segment is a point, so that the next sample starts from exactly there.
+    /// segment is a point, so that the next sample starts from exactly there; and where the target was out of reach, so that the
+    /// next one decides anew.
     #[inline]
     pub(super) fn enter_segment(&mut self, input: T, output: T) {
         let piece = self.memory.inverse_piece(input, output, self.reach);
         self.segment = Segment::new(piece, output);
-        if self.segment.output() != input {
+        if self.saturated || self.segment.output() != input {
             self.stay_at(piece.direction, input, output);
         }
     }
@@ -208,5 +184,58 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
             self.follow_drive(*drive);
         }
         Ok(())
+    }
+}
+
+impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
+    #[inline(always)]
+    fn segment(&self) -> &Segment<T> {
+        &self.segment
+    }
+
+    #[inline(always)]
+    fn segment_mut(&mut self) -> &mut Segment<T> {
+        &mut self.segment
+    }
+
+    #[inline(always)]
+    fn relative(&self, target: T) -> T {
+        target - self.origin.output
+    }
+
+    #[inline(always)]
+    fn finished(&self, x: T) -> T {
+        self.drive(x)
+    }
+
+    /// As vectors where no limit is near.
+    #[inline(always)]
+    #[expect(clippy::needless_bitwise_bool, reason = "vectors have no branches")]
+    fn finished_block(&self, inputs: [T; BLOCK]) -> [T; BLOCK] {
+        let drives = inputs.map(|x| x + self.origin.input);
+        let mut inside = true;
+        for (x, drive) in inputs.iter().zip(&drives) {
+            inside &= (*x > self.reach.0) & (*x < self.reach.1);
+            inside &= (*drive > self.limits.0) & (*drive < self.limits.1);
+        }
+        if inside { drives } else { inputs.map(|x| self.drive(x)) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn leave_segment(&mut self, y: T) -> T {
+        if self.is_at(y) {
+            // Where it is already, and to be found there exactly: a search would come back to within a rounding.
+            self.saturated = false;
+            let here = self.known();
+            self.enter_segment(here.input, here.output);
+        } else if y.is_admissible() {
+            let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
+            self.saturated = reached.saturated;
+            self.enter_segment(reached.input, reached.output);
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.segment.output()
     }
 }

@@ -15,6 +15,7 @@ mod memory_form;
 mod segment;
 #[cfg(feature = "alloc")]
 mod state;
+mod walk;
 
 #[cfg(feature = "alloc")]
 pub use array::{ActuatorError, StreamArray};
@@ -28,6 +29,7 @@ pub(crate) use inverse_core::{InverseCore, unlimited};
 pub use state::StreamState;
 #[cfg(feature = "alloc")]
 pub(crate) use state::check_model;
+pub(crate) use walk::Walk;
 
 use crate::error::{Bound, Error, check_admissible};
 use crate::real::Real;

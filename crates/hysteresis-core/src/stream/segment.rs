@@ -1,15 +1,25 @@
-//! The hot path: on a smooth signal a sample is two comparisons and one multiply-add.
+//! The hot path: on a smooth signal, or where nothing slides, a sample is two comparisons and one multiply-add.
 
 use crate::engine::{Direction, Line, Piece};
 use crate::real::Real;
 
+/// How many samples are compared and evaluated as vectors.
+pub(super) const BLOCK: usize = 8;
+
 /// The straight line that a stream is on, and the samples for which it stays on it.
+///
+/// Where operators slide, those are the samples ahead: a step back is a reversal. Where none does, as after every
+/// reversal, the line holds on both sides, and noise changes nothing that is remembered.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Segment<T> {
+pub(crate) struct Segment<T> {
     /// Of the direction of travel: times this, inputs grow along the branch.
     sign: T,
     /// The last input, times the sign.
     last: T,
+    /// The first input that is on the line, times the sign.
+    from: T,
+    /// The largest that `from` becomes: where the line holds on both sides it stays as it is.
+    held: T,
     /// Where the line ends, times the sign.
     end: T,
     line: Line<T>,
@@ -20,16 +30,19 @@ impl<T: Real> Segment<T> {
     #[inline]
     pub(super) fn new(piece: Piece<T>, last: T) -> Self {
         let sign: T = piece.direction.sign();
-        let end = sign * piece.end;
+        let (last, back, end) = (sign * last, sign * piece.back, sign * piece.end);
+        let back = if back > -T::MAX_MAGNITUDE { back } else { -T::MAX_MAGNITUDE };
         let end = if end < T::MAX_MAGNITUDE { end } else { T::MAX_MAGNITUDE };
-        Self { sign, last: sign * last, end, line: piece.line }
+        let both_sides = back < last && last < end;
+        let (from, held) = if both_sides { (back.next_up(), back.next_up()) } else { (last, T::INFINITY) };
+        Self { sign, last, from, held, end, line: piece.line }
     }
 
-    /// The output if the input lies ahead on the line. False for NaN.
+    /// The output if the input lies on the line. False for NaN.
     #[inline]
     pub(super) fn peek(&self, input: T) -> Option<T> {
         let ahead = self.sign * input;
-        (ahead >= self.last && ahead < self.end).then(|| self.line.at(input))
+        (ahead >= self.from && ahead < self.end).then(|| self.line.at(input))
     }
 
     /// [`peek`](Self::peek), and moves there.
@@ -37,9 +50,46 @@ impl<T: Real> Segment<T> {
     pub(super) fn step(&mut self, input: T) -> Option<T> {
         let output = self.peek(input);
         if output.is_some() {
-            self.last = self.sign * input;
+            self.move_to(input);
         }
         output
+    }
+
+    /// Moves to an input on the line.
+    #[inline(always)]
+    pub(super) fn move_to(&mut self, input: T) {
+        self.last = self.sign * input;
+        self.from = if self.last < self.held { self.last } else { self.held };
+    }
+
+    /// The output at an input on the line.
+    #[inline(always)]
+    pub(super) fn at(&self, input: T) -> T {
+        self.line.at(input)
+    }
+
+    /// Whether all samples of a block surely lie on the line, compared as vectors. `relative` brings a sample to the origin of the
+    /// line, and does not fall where that grows.
+    #[inline(always)]
+    pub(super) fn holds(&self, block: &[T; BLOCK], relative: impl Fn(T) -> T) -> bool {
+        let ahead = |sample| self.sign * relative(sample);
+        let mut holds = true;
+        if self.from == self.held {
+            for sample in block {
+                holds &= (ahead(*sample) >= self.from) & (ahead(*sample) < self.end);
+            }
+            return holds;
+        }
+        if self.sign > T::ZERO {
+            for (last, next) in block.iter().zip(&block[1..]) {
+                holds &= last <= next;
+            }
+        } else {
+            for (last, next) in block.iter().zip(&block[1..]) {
+                holds &= last >= next;
+            }
+        }
+        holds & (ahead(block[0]) >= self.from) & (ahead(block[BLOCK - 1]) < self.end)
     }
 
     /// The last input.

@@ -1,0 +1,85 @@
+//! How a stream walks along its polyline, forward or inverse: one sample at a time, or in blocks.
+
+use super::segment::{BLOCK, Segment};
+use crate::real::Real;
+
+/// A stream: on a segment, and when it leaves that, on another.
+pub(crate) trait Walk<T: Real> {
+    fn segment(&self) -> &Segment<T>;
+    fn segment_mut(&mut self) -> &mut Segment<T>;
+
+    /// A sample relative to the origin of the segments. Does not fall where the sample grows.
+    fn relative(&self, sample: T) -> T;
+
+    /// What is put out for a value of the segment.
+    fn finished(&self, value: T) -> T;
+
+    /// [`finished`](Self::finished) for every value of a block.
+    #[inline(always)]
+    fn finished_block(&self, values: [T; BLOCK]) -> [T; BLOCK] {
+        values.map(|value| self.finished(value))
+    }
+
+    /// Takes a sample that does not lie on the segment; the value of the next segment there.
+    fn leave_segment(&mut self, sample: T) -> T;
+
+    #[inline]
+    fn step(&mut self, sample: T) -> T {
+        let sample = self.relative(sample);
+        let value = match self.segment_mut().step(sample) {
+            Some(value) => value,
+            None => self.leave_segment(sample),
+        };
+        self.finished(value)
+    }
+
+    /// [`step`](Self::step) for every sample; there is room for as many outputs.
+    fn run(&mut self, mut samples: &[T], mut outputs: &mut [T]) {
+        while !samples.is_empty() {
+            let on_line = self.run_on_line(samples, outputs);
+            let taken = on_line + self.run_to_the_next_line(&samples[on_line..], &mut outputs[on_line..], on_line > 0);
+            (samples, outputs) = (&samples[taken..], &mut outputs[taken..]);
+        }
+    }
+
+    /// Takes the blocks that lie on the segment, as vectors: how many samples that is.
+    #[inline(always)]
+    fn run_on_line(&mut self, samples: &[T], outputs: &mut [T]) -> usize {
+        let mut segment = *self.segment();
+        let blocks = samples.as_chunks::<BLOCK>().0;
+        let mut on_line = 0;
+        for block in blocks {
+            if !segment.holds(block, |sample| self.relative(sample)) {
+                break;
+            }
+            segment.move_to(self.relative(block[BLOCK - 1]));
+            on_line += 1;
+        }
+        for (output, block) in outputs.as_chunks_mut::<BLOCK>().0.iter_mut().zip(&blocks[..on_line]) {
+            *output = self.finished_block(block.map(|sample| segment.at(self.relative(sample))));
+        }
+        *self.segment_mut() = segment;
+        on_line * BLOCK
+    }
+
+    /// Takes a block sample by sample: how many. After a long line it is left as soon as the next one begins, which is long too;
+    /// where lines are shorter than blocks, as in noise, to try again at once would not pay.
+    #[inline(always)]
+    fn run_to_the_next_line(&mut self, samples: &[T], outputs: &mut [T], after_long_line: bool) -> usize {
+        let mut taken = 0;
+        for (sample, output) in samples.iter().zip(outputs).take(BLOCK) {
+            let sample = self.relative(*sample);
+            let on_line = self.segment_mut().step(sample);
+            let value = match on_line {
+                Some(value) => value,
+                None => self.leave_segment(sample),
+            };
+            *output = self.finished(value);
+            taken += 1;
+            if after_long_line && on_line.is_none() {
+                break;
+            }
+        }
+        taken
+    }
+}
