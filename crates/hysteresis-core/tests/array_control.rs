@@ -188,3 +188,33 @@ fn a_state_belongs_to_the_options_it_was_made_with() {
     assert!(other.set_state(&state).is_err());
     plain(ArrayOptions::new(DT)).set_state(&state).unwrap();
 }
+
+#[test]
+fn a_stop_goes_so_many_volts_a_second() {
+    let mut controller = plain(ArrayOptions::new(DT));
+    settle(&mut controller, [1.0; M], 20);
+    let before = controller.drives().to_vec();
+    controller.stop(1e3, &[0.0; M]).unwrap();
+    let mut drives = [0.0; M];
+    for k in 1..=5_u32 {
+        controller.step(&ArraySample::of(&[1.0; M]), &mut drives).unwrap();
+        for (drive, before) in drives.iter().zip(&before) {
+            assert!((before - drive - f64::from(k) * 1e3 * DT).abs() < 1e-9, "{drive} after {before}");
+        }
+    }
+}
+
+#[test]
+fn a_reset_forgets_all_but_the_drives() {
+    let mut controller = plain(ArrayOptions { ki: 500.0, ..ArrayOptions::new(DT) });
+    let sample = ArraySample { measurement: Some(&[0.9; M]), ..ArraySample::of(&[1.0; M]) };
+    for _ in 0..10 {
+        controller.step(&sample, &mut [0.0; M]).unwrap();
+    }
+    controller.step(&ArraySample::of(&[100.0; M]), &mut [0.0; M]).unwrap();
+    controller.stop(1e3, &[0.0; M]).unwrap();
+    assert!(controller.integral()[0] > 0.0 && controller.counters().saturated_count > 0);
+    controller.reset();
+    assert_eq!((controller.integral(), controller.mode()), (&[0.0; M][..], Mode::Run));
+    assert_eq!(controller.counters().saturated_count, 0);
+}

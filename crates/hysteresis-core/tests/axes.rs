@@ -280,3 +280,9 @@ fn what_was_driven_before_is_taken_over_by_all_axes_or_by_none() {
     assert_eq!(axes.follow(&[8.0, 1.0]), Err(Error::CannotFollow));
     assert_eq!(shown(&axes), before);
 }
+
+#[test]
+fn a_matrix_tells_its_size_and_entries() {
+    let identity = hysteresis_core::AxisMatrix::identity(3);
+    assert_eq!((identity.axes(), identity.entries()), (3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0][..]));
+}

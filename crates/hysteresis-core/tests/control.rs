@@ -350,3 +350,22 @@ fn it_says_which_measurement_it_would_believe() {
     controller.step(0.0.into(), 0.0);
     assert!(controller.believes(0.1) && !controller.believes(f64::NAN) && !controller.believes(f64::INFINITY));
 }
+
+#[test]
+fn a_kernel_that_does_not_sum_to_one_is_named_with_its_bounds() {
+    let error = Preview::new(&[1.0], 0).unwrap().smoothed(&[0.5, 0.25, 0.5]).unwrap_err();
+    assert_eq!(error.to_string(), "kernel: expected a number from 0.999999999 to 1.000000001, got 1.25");
+}
+
+#[test]
+fn up_and_down_are_alike() {
+    let set = ControllerOptions::new(0.5, 2e3, DT, LIMITS);
+    for anti_windup in [AntiWindup::Conditional, AntiWindup::BackCalculation { tracking_time: None }] {
+        let [mut up, mut down] = [(); 2].map(|()| made(FeedForward::None, &ControllerOptions { anti_windup, ..set }));
+        for r in out_of_reach().map(|r| 400.0 * r) {
+            let (high, low) = (up.step(r.into(), 0.5 * r), down.step((-r).into(), -0.5 * r));
+            assert_eq!((high, up.terms().integral), (-low, -down.terms().integral), "at {r}");
+        }
+        assert!(up.counters().saturated_count > 1000);
+    }
+}

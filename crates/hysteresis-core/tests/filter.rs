@@ -159,3 +159,11 @@ fn wrong_sections_and_states_are_refused() {
     }
     assert_eq!(filter.state(), fine);
 }
+
+#[test]
+fn a_state_at_the_bound_is_taken_and_one_beyond_is_not() {
+    let sections = Sections::default();
+    let of = |output| FilterState { output, ..FilterState::default() };
+    assert!(sections.check(&of(1e250)).is_ok() && sections.check(&of(-1e250)).is_ok());
+    assert!(sections.check(&of(1.1e250)).is_err() && sections.check(&of(f64::NAN)).is_err());
+}

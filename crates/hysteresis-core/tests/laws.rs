@@ -2,32 +2,16 @@
 
 mod support;
 
-use hysteresis_core::{
-    CompiledModel, CoupledPlay, Forward, Inverse, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
-    PrandtlIshlinskii, Process, StreamArray, StreamState, Tracked,
-};
+use hysteresis_core::{CompiledModel, CoupledPlay, Forward, Inverse, Method, Play, Process, StreamArray, Tracked};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
     REACH, any_nested_model, bank, bank_inverse, forwards, history, inverses, invertible_model, nested_thresholds,
-    oscillations, output_range, slopes, unnested_model,
+    output_range, run, slopes, unnested_model,
 };
-
-/// The model with r and ra so much larger, but for the identity, which slides at once unless it is split.
-fn with_gaps_of_at_least(gap: f64, model: &ModifiedPrandtlIshlinskii) -> ModifiedPrandtlIshlinskii {
-    let z = model.operators();
-    let wider = |threshold: f64, z: &CoupledPlay| if z.is_identity() { threshold } else { threshold + gap };
-    let (r, ra): (Vec<f64>, Vec<f64>) = z.iter().map(|z| (wider(z.r(), z), wider(z.ra(), z))).unzip();
-    let (rb, rc): (Vec<f64>, Vec<f64>) = z.iter().map(|z| (z.rb(), z.rc())).unzip();
-    ModifiedPrandtlIshlinskii::new(model.weights(), &r, &ra, &rb, &rc, model.offsets()).unwrap()
-}
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
 const AGREE: f64 = 1e-13;
-
-fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
-    input.iter().map(|x| process.step(*x)).collect()
-}
 
 /// The array, by `step`, `peek` and `run`, and the single streams give the same bits.
 fn assert_alike<P: Process + Clone>(
@@ -159,31 +143,6 @@ proptest! {
         excursion.step(turn + (before - turn) * inner);
         let tolerance = AGREE * output_range(&model);
         prop_assert!((excursion.step(turn) - stream.peek(turn)).abs() <= tolerance);
-    }
-
-    #[test]
-    fn steps_where_nothing_slides_are_not_remembered(model in invertible_model(20), x in history(60), walk in vec(0.01..0.99, 1..40)) {
-        // Between a reversal and 1 V behind it, less than any operator needs to slide again.
-        let model = with_gaps_of_at_least(1.0, &model);
-        let turn = x[x.len() - 1] + 4.0 * REACH;
-        let walk: Vec<f64> = walk.into_iter().map(|part| turn - part).collect();
-        let mut forward = model.forward();
-        run(&mut forward, &x);
-        run(&mut forward, &[turn, turn - 0.5]);
-        let (before, outputs) = (forward.state(), run(&mut forward, &walk));
-        forward.step(turn - 0.5);
-        prop_assert_eq!(forward.state(), before);
-
-        let mut inverse = model.inverse(None).unwrap();
-        inverse.follow(&x).unwrap();
-        inverse.follow(&[turn, turn - 0.5]).unwrap();
-        inverse.step(outputs[0]);
-        let (before, drives) = (inverse.state(), run(&mut inverse, &outputs));
-        for (x, back) in walk.iter().zip(drives) {
-            prop_assert!((back - x).abs() <= 1e-11 * 4.0 * REACH, "{x} came back as {back}");
-        }
-        inverse.step(outputs[0]);
-        prop_assert_eq!(inverse.state(), before);
     }
 
     #[test]
@@ -339,95 +298,13 @@ proptest! {
         assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, probe)?;
         assert_alike(StreamArray::forward(&compiled), compiled.iter().map(Forward::new).collect(), &samples, probe)?;
     }
-
-    #[test]
-    fn restored_state_continues_bit_for_bit(model in invertible_model(20), x in history(60), y in history(60)) {
-        let limits = Some((model.offsets().input - 60.0, model.offsets().input + 60.0));
-        for mut stream in forwards(&model) {
-            let mut other = stream.clone();
-            run(&mut stream, &x);
-            run(&mut other, &y);
-            other.set_state(&stream.state()).unwrap();
-            prop_assert_eq!(stream.state(), other.state());
-            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
-        }
-        for mut stream in inverses(&model, limits) {
-            let mut other = stream.clone();
-            run(&mut stream, &x);
-            run(&mut other, &y);
-            other.set_state(&stream.state()).unwrap();
-            prop_assert_eq!(stream.saturated(), other.saturated());
-            prop_assert_eq!(stream.state(), other.state());
-            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
-        }
-    }
-
-    #[test]
-    fn reset_is_a_new_stream(model in invertible_model(20), x in history(60), y in history(60)) {
-        let limits = Some((5.0, 60.0));
-        let (mut forward, mut inverse) = (model.forward(), model.inverse(limits).unwrap());
-        run(&mut forward, &x);
-        run(&mut inverse, &x);
-        forward.reset();
-        inverse.reset();
-        prop_assert_eq!(forward.state(), model.forward().state());
-        prop_assert_eq!(inverse.state(), model.inverse(limits).unwrap().state());
-        prop_assert_eq!(run(&mut forward, &y), run(&mut model.forward(), &y));
-        prop_assert_eq!(run(&mut inverse, &y), run(&mut model.inverse(limits).unwrap(), &y));
-    }
-
-    #[test]
-    fn memory_is_bounded_by_the_operators(model in invertible_model(8), x in prop_oneof![history(200), oscillations()]) {
-        let mut forward = model.forward();
-        let mut streams = [model.inverse(None).unwrap(), model.inverse(Some((-60.0, 80.0))).unwrap()];
-        for x in x {
-            let y = forward.step(x);
-            check_stacks(&model, &forward.state())?;
-            for inverse in &mut streams {
-                inverse.step(y);
-                check_stacks(&model, &inverse.state())?;
-            }
-        }
-    }
-
-    #[test]
-    fn memory_of_any_weights_is_bounded_by_the_operators(model in any_nested_model(8), x in prop_oneof![history(200), oscillations()]) {
-        let mut stream = model.forward();
-        for x in x {
-            stream.step(x);
-            check_stacks(&model, &stream.state())?;
-        }
-    }
-}
-
-/// Above the virgin state at most n turning points in each family, each with fewer operators than the one below it: on
-/// a stack of n + 1 there is always room.
-fn check_stacks(model: &ModifiedPrandtlIshlinskii, state: &StreamState) -> Result<(), TestCaseError> {
-    // The part of an identity that one side has alone is a play of no width.
-    let weights = model.weights().iter().zip(model.weights_negative());
-    let counts = |(z, (w, v)): &(&CoupledPlay, (&f64, &f64))| !z.is_identity() || w != v;
-    let operators = model.operators().iter().zip(weights).filter(counts).count();
-    let MemoryState::TurningPoints(memory) = &state.memory else {
-        return Err(TestCaseError::fail("nested thresholds went to the bank"));
-    };
-    for family in [&memory.positive, &memory.negative] {
-        let moved: Vec<usize> = family.turning_points.iter().map(|point| point.moved).collect();
-        prop_assert!(moved.len() <= operators, "{moved:?} of {operators}");
-        prop_assert!(moved.is_sorted_by(|below, above| below > above), "{moved:?}");
-        prop_assert!(moved.iter().all(|moved| (1..=operators).contains(moved)), "{moved:?} of {operators}");
-        prop_assert!(family.moved < *moved.last().unwrap_or(&(operators + 1)), "{} on {moved:?}", family.moved);
-    }
-    Ok(())
 }
 
 #[test]
-fn memory_can_need_every_turning_point() {
-    // Ever smaller swings that each leave one operator more behind.
-    let thresholds: Vec<f64> = (0..=10).map(f64::from).collect();
-    let mut stream = PrandtlIshlinskii::new(&[1.0; 11], &thresholds, Offsets::default()).unwrap().forward();
-    for k in (0..=10_i32).rev() {
-        stream.step((f64::from(k) + 0.25) * f64::from(1 - 2 * (k % 2)));
-    }
-    let MemoryState::TurningPoints(memory) = stream.state().memory else { panic!("nested thresholds") };
-    assert_eq!((memory.positive.turning_points.len(), memory.negative.turning_points.len()), (10, 9));
+fn an_operator_alone_goes_on_behind_what_it_followed() {
+    let mut play = Tracked::new(Play::new(1.0).unwrap());
+    play.follow(&[5.0, 2.5]).unwrap();
+    assert_eq!((play.state(), play.peek(2.0), play.step(4.5)), (3.5, 3.0, 3.5));
+    assert!(play.follow(&[1.0, f64::NAN]).is_err());
+    assert_eq!(play.state(), 3.5);
 }

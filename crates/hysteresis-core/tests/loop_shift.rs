@@ -229,3 +229,10 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_terms_tell_what_they_were_made_of() {
+    let terms = LoopShiftTerms::new(CENTER, HALF_RANGE, [-3.0, 2.0], 0.5, 0.9).unwrap();
+    assert_eq!((terms.center(), terms.half_range(), terms.amplitudes()), (CENTER, HALF_RANGE, [-3.0, 2.0]));
+    assert_eq!((terms.limit(), terms.decay()), (0.5, 0.9));
+}

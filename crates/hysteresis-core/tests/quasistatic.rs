@@ -253,3 +253,24 @@ fn bad_maps_and_creep_are_named() {
         "drives[1]: expected a number from -20.0 to 150.0, got 151.0"
     );
 }
+
+#[test]
+fn a_drive_that_its_map_takes_too_far_holds_and_is_counted() {
+    let map = PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, 2.0]).unwrap();
+    let mut forward = with_weight(1.0).with_input_map(map).forward();
+    let position = forward.step(3.0);
+    assert_eq!((forward.peek(0.9e100), forward.step(0.9e100), forward.rejected()), (position, position, 1));
+    assert_eq!((forward.step(4.0), position), (8.0, 6.0));
+}
+
+#[test]
+fn a_bracket_goes_on_from_a_state_and_tells_its_limits() {
+    let bracket = || Bracket::of_stage(&example(), LIMITS).unwrap();
+    let (mut used, mut restored) = (bracket(), bracket());
+    assert_eq!((used.limits(), used.outputs()), (LIMITS, restored.outputs()));
+    assert!(used.outputs().0 < 0.0 && used.outputs().1 > 0.0);
+    let narrow = [30.0, -20.0, 25.0].map(|drive| used.step(drive));
+    assert_eq!(used.outputs(), narrow[2]);
+    restored.set_state(&used.state()).unwrap();
+    assert_eq!((restored.outputs(), restored.step(10.0)), (narrow[2], used.step(10.0)));
+}

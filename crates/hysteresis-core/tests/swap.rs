@@ -9,7 +9,9 @@ use hysteresis_core::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::models::actuator;
-use support::{REACH, bank, forwards, history, inverses, invertible_model, oscillations, output_range, unnested_model};
+use support::{
+    REACH, bank, forwards, history, inverses, invertible_model, oscillations, output_range, run, unnested_model,
+};
 
 /// Engine and bank sum in different orders: n roundings of the whole range each.
 const AGREE: f64 = 1e-13;
@@ -61,10 +63,6 @@ fn pairs() -> impl Strategy<Value = (ModifiedPrandtlIshlinskii, ModifiedPrandtlI
 
 fn histories() -> impl Strategy<Value = Vec<f64>> {
     prop_oneof![history(100), oscillations()]
-}
-
-fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
-    input.iter().map(|x| process.step(*x)).collect()
 }
 
 fn bits(values: &[f64]) -> Vec<u64> {

@@ -105,6 +105,14 @@ impl Biquad {
 mod tests {
     use super::Biquad;
 
+    #[test]
+    fn poles_of_either_sign_have_a_gain_as_large_as_is_stated() {
+        // A quarter of what both poles together lack to the unit circle, each to its nearer end.
+        let section = Biquad::new([1.0, -2.0, 0.5], [0.1, -0.25]).unwrap();
+        let expected = 3.5 / (0.25 * (1.0 - 0.25 + 0.1) * (1.0 - 0.25 - 0.1));
+        assert!((section.largest_gain() / expected - 1.0).abs() < 1e-14);
+    }
+
     /// The sum of the magnitudes of the impulse response is by how much the worst input is amplified.
     fn worst_input(section: &Biquad) -> f64 {
         let mut state = [0.0; 2];

@@ -5,7 +5,7 @@ pub(crate) mod array;
 pub(crate) mod control;
 pub(crate) mod models;
 
-use hysteresis_core::{CompiledModel, Forward, Inverse, ModifiedPrandtlIshlinskii, Offsets};
+use hysteresis_core::{CompiledModel, Forward, Inverse, ModifiedPrandtlIshlinskii, Offsets, Process};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -173,4 +173,9 @@ pub(crate) fn inverses(model: &ModifiedPrandtlIshlinskii, limits: Option<(f64, f
 pub(crate) fn output_range(model: &ModifiedPrandtlIshlinskii) -> f64 {
     let sum: f64 = model.weights().iter().zip(model.weights_negative()).map(|(w, v)| w.abs().max(v.abs())).sum();
     sum * 4.0 * REACH + model.offsets().output.abs()
+}
+
+/// The output at every input.
+pub(crate) fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
+    input.iter().map(|x| process.step(*x)).collect()
 }

@@ -1,0 +1,177 @@
+//! Laws of what a stream remembers, keeps as a state and takes from one.
+
+mod support;
+
+use hysteresis_core::{
+    CompiledModel, CoupledPlay, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
+    StreamState,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use support::{REACH, any_nested_model, bank, forwards, history, inverses, invertible_model, oscillations, run};
+
+/// The model with r and ra so much larger, but for the identity, which slides at once unless it is split.
+fn with_gaps_of_at_least(gap: f64, model: &ModifiedPrandtlIshlinskii) -> ModifiedPrandtlIshlinskii {
+    let z = model.operators();
+    let wider = |threshold: f64, z: &CoupledPlay| if z.is_identity() { threshold } else { threshold + gap };
+    let (r, ra): (Vec<f64>, Vec<f64>) = z.iter().map(|z| (wider(z.r(), z), wider(z.ra(), z))).unzip();
+    let (rb, rc): (Vec<f64>, Vec<f64>) = z.iter().map(|z| (z.rb(), z.rc())).unzip();
+    ModifiedPrandtlIshlinskii::new(model.weights(), &r, &ra, &rb, &rc, model.offsets()).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn steps_where_nothing_slides_are_not_remembered(model in invertible_model(20), x in history(60), walk in vec(0.01..0.99, 1..40)) {
+        // Between a reversal and 1 V behind it, less than any operator needs to slide again.
+        let model = with_gaps_of_at_least(1.0, &model);
+        let turn = x[x.len() - 1] + 4.0 * REACH;
+        let walk: Vec<f64> = walk.into_iter().map(|part| turn - part).collect();
+        let mut forward = model.forward();
+        run(&mut forward, &x);
+        run(&mut forward, &[turn, turn - 0.5]);
+        let (before, outputs) = (forward.state(), run(&mut forward, &walk));
+        forward.step(turn - 0.5);
+        prop_assert_eq!(forward.state(), before);
+
+        let mut inverse = model.inverse(None).unwrap();
+        inverse.follow(&x).unwrap();
+        inverse.follow(&[turn, turn - 0.995]).unwrap();
+        inverse.step(outputs[0]);
+        let (before, drives) = (inverse.state(), run(&mut inverse, &outputs));
+        for (x, back) in walk.iter().zip(drives) {
+            prop_assert!((back - x).abs() <= 1e-11 * 4.0 * REACH, "{x} came back as {back}");
+        }
+        inverse.step(outputs[0]);
+        prop_assert_eq!(inverse.state(), before);
+    }
+
+    #[test]
+    fn restored_state_continues_bit_for_bit(model in invertible_model(20), x in history(60), y in history(60)) {
+        let limits = Some((model.offsets().input - 60.0, model.offsets().input + 60.0));
+        for mut stream in forwards(&model) {
+            let mut other = stream.clone();
+            run(&mut stream, &x);
+            run(&mut other, &y);
+            other.set_state(&stream.state()).unwrap();
+            prop_assert_eq!(stream.state(), other.state());
+            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
+        }
+        for mut stream in inverses(&model, limits) {
+            let mut other = stream.clone();
+            run(&mut stream, &x);
+            run(&mut other, &y);
+            other.set_state(&stream.state()).unwrap();
+            prop_assert_eq!(stream.saturated(), other.saturated());
+            prop_assert_eq!(stream.state(), other.state());
+            prop_assert_eq!(run(&mut stream, &y), run(&mut other, &y));
+        }
+    }
+
+    #[test]
+    fn reset_is_a_new_stream(model in invertible_model(20), x in history(60), y in history(60)) {
+        let limits = Some((5.0, 60.0));
+        for (mut forward, mut new) in forwards(&model).into_iter().zip(forwards(&model)) {
+            run(&mut forward, &x);
+            forward.reset();
+            prop_assert_eq!(forward.state(), new.state());
+            prop_assert_eq!(run(&mut forward, &y), run(&mut new, &y));
+        }
+        for (mut inverse, mut new) in inverses(&model, limits).into_iter().zip(inverses(&model, limits)) {
+            run(&mut inverse, &x);
+            inverse.reset();
+            prop_assert_eq!(inverse.state(), new.state());
+            prop_assert_eq!(run(&mut inverse, &y), run(&mut new, &y));
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded_by_the_operators(model in invertible_model(8), x in prop_oneof![history(200), oscillations()]) {
+        let mut forward = model.forward();
+        let mut streams = [model.inverse(None).unwrap(), model.inverse(Some((-60.0, 80.0))).unwrap()];
+        for x in x {
+            let y = forward.step(x);
+            check_stacks(&model, &forward.state())?;
+            for inverse in &mut streams {
+                inverse.step(y);
+                check_stacks(&model, &inverse.state())?;
+            }
+        }
+    }
+
+    #[test]
+    fn memory_of_any_weights_is_bounded_by_the_operators(model in any_nested_model(8), x in prop_oneof![history(200), oscillations()]) {
+        let mut stream = model.forward();
+        for x in x {
+            stream.step(x);
+            check_stacks(&model, &stream.state())?;
+        }
+    }
+}
+
+/// Above the virgin state at most n turning points in each family, each with fewer operators than the one below it: on
+/// a stack of n + 1 there is always room.
+fn check_stacks(model: &ModifiedPrandtlIshlinskii, state: &StreamState) -> Result<(), TestCaseError> {
+    // The part of an identity that one side has alone is a play of no width.
+    let weights = model.weights().iter().zip(model.weights_negative());
+    let counts = |(z, (w, v)): &(&CoupledPlay, (&f64, &f64))| !z.is_identity() || w != v;
+    let operators = model.operators().iter().zip(weights).filter(counts).count();
+    let MemoryState::TurningPoints(memory) = &state.memory else {
+        return Err(TestCaseError::fail("nested thresholds went to the bank"));
+    };
+    for family in [&memory.positive, &memory.negative] {
+        let moved: Vec<usize> = family.turning_points.iter().map(|point| point.moved).collect();
+        prop_assert!(moved.len() <= operators, "{moved:?} of {operators}");
+        prop_assert!(moved.is_sorted_by(|below, above| below > above), "{moved:?}");
+        prop_assert!(moved.iter().all(|moved| (1..=operators).contains(moved)), "{moved:?} of {operators}");
+        prop_assert!(family.moved < *moved.last().unwrap_or(&(operators + 1)), "{} on {moved:?}", family.moved);
+    }
+    Ok(())
+}
+
+#[test]
+fn memory_can_need_every_turning_point() {
+    // Ever smaller swings that each leave one operator more behind.
+    let thresholds: Vec<f64> = (0..=10).map(f64::from).collect();
+    let mut stream = PrandtlIshlinskii::new(&[1.0; 11], &thresholds, Offsets::default()).unwrap().forward();
+    for k in (0..=10_i32).rev() {
+        stream.step((f64::from(k) + 0.25) * f64::from(1 - 2 * (k % 2)));
+    }
+    let MemoryState::TurningPoints(memory) = stream.state().memory else { panic!("nested thresholds") };
+    assert_eq!((memory.positive.turning_points.len(), memory.negative.turning_points.len()), (10, 9));
+}
+
+#[test]
+fn a_state_whose_output_is_off_by_roundings_is_restored() {
+    // Nearly all of the output is that of the play.
+    let model = PrandtlIshlinskii::new(&[1e-9, 1.0], &[0.0, 2.0], Offsets::default()).unwrap();
+    for swing in [90.0, -90.0] {
+        let mut stream = model.forward();
+        stream.step(swing);
+        let mut state = stream.state();
+        state.last_output *= 1.0 + 1e-14;
+        model.forward().set_state(&state).unwrap();
+        state.last_output *= 1.0 + 1e-6;
+        assert!(model.forward().set_state(&state).is_err());
+    }
+}
+
+#[test]
+fn a_bank_takes_only_finite_outputs_of_all_its_operators() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    let mut stream = bank(&(&model).into());
+    stream.step(7.0);
+    let state = stream.state();
+    for outputs in [&[7.0, 5.0, 0.0][..], &[7.0], &[7.0, f64::NAN], &[f64::INFINITY, 5.0]] {
+        let memory = MemoryState::Bank { outputs: outputs.into() };
+        let error = stream.set_state(&StreamState { memory, ..state.clone() }).unwrap_err();
+        assert!(error.to_string().contains("one finite output for each operator"), "{error}");
+    }
+    stream.set_state(&state).unwrap();
+}
+
+/// States in files carry it: it may never change.
+#[test]
+fn the_fingerprint_of_a_model_stays() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    assert_eq!(CompiledModel::new(&(&model).into()).fingerprint(), 8_482_977_391_365_109);
+}
