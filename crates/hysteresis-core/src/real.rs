@@ -73,10 +73,6 @@ pub trait Real:
     #[must_use]
     fn min(self, other: Self) -> Self;
 
-    /// The next larger number.
-    #[must_use]
-    fn next_up(self) -> Self;
-
     /// One over it.
     #[must_use]
     fn recip(self) -> Self;
@@ -136,11 +132,6 @@ macro_rules! real {
             #[inline(always)]
             fn min(self, other: Self) -> Self {
                 $real::min(self, other)
-            }
-
-            #[inline(always)]
-            fn next_up(self) -> Self {
-                $real::next_up(self)
             }
 
             #[inline(always)]

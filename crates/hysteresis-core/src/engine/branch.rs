@@ -77,13 +77,10 @@ impl<T: Real> Branch<T> {
         self.end
     }
 
-    /// Where the line ends after a step back: where the branch slides, at once, which is beyond `end`.
+    /// Whether an operator slides or rests at zero, so that a step back is a reversal.
     #[inline(always)]
-    pub(crate) fn back(&self, family: &Family<T, impl Store>, direction: Direction) -> T {
-        if self.moved > 0 {
-            return T::INFINITY * direction.sign();
-        }
-        self.next_start(family, direction.reversed())
+    pub(crate) fn slides(&self) -> bool {
+        self.moved > 0
     }
 
     /// Turns round at `input`, where a branch in `ended` ends and the model's output is `output`: what slid on it is
@@ -244,7 +241,7 @@ impl<T: Real> Branch<T> {
 
     /// The input at which a move in `direction` lets the next operator slide.
     #[inline(always)]
-    fn next_start(&self, family: &Family<T, impl Store>, direction: Direction) -> T {
+    pub(crate) fn next_start(&self, family: &Family<T, impl Store>, direction: Direction) -> T {
         let TurningPoint { input: turned, ended, .. } = self.top.point;
         // Back at the reversal that ended a branch of the same direction the inner loop closes.
         select_unpredictable(ended == direction, turned, starts(family, direction, self.moved, turned))

@@ -82,12 +82,15 @@ impl<T: Real> EngineState<T> {
         }
     }
 
-    /// Where, after a step back, the line ends.
-    #[inline(always)]
-    fn back(&self, direction: Direction, families: &Families<T, impl Store>) -> T {
-        let positive = self.positive.back(&families.positive, direction);
-        let negative = self.negative.back(&families.negative, direction.reversed());
-        direction.further(positive, -negative)
+    /// Where the line ends behind the input, if that may go back on it: if no operator slides.
+    #[inline]
+    pub(crate) fn back(&self, families: &Families<T, impl Store>) -> Option<T> {
+        if self.positive.slides() || self.negative.slides() {
+            return None;
+        }
+        let back = self.direction.reversed();
+        let positive = self.positive.next_start(&families.positive, back);
+        Some(back.nearer(positive, -self.negative.next_start(&families.negative, self.direction)))
     }
 
     /// The line and its breakpoints, over the input.
@@ -100,6 +103,6 @@ impl<T: Real> EngineState<T> {
     pub(super) fn piece_in(&self, direction: Direction, families: &Families<T, impl Store>) -> Piece<T> {
         let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
-        Piece { direction, line: self.line(families), begin, end, back: self.back(direction, families) }
+        Piece { direction, line: self.line(families), begin, end }
     }
 }

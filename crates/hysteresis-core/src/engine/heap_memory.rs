@@ -139,6 +139,13 @@ impl Memory<f64> for HeapMemory {
         }
     }
 
+    fn back(&self) -> Option<f64> {
+        match self {
+            Self::TurningPoints(engine) => engine.back(),
+            Self::Bank(_) => None,
+        }
+    }
+
     fn forward_piece(&self, input: f64) -> Piece {
         match self {
             Self::TurningPoints(engine) => engine.forward_piece(input),

@@ -23,21 +23,18 @@ impl<T: Real> Line<T> {
     }
 }
 
-/// A straight line and how far, in the direction of travel, it holds: from `begin` up to but not including `end`, and after a
-/// step back down to but not including `back`.
+/// A straight line and how far, in the direction of travel, it holds: from `begin` up to but not including `end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<T = f64> {
     pub(crate) direction: Direction,
     pub(crate) line: Line<T>,
     pub(crate) begin: T,
     pub(crate) end: T,
-    /// `end` or beyond if a step back leaves the line at once.
-    pub(crate) back: T,
 }
 
 impl<T: Real> Piece<T> {
     /// A piece of no length: every new sample is evaluated anew.
     pub(crate) fn point(direction: Direction, input: T, output: T) -> Self {
-        Self { direction, line: Line { slope: T::ZERO, offset: output }, begin: input, end: input, back: input }
+        Self { direction, line: Line { slope: T::ZERO, offset: output }, begin: input, end: input }
     }
 }

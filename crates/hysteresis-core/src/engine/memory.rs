@@ -31,6 +31,10 @@ pub(crate) trait Memory<T: Real> {
     /// The piece over the output at the present position, the output being `output` and the input `input`.
     fn inverse_piece(&self, input: T, output: T, limits: (T, T)) -> Piece<T>;
 
+    /// Where, over the input, the present piece ends behind the present position if it holds on both sides of that. A move ahead
+    /// beyond the end of a piece never comes to one that does.
+    fn back(&self) -> Option<T>;
+
     /// The output at the present position, the input being `input`.
     #[inline]
     fn output(&self, input: T) -> T {

@@ -111,15 +111,19 @@ impl<M: Evaluates> Memory<M::Number> for Engine<M> {
     /// The same line with the roles of input and output swapped, up to the next breakpoint or limit.
     #[inline]
     fn inverse_piece(&self, _input: M::Number, _output: M::Number, limits: (M::Number, M::Number)) -> Piece<M::Number> {
-        let Piece { direction, line, begin, end, back } = self.piece();
+        let Piece { direction, line, begin, end } = self.piece();
         let end = direction.nearer(end, direction.limit(limits));
-        let back = direction.further(back, direction.reversed().limit(limits));
-        Piece { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end), back: line.at(back) }
+        Piece { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end) }
     }
 
     /// A move to where it is changes nothing.
     fn is_at(&self, _input: M::Number) -> bool {
         true
+    }
+
+    #[inline]
+    fn back(&self) -> Option<M::Number> {
+        self.state.back(self.model.families())
     }
 
     #[inline]

@@ -42,6 +42,14 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     #[inline]
     pub(super) fn enter_segment(&mut self, x: T) {
         self.segment = Segment::new(self.memory.forward_piece(x), x);
+        self.open_segment();
+    }
+
+    #[inline]
+    fn open_segment(&mut self) {
+        if let Some(back) = self.memory.back() {
+            self.segment.open(back);
+        }
     }
 
     /// The last input and output, relative to the offsets.
@@ -88,8 +96,12 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
     #[inline(never)]
     fn leave_segment(&mut self, x: T) -> T {
         if x.is_admissible() {
+            let behind = self.segment.lies_behind(x);
             self.memory.move_input(self.segment.input(), x);
-            self.enter_segment(x);
+            self.segment = Segment::new(self.memory.forward_piece(x), x);
+            if behind {
+                self.open_segment();
+            }
         } else {
             self.rejected = self.rejected.saturating_add(1);
         }

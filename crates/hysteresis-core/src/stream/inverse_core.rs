@@ -61,15 +61,30 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         self.enter_segment(start, output);
     }
 
-    /// The segment at a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
+    /// The segment at a place of the memory.
+    pub(super) fn enter_segment(&mut self, input: T, output: T) {
+        self.draw_segment(input, output);
+        self.open_segment(input);
+    }
+
+    /// The segment ahead of a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
     /// segment is a point, so that the next sample starts from exactly there; and where the target was out of reach, so that the
     /// next one decides anew.
     #[inline]
-    pub(super) fn enter_segment(&mut self, input: T, output: T) {
+    fn draw_segment(&mut self, input: T, output: T) {
         let piece = self.memory.inverse_piece(input, output, self.reach);
         self.segment = Segment::new(piece, output);
         if self.saturated || self.segment.output() != input {
             self.stay_at(piece.direction, input, output);
+        }
+    }
+
+    /// Lets the segment hold behind the place too, if it does, and within the limits.
+    #[inline]
+    fn open_segment(&mut self, input: T) {
+        if let Some(back) = self.memory.back() {
+            let Piece { direction, line, .. } = self.memory.forward_piece(input);
+            self.segment.open(line.at(direction.further(back, direction.reversed().limit(self.reach))));
         }
     }
 
@@ -230,9 +245,13 @@ impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
             let here = self.known();
             self.enter_segment(here.input, here.output);
         } else if y.is_admissible() {
+            let behind = self.segment.lies_behind(y);
             let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
             self.saturated = reached.saturated;
-            self.enter_segment(reached.input, reached.output);
+            self.draw_segment(reached.input, reached.output);
+            if behind {
+                self.open_segment(reached.input);
+            }
         } else {
             self.rejected = self.rejected.saturating_add(1);
         }

@@ -16,12 +16,10 @@ pub(crate) struct Segment<T> {
     sign: T,
     /// The last input, times the sign.
     last: T,
-    /// The first input that is on the line, times the sign.
-    from: T,
-    /// The largest that `from` becomes: where the line holds on both sides it stays as it is.
-    held: T,
-    /// Where the line ends, times the sign.
+    /// Where the line ends ahead, times the sign.
     end: T,
+    /// Where it ends behind, times the sign; infinity as long as a step back leaves it at once.
+    back: T,
     line: Line<T>,
 }
 
@@ -30,19 +28,30 @@ impl<T: Real> Segment<T> {
     #[inline]
     pub(super) fn new(piece: Piece<T>, last: T) -> Self {
         let sign: T = piece.direction.sign();
-        let (last, back, end) = (sign * last, sign * piece.back, sign * piece.end);
-        let back = if back > -T::MAX_MAGNITUDE { back } else { -T::MAX_MAGNITUDE };
+        let (last, end) = (sign * last, sign * piece.end);
         let end = if end < T::MAX_MAGNITUDE { end } else { T::MAX_MAGNITUDE };
-        let both_sides = back < last && last < end;
-        let (from, held) = if both_sides { (back.next_up(), back.next_up()) } else { (last, T::INFINITY) };
-        Self { sign, last, from, held, end, line: piece.line }
+        Self { sign, last, end, back: T::INFINITY, line: piece.line }
+    }
+
+    /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end.
+    #[inline]
+    pub(super) fn open(&mut self, back: T) {
+        if self.last < self.end {
+            self.back = (self.sign * back).max(-T::MAX_MAGNITUDE);
+        }
+    }
+
+    /// Whether an input that is not on the line lies behind it.
+    #[inline(always)]
+    pub(super) fn lies_behind(&self, input: T) -> bool {
+        self.sign * input < self.last
     }
 
     /// The output if the input lies on the line. False for NaN.
     #[inline]
     pub(super) fn peek(&self, input: T) -> Option<T> {
         let ahead = self.sign * input;
-        (ahead >= self.from && ahead < self.end).then(|| self.line.at(input))
+        ((ahead >= self.last || ahead > self.back) && ahead < self.end).then(|| self.line.at(input))
     }
 
     /// [`peek`](Self::peek), and moves there.
@@ -59,7 +68,6 @@ impl<T: Real> Segment<T> {
     #[inline(always)]
     pub(super) fn move_to(&mut self, input: T) {
         self.last = self.sign * input;
-        self.from = if self.last < self.held { self.last } else { self.held };
     }
 
     /// The output at an input on the line.
@@ -74,9 +82,9 @@ impl<T: Real> Segment<T> {
     pub(super) fn holds(&self, block: &[T; BLOCK], relative: impl Fn(T) -> T) -> bool {
         let ahead = |sample| self.sign * relative(sample);
         let mut holds = true;
-        if self.from == self.held {
+        if self.back < T::INFINITY {
             for sample in block {
-                holds &= (ahead(*sample) >= self.from) & (ahead(*sample) < self.end);
+                holds &= (ahead(*sample) > self.back) & (ahead(*sample) < self.end);
             }
             return holds;
         }
@@ -89,7 +97,7 @@ impl<T: Real> Segment<T> {
                 holds &= last >= next;
             }
         }
-        holds & (ahead(block[0]) >= self.from) & (ahead(block[BLOCK - 1]) < self.end)
+        holds & (ahead(block[0]) >= self.last) & (ahead(block[BLOCK - 1]) < self.end)
     }
 
     /// The last input.

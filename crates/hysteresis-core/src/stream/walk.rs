@@ -62,12 +62,13 @@ pub(crate) trait Walk<T: Real> {
         on_line * BLOCK
     }
 
-    /// Takes a block sample by sample: how many. After a long line it is left as soon as the next one begins, which is long too;
-    /// where lines are shorter than blocks, as in noise, to try again at once would not pay.
+    /// Takes samples one by one: how many. After a long line that ends as soon as the next one begins, which is long too; where
+    /// lines are shorter than blocks, as in noise, to try again at once would not pay.
     #[inline(always)]
     fn run_to_the_next_line(&mut self, samples: &[T], outputs: &mut [T], after_long_line: bool) -> usize {
         let mut taken = 0;
-        for (sample, output) in samples.iter().zip(outputs).take(BLOCK) {
+        let most = if after_long_line { BLOCK } else { 4 * BLOCK };
+        for (sample, output) in samples.iter().zip(outputs).take(most) {
             let sample = self.relative(*sample);
             let on_line = self.segment_mut().step(sample);
             let value = match on_line {
