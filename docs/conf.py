@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
 project = "mpi_hyst"
-author = "The authors of mpi_hyst"
+author = "The mpi_hyst developers"
 copyright = f"2026, {author}"  # noqa: A001 (Sphinx names it so)
 try:
     release = metadata.version("mpi_hyst")
@@ -30,6 +30,7 @@ extensions = [
     "sphinx_click",
     "sphinx_copybutton",
     "docstrings",
+    "shell_cells",
 ]
 exclude_patterns = ["_ext", "gallery", "auto_gallery/*.ipynb"]
 

@@ -156,6 +156,22 @@ fn a_state_whose_output_is_off_by_roundings_is_restored() {
 }
 
 #[test]
+fn a_bank_of_split_weights_is_restored_within_the_roundings_of_its_sum() {
+    let split = |weights: &[f64]| {
+        let model = PrandtlIshlinskii::new(weights, &[0.0, 2.0], Offsets::default()).unwrap();
+        ModifiedPrandtlIshlinskii::from(&model).with_negative_weights(&[weights[0], 0.5 * weights[1]]).unwrap()
+    };
+    for (model, swing) in [(split(&[1e6, 3e6]), 77.7), (split(&[1e-6, 3e-6]), -77.7)] {
+        let mut stream = bank(&model);
+        stream.step(swing);
+        let state = stream.state();
+        let off_by = |share: f64| StreamState { last_output: state.last_output * (1.0 + share), ..state.clone() };
+        stream.set_state(&off_by(1e-14)).unwrap();
+        assert!(stream.set_state(&off_by(1e-8)).is_err());
+    }
+}
+
+#[test]
 fn a_bank_takes_only_finite_outputs_of_all_its_operators() {
     let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
     let mut stream = bank(&(&model).into());

@@ -274,3 +274,9 @@ fn a_bracket_goes_on_from_a_state_and_tells_its_limits() {
     restored.set_state(&used.state()).unwrap();
     assert_eq!((restored.outputs(), restored.step(10.0)), (narrow[2], used.step(10.0)));
 }
+
+#[test]
+fn a_map_tells_whether_it_rises() {
+    let map = |y: [f64; 2]| PiecewiseLinearMap::new(&[0.0, 1.0], &y).unwrap();
+    assert!(map([0.0, 2.0]).is_rising() && !map([2.0, 0.0]).is_rising());
+}

@@ -62,3 +62,26 @@ fn bisect(mut low: usize, mut high: usize, passed: impl Fn(usize) -> bool) -> us
     }
     low
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Direction, far_ahead};
+
+    #[test]
+    fn the_marks_decide_whatever_the_bounds_say() {
+        let marks: [f64; 12] =
+            core::array::from_fn(|i| [0.0, 1.0, 1.0, 2.0, 5.0, 5.0, 5.0, 6.0, 9.0, 9.5, 11.0, 12.0][i]);
+        // Past the end stands what no move passes.
+        let mark = |i: usize| *marks.get(i).unwrap_or(&f64::INFINITY);
+        for half in -1..=26_i32 {
+            let x = 0.5 * f64::from(half);
+            let passed = marks.iter().filter(|mark| **mark <= x).count();
+            for start in 1..=marks.len() {
+                for (least, most) in (0..=13).flat_map(|least| (0..=13).map(move |most| (least, most))) {
+                    let found = far_ahead(Direction::Rising, x, start..marks.len(), mark, (least, most));
+                    assert_eq!(found, passed.max(start), "{x} from {start}, {least} to {most}");
+                }
+            }
+        }
+    }
+}
