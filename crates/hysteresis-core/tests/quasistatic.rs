@@ -280,3 +280,10 @@ fn a_map_tells_whether_it_rises() {
     let map = |y: [f64; 2]| PiecewiseLinearMap::new(&[0.0, 1.0], &y).unwrap();
     assert!(map([0.0, 2.0]).is_rising() && !map([2.0, 0.0]).is_rising());
 }
+
+#[test]
+fn a_bracket_needs_weights_that_are_not_negative() {
+    let model = PrandtlIshlinskii::new(&[1.0, -0.25], &[0.0, 2.0], Offsets::default()).unwrap();
+    let error = Bracket::new(&CompiledModel::new(&(&model).into()), LIMITS).unwrap_err();
+    assert_eq!(error.to_string(), "weights: expected a finite number >= 0, got -0.25");
+}
