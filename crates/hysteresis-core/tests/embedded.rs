@@ -217,3 +217,32 @@ fn drives_before_are_followed_or_refused_together() {
     assert_eq!(error.to_string(), "drives[1]: expected a number from -10.0 to 10.0, got 99.0");
     assert_eq!(inverse.output(), 4.0);
 }
+
+#[test]
+fn a_run_has_the_bits_of_its_steps() {
+    let model = Model::<f32, 3>::conventional(&[1.0, 0.5, 0.25], &[0.0, 2.0, 5.0], Offsets::default()).unwrap();
+    let mut samples = [0.0_f32; 203];
+    for k in 1..samples.len() {
+        samples[k] = samples[k - 1] + if k < 100 { 0.1 } else { -0.1 };
+    }
+    samples[57] = f32::NAN;
+    let (mut at_once, mut one_by_one) = ([0.0; 203], [0.0; 203]);
+    Forward::new(model.clone()).run(&samples, &mut at_once).unwrap();
+    let mut forward = Forward::new(model.clone());
+    for (sample, output) in samples.iter().zip(&mut one_by_one) {
+        *output = forward.step(*sample);
+    }
+    assert_eq!(at_once.map(f32::to_bits), one_by_one.map(f32::to_bits));
+    let limits = Some((-8.0, 8.0));
+    Inverse::new(model.clone(), limits).unwrap().run(&samples, &mut at_once).unwrap();
+    let mut inverse = Inverse::new(model, limits).unwrap();
+    for (sample, output) in samples.iter().zip(&mut one_by_one) {
+        *output = inverse.step(*sample);
+    }
+    assert_eq!(at_once.map(f32::to_bits), one_by_one.map(f32::to_bits));
+    assert!(
+        Forward::new(Model::<f32, 1>::conventional(&[1.0], &[0.0], Offsets::default()).unwrap())
+            .run(&[1.0], &mut [])
+            .is_err()
+    );
+}
