@@ -287,3 +287,13 @@ fn a_bracket_needs_weights_that_are_not_negative() {
     let error = Bracket::new(&CompiledModel::new(&(&model).into()), LIMITS).unwrap_err();
     assert_eq!(error.to_string(), "weights: expected a finite number >= 0, got -0.25");
 }
+
+#[test]
+fn a_bracket_leaves_creep_out() {
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 9.0], Ratios::PAPER, Offsets::default());
+    let mut plain = Bracket::new(&CompiledModel::new(&model.unwrap()), LIMITS).unwrap();
+    let mut of_stage = Bracket::of_stage(&example(), LIMITS).unwrap();
+    for drive in [30.0, 30.0, -10.0, 120.0] {
+        assert_eq!(of_stage.step(drive), plain.step(drive));
+    }
+}
