@@ -10,7 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{REACH, any_nested_model, bank, forwards, history, inverses, invertible_model, oscillations, run};
 
-/// The model with r and ra so much larger, but for the identity, which slides at once unless it is split.
+/// The model, not split, with so much larger thresholds r and ra but for the identity.
 fn with_gaps_of_at_least(gap: f64, model: &ModifiedPrandtlIshlinskii) -> ModifiedPrandtlIshlinskii {
     let z = model.operators();
     let wider = |threshold: f64, z: &CoupledPlay| if z.is_identity() { threshold } else { threshold + gap };

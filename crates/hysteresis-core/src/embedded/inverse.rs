@@ -1,6 +1,6 @@
 use super::model::{Holds, Model};
 use crate::engine::Engine;
-use crate::error::{Error, check_length};
+use crate::error::Error;
 use crate::process::Process;
 use crate::real::Real;
 use crate::stream::{InverseCore, Walk, check_limits};
@@ -117,8 +117,6 @@ impl<T: Real, const N: usize, M: Holds<T, N>> Process<T> for Inverse<T, N, M> {
     }
 
     fn run(&mut self, input: &[T], output: &mut [T]) -> Result<(), Error> {
-        check_length("output", input.len(), output.len())?;
-        self.core.run(input, output);
-        Ok(())
+        self.core.run(input, output)
     }
 }

@@ -200,6 +200,6 @@ impl Path<f64> for BankPath<'_> {
 
     /// How far a line goes is not known: its piece is a point.
     fn look(&mut self, direction: Direction, input: f64) -> Piece {
-        Piece { line: self.0.line_at(input), ..Piece::point(direction, input, 0.0) }
+        Piece { direction, line: self.0.line_at(input), begin: input, end: input }
     }
 }

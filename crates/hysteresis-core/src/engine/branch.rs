@@ -94,13 +94,14 @@ impl<T: Real> Branch<T> {
         output: T,
         reversal: u64,
     ) {
-        if self.moved > 0 {
+        if self.slides() {
             let (moved, at_zero) = (self.moved, self.at_zero);
             let point = TurningPoint { input, output, ended, moved, at_zero, reversal };
             self.top = Remembered { point, beyond: self.frozen, released: self.released(family, ended, input) };
             self.height += 1;
             self.begin = input;
         } else {
+            // Nothing slid: the line is the one that led here.
             self.begin = -T::INFINITY * ended.reversed().sign();
         }
         (self.moved, self.at_zero) = (0, 0);

@@ -69,8 +69,7 @@ mod tests {
 
     #[test]
     fn the_marks_decide_whatever_the_bounds_say() {
-        let marks: [f64; 12] =
-            core::array::from_fn(|i| [0.0, 1.0, 1.0, 2.0, 5.0, 5.0, 5.0, 6.0, 9.0, 9.5, 11.0, 12.0][i]);
+        let marks = [0.0_f64, 1.0, 1.0, 2.0, 5.0, 5.0, 5.0, 6.0, 9.0, 9.5, 11.0, 12.0];
         // Past the end stands what no move passes.
         let mark = |i: usize| *marks.get(i).unwrap_or(&f64::INFINITY);
         for half in -1..=26_i32 {

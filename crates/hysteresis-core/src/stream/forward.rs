@@ -2,7 +2,7 @@ use super::forward_core::ForwardCore;
 use super::state::{StreamState, check_output};
 use super::walk::Walk;
 use crate::engine::{CompiledModel, HeapMemory, Method, Point, check_same};
-use crate::error::{Error, check_all_finite, check_finite, check_length};
+use crate::error::{Error, check_all_finite, check_finite};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -162,9 +162,7 @@ impl Process for Forward {
     }
 
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
-        check_length("output", input.len(), output.len())?;
-        self.core.run(input, output);
-        Ok(())
+        self.core.run(input, output)
     }
 }
 

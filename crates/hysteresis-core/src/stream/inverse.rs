@@ -3,7 +3,7 @@ use super::inverse_core::{InverseCore, Look};
 use super::state::{StreamState, check_output};
 use super::walk::Walk;
 use crate::engine::{CompiledModel, HeapMemory, Memory, Method, Point, check_same};
-use crate::error::{Error, check_length};
+use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -234,9 +234,7 @@ impl Process for Inverse {
     }
 
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
-        check_length("output", input.len(), output.len())?;
-        self.core.run(input, output);
-        Ok(())
+        self.core.run(input, output)
     }
 }
 

@@ -204,12 +204,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
 
 impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
     #[inline(always)]
-    fn segment(&self) -> &Segment<T> {
-        &self.segment
-    }
-
-    #[inline(always)]
-    fn segment_mut(&mut self) -> &mut Segment<T> {
+    fn segment(&mut self) -> &mut Segment<T> {
         &mut self.segment
     }
 

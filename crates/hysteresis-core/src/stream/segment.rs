@@ -8,7 +8,7 @@ pub(super) const BLOCK: usize = 8;
 
 /// The straight line that a stream is on, and the samples for which it stays on it.
 ///
-/// Where operators slide, those are the samples ahead: a step back is a reversal. Where none does, as after every
+/// Where operators slide, those are the samples ahead: a step back is a reversal. Where none does, as right after a
 /// reversal, the line holds on both sides, and noise changes nothing that is remembered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment<T> {
@@ -51,7 +51,7 @@ impl<T: Real> Segment<T> {
     #[inline]
     pub(super) fn peek(&self, input: T) -> Option<T> {
         let ahead = self.sign * input;
-        ((ahead >= self.last || ahead > self.back) && ahead < self.end).then(|| self.line.at(input))
+        ((ahead >= self.last || ahead > self.back) && ahead < self.end).then(|| self.at(input))
     }
 
     /// [`peek`](Self::peek), and moves there.

@@ -1,12 +1,12 @@
 //! How a stream walks along its polyline, forward or inverse: one sample at a time, or in blocks.
 
 use super::segment::{BLOCK, Segment};
+use crate::error::{Error, check_length};
 use crate::real::Real;
 
 /// A stream: on a segment, and when it leaves that, on another.
 pub(crate) trait Walk<T: Real> {
-    fn segment(&self) -> &Segment<T>;
-    fn segment_mut(&mut self) -> &mut Segment<T>;
+    fn segment(&mut self) -> &mut Segment<T>;
 
     /// A sample relative to the origin of the segments. Does not fall where the sample grows.
     fn relative(&self, sample: T) -> T;
@@ -25,21 +25,31 @@ pub(crate) trait Walk<T: Real> {
 
     #[inline]
     fn step(&mut self, sample: T) -> T {
-        let sample = self.relative(sample);
-        let value = match self.segment_mut().step(sample) {
-            Some(value) => value,
-            None => self.leave_segment(sample),
-        };
-        self.finished(value)
+        self.take(sample).0
     }
 
-    /// [`step`](Self::step) for every sample; there is room for as many outputs.
-    fn run(&mut self, mut samples: &[T], mut outputs: &mut [T]) {
+    /// [`step`](Self::step), and whether the sample lay on the segment.
+    #[inline(always)]
+    fn take(&mut self, sample: T) -> (T, bool) {
+        let sample = self.relative(sample);
+        let on_line = self.segment().step(sample);
+        let value = on_line.unwrap_or_else(|| self.leave_segment(sample));
+        (self.finished(value), on_line.is_some())
+    }
+
+    /// [`step`](Self::step) for every sample.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is room for as many outputs; nothing is taken then.
+    fn run(&mut self, mut samples: &[T], mut outputs: &mut [T]) -> Result<(), Error> {
+        check_length("output", samples.len(), outputs.len())?;
         while !samples.is_empty() {
             let on_line = self.run_on_line(samples, outputs);
-            let taken = on_line + self.run_to_the_next_line(&samples[on_line..], &mut outputs[on_line..], on_line > 0);
-            (samples, outputs) = (&samples[taken..], &mut outputs[taken..]);
+            (samples, outputs) = behind(on_line, samples, outputs);
+            let taken = self.run_to_the_next_line(samples, outputs, on_line > 0);
+            (samples, outputs) = behind(taken, samples, outputs);
         }
+        Ok(())
     }
 
     /// Takes the blocks that lie on the segment, as vectors: how many samples that is.
@@ -55,10 +65,10 @@ pub(crate) trait Walk<T: Real> {
             segment.move_to(self.relative(block[BLOCK - 1]));
             on_line += 1;
         }
-        for (output, block) in outputs.as_chunks_mut::<BLOCK>().0.iter_mut().zip(&blocks[..on_line]) {
+        for (output, block) in outputs.as_chunks_mut::<BLOCK>().0.iter_mut().zip(blocks.iter().take(on_line)) {
             *output = self.finished_block(block.map(|sample| segment.at(self.relative(sample))));
         }
-        *self.segment_mut() = segment;
+        *self.segment() = segment;
         on_line * BLOCK
     }
 
@@ -69,18 +79,19 @@ pub(crate) trait Walk<T: Real> {
         let mut taken = 0;
         let most = if after_long_line { BLOCK } else { 4 * BLOCK };
         for (sample, output) in samples.iter().zip(outputs).take(most) {
-            let sample = self.relative(*sample);
-            let on_line = self.segment_mut().step(sample);
-            let value = match on_line {
-                Some(value) => value,
-                None => self.leave_segment(sample),
-            };
-            *output = self.finished(value);
+            let (value, on_line) = self.take(*sample);
+            *output = value;
             taken += 1;
-            if after_long_line && on_line.is_none() {
+            if after_long_line && !on_line {
                 break;
             }
         }
         taken
     }
+}
+
+/// What is left behind the first so many: nothing past the end, where an index would panic.
+#[inline(always)]
+fn behind<'a, 'b, T>(taken: usize, samples: &'a [T], outputs: &'b mut [T]) -> (&'a [T], &'b mut [T]) {
+    (samples.get(taken..).unwrap_or_default(), outputs.get_mut(taken..).unwrap_or_default())
 }
