@@ -33,18 +33,22 @@ def main() -> None:
     figure = Figure(figsize=(9.6, 4.2), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     for axes, (signal, title) in zip(panels, SIGNALS.items(), strict=True):
-        for what, (colour, label) in styles.items():
-            cost = {
+        costs = {
+            what: {
                 case["operators"]: case["nanoseconds"]
                 for case in cases
                 if (case["signal"], case["what"], case["mode"]) == (signal, what, "step")
             }
-            operators = sorted(cost)
-            times = [cost[n] for n in operators]
+            for what in styles
+        }
+        heights = apart({what: cost[max(cost)] for what, cost in costs.items()})
+        for what, (colour, label) in styles.items():
+            operators = sorted(costs[what])
+            times = [costs[what][n] for n in operators]
             axes.loglog(operators, times, color=colour, linewidth=1.4, marker="o", markersize=4)
             axes.annotate(
                 label.format(portable=portable),
-                (operators[-1], times[-1]),
+                (operators[-1], heights[what]),
                 xytext=(7, 0),
                 textcoords="offset points",
                 color=colour,
@@ -65,6 +69,16 @@ def main() -> None:
     panels[0].yaxis.set_minor_locator(NullLocator())
     with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}):  # the same file every time
         figure.savefig(OUTPUT, metadata={"Date": None})
+
+
+def apart(ends: dict[str, float]) -> dict[str, float]:
+    """Heights for the names beside the ends of lines, at least a line of text apart."""
+    heights: dict[str, float] = {}
+    lowest = 0.0
+    for what in sorted(ends, key=ends.__getitem__):
+        heights[what] = max(ends[what], lowest)
+        lowest = 1.6 * heights[what]
+    return heights
 
 
 def duration(nanoseconds: float, _position: int) -> str:
