@@ -243,7 +243,7 @@ def test_units_of_the_file_go_before_those_of_names(tmp_path: Path) -> None:
     assert record.units == {"drive": "kV", "gauge_raw": "counts", "x_um": "nm"}
     assert [record.quantity(n).label for n in record.names] == ["drive (kV)", "gauge_raw", "x (nm)"]
     # A minimum is no duration.
-    path.write_text("position_min,t\n1,4\n2,3\n", encoding="utf-8")
+    path.write_text("position_min,gauge\n1,4\n2,3\n", encoding="utf-8")
     record = mh.io.read(path)
     assert record.units == {} and record.time_column is None
 

@@ -117,7 +117,7 @@ def test_a_time_that_stands_and_cells_without_numbers_are_told(there: Path) -> N
     path.write_text("\n".join(lines), encoding="utf-8")
     said = run("look", "holes.csv").stdout
     assert "2 refused, line 8: not finite: nan" in said
-    assert "column pos_um has 2 cells that identify refuses, the first in line 8" in said
+    assert "column pos_um has 2 cells without a number, the first in line 8" in said
     assert suggested(said)[1:6] == ["holes.csv", "--input", "drive_v", "--output", "pos_um"]
 
 

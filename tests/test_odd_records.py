@@ -120,3 +120,26 @@ def test_a_reading_that_is_the_same_twice_at_fast_tips_is_none_that_failed() -> 
     y = np.round(BENCH.position(u) * 1e3 / np.ptp(BENCH.position(u)))
     found = mh.identify(u, y, operators=6, weights="free", dt=1e-3, dynamics=None)
     assert "failed_rows" not in {one.code for one in found.warnings}
+
+
+def test_the_cell_that_cannot_be_filled_in_is_the_one_that_is_named(tmp_path: Path) -> None:
+    gaps = POSITION.copy()
+    gaps[700:720] = np.nan
+    path = Path(text(tmp_path / "gaps.csv", gaps))
+    assert run("identify", str(path), *COLUMNS, *FIT).exit_code == 0
+    looked = run("look", str(path)).stdout
+    assert "has 20 cells without a number" in looked and "puts straight lines there" in looked
+    lines = path.read_text("utf-8").splitlines()
+    lines[1501] = lines[1501].rpartition(",")[0] + ",OVL"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    refused(run("identify", str(path), *COLUMNS, *FIT), "line 1502, .*'OVL'; .* --rows 1500")
+    assert (
+        "has 1 cell that identify refuses, the first in line 1502" in run("look", str(path)).stdout
+    )
+    gaps[2000:2021] = np.nan
+    path = Path(text(tmp_path / "gaps.csv", gaps))
+    said = "line 2002, column position_um: empty cell, the first of 21 rows in a row without a"
+    refused(run("identify", str(path), *COLUMNS, *FIT), said)
+    assert said.replace("line", "position_um, line").replace(", column position_um", "") in (
+        run("look", str(path)).stdout
+    )

@@ -19,7 +19,6 @@ from mpi_hyst._cli.identify.run import fit
 from mpi_hyst._paper import demo as chain
 from mpi_hyst._paper.models import WALK_INPUT as WALK
 from mpi_hyst._paper.models import WALK_THRESHOLDS
-from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._report.demo.figures import STAIRCASE, _lives
 from mpi_hyst._report.demo.tables import model_errors, tracking_errors
@@ -334,21 +333,6 @@ def test_text_from_files_cannot_break_the_page() -> None:
     )  # fmt: skip
     assert "<script" not in text
     assert nasty in words(ET.fromstring(text.removeprefix("<!DOCTYPE html>")))
-
-
-@pytest.mark.parametrize(
-    ("column", "label"),
-    [
-        ("displacement_um", "displacement (µm)"),
-        ("stage_x_NM", "stage x (nm)"),
-        ("voltage_v", "voltage (V)"),
-        ("drive", "drive"),
-        ("gauge_raw", "gauge_raw"),
-        ("_v", "_v"),
-    ],
-)
-def test_units_come_from_the_names_of_columns(column: str, label: str) -> None:
-    assert Quantity(column).label == label
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,7 @@ def test_simulate_refuses(here: Path, arguments: list[str], said: list[str]) -> 
 @pytest.mark.parametrize(
     ("rate", "said"),
     [
-        ([], "bare.csv: expected a time column (time_s, time, or --time NAME) or --rate"),
+        ([], "bare.csv: expected a time column (time_s, time, t, or --time NAME) or --rate"),
         (["--rate", "0"], "--rate: expected a finite number above 0, got 0.0"),
         (["--rate", "nan"], "--rate: expected a finite number above 0, got nan"),
         (["--rate", "1e-200"], "--rate: "),

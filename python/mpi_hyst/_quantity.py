@@ -31,12 +31,31 @@ _MICRO = ("um", "us", "urad", "uC", "uT")
 # A column `position_min` holds a minimum and `gain_h` no hours: so only behind a name of time.
 _ONLY_OF_TIME = ("ns", "min", "h", "d")
 _BEHIND = re.compile(r"(?P<name>.*?\S)[\s_]*(\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))")
+# `I/mA` and `Weg/µm` are quantities over units; `scope/A` may be a path.
+_OVER = re.compile(r"(?P<name>[^/]*[^/\s])/(?P<unit>[^/\s]+)")
+_SYMBOL = re.compile(r"[^\W\d_](_\w+|\d+)?")
 
 
 def known_unit(text: str) -> str:
     """Return a unit in ASCII as column names end with it, or nothing: `[µm]` and `um` are um."""
-    bare = text.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u").lower()
+    bare = _bare(text)
     return _UNITS.get(bare, _WORDS.get(bare, ""))
+
+
+def _bare(unit: str) -> str:
+    return unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u").lower()
+
+
+def _over(column: str) -> tuple[str, str] | None:
+    """Return name and unit of a quantity over its unit: `I/mA`, `Zeit/s`."""
+    found = _OVER.fullmatch(column)
+    if found is None:
+        return None
+    name, unit = found["name"], _UNITS.get(_bare(found["unit"]), "")
+    is_told = len(unit) > 1 or _SYMBOL.fullmatch(name) is not None
+    if name.lower() in TIME_NAMES or (is_told and unit not in _ONLY_OF_TIME):
+        return (name, unit) if unit else None
+    return None
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -97,6 +116,8 @@ class Quantity:
         found = _BEHIND.fullmatch(self.column.strip())
         if found is not None and (unit := known_unit(found["a"] or found["b"] or found["c"] or "")):
             return found["name"], unit
+        if (over := _over(self.column.strip())) is not None:
+            return over
         name, _, last = self.column.rpartition("_")
         unit = _UNITS.get(last.lower(), "") if name else ""
         if unit in _ONLY_OF_TIME and name.lower() not in TIME_NAMES:

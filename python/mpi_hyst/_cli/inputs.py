@@ -27,8 +27,8 @@ def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     dt = known_interval(columns, rate)
     if dt is None:
         raise CommandError(
-            f"{columns.source}: expected a time column (time_s, time, or --time NAME) or --rate, "
-            "to know the sampling interval"
+            f"{columns.source}: expected a time column (time_s, time, t, or --time NAME) or "
+            "--rate, to know the sampling interval"
         )
     return dt
 

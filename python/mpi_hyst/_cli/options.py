@@ -80,8 +80,8 @@ def time_column(function: Function) -> Function:
         "--time",
         metavar="NAME|none",
         callback=_time_column,
-        help="Time column, by name or number; none uses none.  [default: time_s, time, or a name "
-        "with a unit such as t_ms, if present]",
+        help="Time column, by name or number; none uses none.  [default: time_s, time, a name "
+        "with a unit such as t_ms, or t, if present]",
     )(function)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -24,6 +25,8 @@ _OPTIONS = {
     "limits": "--limits",
     "slew": "--slew",
 }
+
+_ROUNDED = 1e-3  # of the range that was identified
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,36 @@ def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:
         raise CommandError(
             f"{file}: {quantity.column}: expected {expected}, as the stage has, got {got}"
         )
+
+
+def of_stage(quantity: Quantity, stage: mh.Stage) -> Quantity:
+    """Return a reference in the unit of the stage, where it has none of its own."""
+    return quantity if quantity.suffix else Quantity(quantity.column, stage.units[1])
+
+
+def is_narrowed(stage: mh.Stage) -> bool:
+    """Return whether the stage by default stays within fewer drives than its limits allow.
+
+    Those are the drives that were identified.
+    """
+    if stage.identified is None:
+        return False
+    low, high = stage.identified["drive_range"]
+    least, most = stage.limits or (-math.inf, math.inf)
+    # As the library: what a converter rounds is no difference.
+    tolerance = _ROUNDED * (high - low)
+    return bool(least < low - tolerance or most > high + tolerance)
+
+
+def why_narrowed(stage: mh.Stage) -> str:
+    """Say why it does, and what changes that; nothing where it does not."""
+    if not is_narrowed(stage):
+        return ""
+    if stage.limits is None:
+        return "the records reach no further; --limits goes beyond"
+    least, most = stage.limits
+    span = f"{least:g} to {most:g} {stage.units[0]}".rstrip()
+    return f"the records do not reach the limits {span}; --limits {least:g},{most:g} goes there"
 
 
 def is_static(stage: mh.Stage) -> bool:

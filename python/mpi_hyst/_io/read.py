@@ -47,7 +47,7 @@ def read(
         "data/drive" or "data.drive". By default all columns of numbers that are equally long.
     time : str, int or False, optional
         The time column; by default `time_s` or `time`, else one that is called so with a unit, as
-        `t_ms` or `Time (us)`, if there is one. False: none is.
+        `t_ms` or `Time (us)`, else `t`, in seconds, if there is one. False: none is.
     rows : int, optional
         Read only so many rows.
 
@@ -74,7 +74,7 @@ def read(
     array([0.   , 0.005])
     >>> record.units["Sensor"], record.sample_time
     ('um', 0.0005)
-    >>> mh.io.read({"t": [0.0, 0.1], "u": [0.0, 5.0]}, time="t")["u"]
+    >>> mh.io.read({"clock": [0.0, 0.1], "u": [0.0, 5.0]}, time="clock")["u"]
     array([0., 5.])
 
     """
@@ -163,7 +163,9 @@ def time_index(table: Table, time: str | int | None) -> int | None:
         for index in table.numeric
         if Quantity(table.names[index], table.units.get(table.names[index], "")).is_time
     ]
-    return named[0] if named else None
+    # A bare t may be something else, so every name that says more goes first.
+    bare = [i for i in table.numeric if table.names[i] == "t" and not table.units.get("t")]
+    return next(iter([*named, *bare]), None)
 
 
 def numeric(table: Table) -> Sequence[int]:

@@ -229,6 +229,12 @@ impl Stage {
         (limits.0 < low - tolerance || limits.1 > high + tolerance).then_some((low, high))
     }
 
+    /// Whether [`drive_range`](Self::drive_range) is what was identified, as the limits reach beyond it or there are none.
+    #[must_use]
+    pub fn is_narrowed(&self) -> bool {
+        self.extrapolates(self.parts.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).is_some()
+    }
+
     /// Limits that something runs with: the given ones, if they lie within those of the stage, or else
     /// [`drive_range`](Self::drive_range).
     ///

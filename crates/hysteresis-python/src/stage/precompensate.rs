@@ -64,9 +64,13 @@ pub(crate) fn precompensate(
         )?;
     }
     let limits = stage.limits(options.limits).map_err(raise)?.map_or(String::new(), |limits| format!(" {limits:?}"));
-    for (count, what) in
-        [(found.saturated_count, format!("the limits{limits}")), (found.slewing_count, "the slew rate".into())]
-    {
+    let of_records = options.limits.is_none() && stage.is_narrowed();
+    let bounds = if of_records {
+        format!("the drives that were identified,{limits}: `limits` may be given to go beyond")
+    } else {
+        format!("the limits{limits}")
+    };
+    for (count, what) in [(found.saturated_count, bounds), (found.slewing_count, "the slew rate".into())] {
         if count > 0 {
             warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
         }

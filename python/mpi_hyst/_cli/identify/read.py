@@ -84,14 +84,14 @@ def _columns(
     Of a file that is refused say which part of it can be read.
     """
     try:
-        columns = io.read(path, names, time=request.time, rows=rows)
+        try:
+            columns, first = io.read(path, names, time=request.time, rows=rows), 0
+        except ReadError as refused:
+            columns, first = filled(path, names, rows, request, refused)
     except ReadError as error:
-        if (mended := filled(path, names, rows, request)) is not None:
-            columns, first = mended
-            return in_unit(columns, request.time_unit), first
         hint = _hint(error) if path in request.data else ""
         raise CommandError(f"{error}{hint}") from error
-    return in_unit(columns, request.time_unit), 0
+    return in_unit(columns, request.time_unit), first
 
 
 def _hint(error: ReadError) -> str:

@@ -15,12 +15,13 @@ from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
 from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
+from mpi_hyst._cli.stage import is_narrowed
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._files import write_file
 from mpi_hyst._report import provenance
 from mpi_hyst._report.identify.records import Records, loops_left_out
 from mpi_hyst._report.identify.summary import summary
-from mpi_hyst._text import printable
+from mpi_hyst._text import digits, printable
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,11 @@ def run(request: Request) -> Done:
         interrupted = compared is None
     task = request.task(records)
     outputs = []
+    stage = None
     # The stage is written first: if the report fails, the result of the fit is kept.
     if request.stage_path is not None:
-        outputs.append(Output(request.stage_path, _stage(found, records, request).save))
+        stage = _stage(found, records, request)
+        outputs.append(Output(request.stage_path, stage.save))
     if request.report_path is not None:
         from mpi_hyst._report.identify.page import report
 
@@ -76,7 +79,7 @@ def run(request: Request) -> Done:
     parts = [summary(task, found, left_out)]
     if comparison is not None:
         parts.append(_told(comparison, request.output.unit))
-    parts.append(_saved(found, request))
+    parts.append(_saved(found, stage, request))
     text = "\n\n".join(parts)
     return Done(text, found.verdict, interrupted)
 
@@ -192,15 +195,30 @@ def _fit_other(records: Records, request: Request) -> mh.results.Identification 
         raise
 
 
-def _saved(found: mh.results.Identification, request: Request) -> str:
+def _saved(found: mh.results.Identification, stage: mh.Stage | None, request: Request) -> str:
     lines = []
-    if request.stage_path is None:
+    if stage is None:
         lines.append("not saved: add -o stage.json to save the stage")
     else:
+        if stage.limits is not None and is_narrowed(stage):
+            lines.append(_unreached(found, stage, stage.limits))
         lines.append(f"stage   {request.stage_path}{_left_out(found)}")
     if request.report_path is not None:
         lines.append(f"report  {request.report_path}")
     return "\n".join(lines)
+
+
+def _unreached(
+    found: mh.results.Identification, stage: mh.Stage, limits: tuple[float, float]
+) -> str:
+    """Say that the records do not fill the limits, so that drives will not either."""
+    (low, high), unit = map(digits, found.drive_range), stage.units[0]
+    least, most = limits
+    return (
+        f"note: the records reach {low} to {high} {unit} of the limits {least:g} to {most:g} "
+        f"{unit}; drives stay within the records, unless `precompensate` and `simulate` get "
+        f"--limits {least:g},{most:g} too"
+    )
 
 
 def _left_out(found: mh.results.Identification) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from mpi_hyst._cli.identify.missing import is_missing, too_long
 from mpi_hyst._cli.look.guess import Guess, guess
 from mpi_hyst._cli.look.sampling import Sampling
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
@@ -33,10 +34,17 @@ class Request:
 
 @dataclass
 class _Wrong:
-    """The numbers of a column that are none: how many, and the first."""
+    """The numbers of a column that are none: the rows without a reading, and the first others."""
 
-    count: int = 0
-    first: str = ""
+    first: str
+    missing: dict[int, str] = field(default_factory=dict)
+    others: int = 0
+    first_other: str = ""
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.missing) + self.others
 
 
 @dataclass(frozen=True)
@@ -82,9 +90,13 @@ def read(path: Path, rows: int | None) -> Record:
     wrong: dict[int, _Wrong] = {}
 
     def note(index: int, rows: int, place: str, what: str) -> None:
-        del rows
-        entry = wrong.setdefault(index, _Wrong(first=f"{place}: {what}"))
-        entry.count += 1
+        told = f"{place}: {what}"
+        entry = wrong.setdefault(index, _Wrong(told))
+        if is_missing(what):
+            entry.missing[rows] = told
+        else:
+            entry.first_other = entry.first_other or told
+            entry.others += 1
 
     with opened(path) as table:
         names = [_unique(table, index) for index in numeric(table)]
@@ -198,10 +210,7 @@ def _time_option(record: Record) -> list[str]:
 
 
 def _hints(record: Record) -> list[str]:
-    hints = [
-        f"column {name} has {wrong.count} cells that identify refuses, the first in {wrong.first}"
-        for name, wrong in record.wrong.items()
-    ]
+    hints = [_hint_about(record, name, wrong) for name, wrong in record.wrong.items()]
     sampling = record.sampling
     if sampling is None:
         hints.append("no time column: add --rate HZ to fit dead time, dynamics or creep")
@@ -215,6 +224,27 @@ def _hints(record: Record) -> list[str]:
     elif sampling.uneven:
         hints.append("the time steps are unequal: identify tells how far it matters")
     return hints
+
+
+def _hint_about(record: Record, name: str, wrong: _Wrong) -> str:
+    """Say what identify does about cells without a number."""
+    count, first = wrong.count, wrong.first
+    position = record.guesses.get("position")
+    if position is not None and position.column == name and wrong.missing:
+        gap = too_long(list(wrong.missing), record.columns.samples)
+        if gap is not None:
+            first_row, why = gap
+            return f"column {name}, {wrong.missing[first_row]}, {why}; identify refuses this"
+        if not wrong.others:
+            what = f"{_cells(count)} without a number, the first in {first}"
+            return f"column {name} has {what}; identify puts straight lines there"
+        # Of readings that are missing nothing has to be mended.
+        count, first = wrong.others, wrong.first_other
+    return f"column {name} has {_cells(count)} that identify refuses, the first in {first}"
+
+
+def _cells(count: int) -> str:
+    return "1 cell" if count == 1 else f"{count} cells"
 
 
 def _image(request: Request, record: Record, kind: str) -> bytes:

@@ -15,7 +15,15 @@ from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.errors import CommandError, renamed
 from mpi_hyst._cli.inputs import known_interval, sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import StageOptions, check_unit, is_static, load_stage, name_options
+from mpi_hyst._cli.stage import (
+    StageOptions,
+    check_unit,
+    is_static,
+    load_stage,
+    name_options,
+    of_stage,
+    why_narrowed,
+)
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._quantity import Quantity, drive_with_unit
@@ -61,6 +69,7 @@ def run(request: Request) -> str:
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
+    quantity = of_stage(quantity, stage)
     _refuse_drive(columns, quantity)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {drive_with_unit(stage.units[0]): drive}
@@ -145,7 +154,7 @@ def _named(warning: str, names: Mapping[str, str]) -> str:
     """Name files and options in a warning, which begins with the name of an argument."""
     for argument, shown in {**names, "limits": "--limits"}.items():
         warning = renamed(warning, argument, shown)
-    return warning
+    return warning.replace("`limits`", "--limits")
 
 
 def _summary(
@@ -163,7 +172,7 @@ def _summary(
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
         ("drive", f"{low} to {high} {unit}".rstrip()),
         ("first step", step),
-        ("limits", _limits(request.limits or stage.drive_range, unit, drive)),
+        ("limits", _limits(request, stage, drive)),
         *([] if stage.slew is None else [("slew rate", f"{stage.slew:g} {unit}/s")]),
         ("max |model - target|", in_unit(float(residual.max()), quantity.unit, 3)),
     ]
@@ -181,10 +190,12 @@ def _before(request: Request, start: float, unit: str) -> str:
     )
 
 
-def _limits(limits: tuple[float, float] | None, unit: str, drive: Samples) -> str:
+def _limits(request: Request, stage: mh.Stage, drive: Samples) -> str:
+    limits = request.limits or stage.drive_range
     if limits is None:
         return "none"
     low, high = limits
     count = int(((drive <= low) | (drive >= high)).sum())
-    span = f"{low:g} to {high:g} {unit}".rstrip()
-    return f"{span}, reached by {count} of {drive.size} samples"
+    span = f"{low:g} to {high:g} {stage.units[0]}".rstrip()
+    why = "" if request.limits else why_narrowed(stage)
+    return f"{span}, reached by {count} of {drive.size} samples" + (f" ({why})" if why else "")

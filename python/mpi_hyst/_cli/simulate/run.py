@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -11,11 +12,19 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.command_line import command_line
-from mpi_hyst._cli.errors import CommandError
+from mpi_hyst._cli.errors import CommandError, renamed
 from mpi_hyst._cli.inputs import sampling_interval
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.progress import fraction_bar
-from mpi_hyst._cli.stage import StageOptions, check_unit, load, load_stage, name_options
+from mpi_hyst._cli.stage import (
+    StageOptions,
+    check_unit,
+    load,
+    load_stage,
+    name_options,
+    of_stage,
+    why_narrowed,
+)
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
 from mpi_hyst._io.read import read_trajectory
@@ -65,9 +74,12 @@ def run(request: Request) -> str:
     check_outputs([request.result_path, request.report_path], inputs)
     if request.report_path is not None:
         require_report_packages("--report")
-    columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    # First what is not a table: of two files in the wrong order, the message names the stage.
     stage = load_stage(request.stage_path, request.stage)
-    simulation = simulate(columns, column, stage, request)
+    columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        simulation = simulate(columns, column, stage, request)
     outputs = []
     if request.result_path is not None:
         table = write_table(_table(columns, simulation, stage))
@@ -79,7 +91,10 @@ def run(request: Request) -> str:
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]
-    notes = [] if simulation.jump is None else [f"warning: {_jump(simulation, request)}"]
+    # A controller that is copied warns again.
+    told = dict.fromkeys(renamed(str(one.message), "limits", "--limits") for one in caught)
+    told |= {} if simulation.jump is None else {_jump(simulation, request): None}
+    notes = [f"warning: {one}" for one in told]
     written = (f"written  {output.path}" for output in outputs)
     return "\n\n".join([*parts, *notes, *written])
 
@@ -124,12 +139,12 @@ def simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) -
     tuning = None
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
-    setup = _setup(request, plant_stage, controller, tuning)
+    setup = _setup(request, stage, plant_stage, controller, tuning)
     drive = Stated("drive", stage.units[0]).label
     name = f"{request.trajectory.name} on {request.stage_path.name}"
     jump = None if request.lead_in is not None else _jump_of(reference, rest)
     return Simulation(
-        *(done, dt, columns.quantity(column), setup, name, drive),
+        *(done, dt, of_stage(columns.quantity(column), stage), setup, name, drive),
         lead_in_samples=before.size,
         jump=jump,
     )
@@ -174,6 +189,7 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
 
 def _setup(
     request: Request,
+    stage: mh.Stage,
     plant: mh.Stage,
     controller: mh.control.HybridController,
     tuning: mh.control.Tuning | None,
@@ -183,6 +199,7 @@ def _setup(
         plant=str(request.plant_path or request.stage_path),
         reference=str(request.trajectory),
         limits=controller.limits,
+        why="" if request.limits else why_narrowed(stage),
         linear_parts=linear_parts(plant),
         noise=plant.noise or 0.0,
         seed=request.seed,

@@ -28,6 +28,8 @@ class Setup:
     plant: str
     reference: str
     limits: tuple[float, float]
+    why: str
+    """Why the limits are narrower than those of the stage, if they are."""
     linear_parts: Sequence[str]
     noise: float
     seed: int
@@ -92,7 +94,11 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         ("feed-forward", feedforward),
         ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
         ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
-        ("saturated", f"{metrics.saturated_count} of {len(run)} samples at {low:g} or {high:g}"),
+        (
+            "saturated",
+            f"{metrics.saturated_count} of {len(run)} samples at {low:g} or {high:g}"
+            + (f" ({setup.why})" if setup.why else ""),
+        ),
     ]
 
 
