@@ -64,5 +64,17 @@ def test_a_bare_t_that_is_hardly_in_seconds_is_refused(there: Path) -> None:
     before = names_in(there)
     said = "time column t has no unit and steps of 5.000, hardly seconds"
     assert_refused(run("identify", "ms.csv", *COLUMNS), there, before, said, "--time-unit ms")
-    given = run("identify", "ms.csv", *COLUMNS, "--time-unit", "ms", "--operators", "4")
-    assert given.exit_code == 0, given.output
+    mh.paper.plant("A1").stage.save(there / "stage.json")
+    write_csv(there / "target.csv", "t,target_um", [[1e3 * t, 0.1 - 0.1 * np.cos(t)] for t in T])
+    assert "--time-unit ms" in run("look", "target.csv").stdout
+    before = names_in(there)
+    for command in ("precompensate", "simulate"):
+        given = (command, "stage.json", "target.csv", "-o", "out.csv")
+        assert_refused(run(*given), there, before, said, "--time-unit ms")
+        result = run(*given, "--time-unit", "ms")
+        assert result.exit_code == 0 and f"at {RATE:g} Hz" in result.stdout, result.output
+        assert (there / "out.csv").read_text("utf-8").startswith("time_ms,")
+        np.testing.assert_allclose(column(there / "out.csv", "time_ms"), 1e3 * np.array(T))
+        (there / "out.csv").unlink()
+    fitted = run("identify", "ms.csv", *COLUMNS, "--time-unit", "ms", "--operators", "4")
+    assert fitted.exit_code == 0, fitted.output

@@ -47,6 +47,7 @@ def known_interval(columns: Columns, rate: float | None = None) -> float | None:
         raise UnevenTimesError(
             f"{columns.source}: expected equal time steps of {dt:g} s, got a time {uneven:g} s off"
         )
+    _check_unit(columns, dt)
     return dt
 
 
@@ -67,8 +68,6 @@ def fitted_interval(columns: Columns, rate: float | None = None) -> float | None
     except UnevenTimesError:
         seconds = columns.seconds
     else:
-        if rate is None and dt is not None:
-            _check_unit(columns, dt)
         if dt is not None and not _SHORTEST <= dt < _SLOWEST:
             _refuse_interval(columns, rate, dt)
         return dt
@@ -77,7 +76,7 @@ def fitted_interval(columns: Columns, rate: float | None = None) -> float | None
     return float(np.median(seconds[over:] - seconds[:-over])) / over
 
 
-def in_unit(columns: Columns, unit: str | None) -> Columns:
+def with_time_unit(columns: Columns, unit: str | None) -> Columns:
     """Return the columns with the time in the unit that was given, if one was."""
     if unit is None:
         return columns

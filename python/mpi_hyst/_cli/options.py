@@ -8,6 +8,8 @@ from typing import Any, Literal, TypeVar
 
 import click
 
+from mpi_hyst._quantity import SECONDS
+
 Function = TypeVar("Function", bound=Callable[..., object])
 
 FILE = click.Path(path_type=Path)
@@ -85,11 +87,21 @@ def time_column(function: Function) -> Function:
     )(function)
 
 
+def time_unit(function: Function) -> Function:
+    """Add the option that says the unit of the time column."""
+    return click.option(
+        "--time-unit",
+        type=click.Choice(tuple(SECONDS)),
+        help="Unit of the time column.  [default: that in its name or in the file, else s]",
+    )(function)
+
+
 def reference(what: str) -> Callable[[Function], Function]:
     """Return the options that say where in its file a reference is, and how it is sampled."""
     return options(
         click.option("--column", help=f"Column of the {what}.  [default: the only numeric one]"),
         time_column,
+        time_unit,
         click.option(
             "--rate",
             type=float,

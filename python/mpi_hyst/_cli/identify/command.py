@@ -9,9 +9,17 @@ from typing import Any, Literal
 import click
 
 from mpi_hyst._cli.interrupts import STATUS
-from mpi_hyst._cli.options import FILE, limits, numbers, options, report, slew, time_column
+from mpi_hyst._cli.options import (
+    FILE,
+    limits,
+    numbers,
+    options,
+    report,
+    slew,
+    time_column,
+    time_unit,
+)
 from mpi_hyst._cli.terminal import say
-from mpi_hyst._quantity import SECONDS
 
 _MOST_OPERATORS = 100_000
 _MOST_TERMS = 100
@@ -143,11 +151,7 @@ def _stretches(
         "position is not fitted. Repeatable.",
     ),
     time_column,
-    click.option(
-        "--time-unit",
-        type=click.Choice(tuple(SECONDS)),
-        help="Unit of the time column.  [default: that in its name or in the file, else s]",
-    ),
+    time_unit,
     click.option(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),

@@ -15,7 +15,7 @@ from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.identify.missing import filled
 from mpi_hyst._cli.identify.parts import parted
 from mpi_hyst._cli.identify.request import Request
-from mpi_hyst._cli.inputs import fitted_interval, in_unit
+from mpi_hyst._cli.inputs import fitted_interval, with_time_unit
 from mpi_hyst._files import sha256
 from mpi_hyst._io.columns import TimeOrderError
 from mpi_hyst._report.identify.records import Record, Records
@@ -91,7 +91,7 @@ def _columns(
     except ReadError as error:
         hint = _hint(error) if path in request.data else ""
         raise CommandError(f"{error}{hint}") from error
-    return in_unit(columns, request.time_unit), first
+    return with_time_unit(columns, request.time_unit), first
 
 
 def _hint(error: ReadError) -> str:

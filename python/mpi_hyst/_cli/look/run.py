@@ -192,8 +192,19 @@ def _trajectory(request: Request, record: Record) -> str:
     words += _time_option(record)
     # Only a person knows the rate.
     rate = " --rate HZ" if record.sampling is None else ""
+    sampling = record.sampling
+    notes = []
+    if sampling is not None and sampling.increases and sampling.unit_is_doubtful:
+        notes = [f"note: {_doubt(record, sampling)}"]
     hint = f"{column} alone may be a trajectory; with the stage that identify wrote, run next:"
-    return f"{hint}\n  {shlex.join([*words, '-o', 'drive.csv'])}{rate}"
+    return "\n".join([*notes, hint, f"  {shlex.join([*words, '-o', 'drive.csv'])}{rate}"])
+
+
+def _doubt(record: Record, sampling: Sampling) -> str:
+    return (
+        f"{record.guesses['time'].column} has no unit and steps of {digits(sampling.step)}, "
+        "hardly seconds: add --time-unit ms, or what it is; or --time none --rate HZ"
+    )
 
 
 def _shown(path: Path) -> str:
@@ -217,10 +228,7 @@ def _hints(record: Record) -> list[str]:
     elif not sampling.increases:
         hints.append("the time does not increase everywhere: cut the file there")
     elif sampling.unit_is_doubtful:
-        hints.append(
-            f"{record.guesses['time'].column} has no unit and steps of {digits(sampling.step)}, "
-            "hardly seconds: add --time-unit ms, or what it is; or --time none --rate HZ"
-        )
+        hints.append(_doubt(record, sampling))
     elif sampling.uneven:
         hints.append("the time steps are unequal: identify tells how far it matters")
     return hints

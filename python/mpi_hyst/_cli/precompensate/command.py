@@ -22,7 +22,7 @@ from mpi_hyst._cli.terminal import say
         help="Drive to write (CSV), with columns such as time_s and drive.",
     ),
     reference("trajectory"),
-    limits("those of the stage"),
+    limits("those of the stage, as far as its records reach"),
     click.option(
         "--start",
         type=float,

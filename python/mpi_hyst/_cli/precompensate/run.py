@@ -13,7 +13,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.errors import CommandError, renamed
-from mpi_hyst._cli.inputs import known_interval, sampling_interval
+from mpi_hyst._cli.inputs import known_interval, sampling_interval, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import (
     StageOptions,
@@ -46,6 +46,7 @@ class Request:
     stage: StageOptions
     column: str | None = None
     time: str | Literal[False] | None = None
+    time_unit: str | None = None
     rate: float | None = None
     limits: tuple[float, float] | None = None
     start: float | None = None
@@ -66,6 +67,7 @@ def run(request: Request) -> str:
     check_outputs([request.drive_path], [request.stage_path, request.trajectory])
     stage = load_stage(request.stage_path, request.stage)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    columns = with_time_unit(columns, request.time_unit)
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
@@ -73,11 +75,13 @@ def run(request: Request) -> str:
     _refuse_drive(columns, quantity)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {drive_with_unit(stage.units[0]): drive}
-    if columns.time_column is not None or request.rate is not None:
+    is_timed = columns.time_column is not None or request.rate is not None
+    if is_timed:
         time, times = lead_in.clock(columns, drive.size, drive.size - residual.size, dt)
         table = {time: times, **table}
     write_outputs([Output.of(request.drive_path, write_table(table))])
-    summary = _summary(request, stage, quantity, drive, residual)
+    rate = f" at {1.0 / dt:.6g} Hz" if is_timed else ""
+    summary = _summary(request, stage, quantity, drive, residual, rate)
     return "\n".join([summary, *notes])
 
 
@@ -158,7 +162,12 @@ def _named(warning: str, names: Mapping[str, str]) -> str:
 
 
 def _summary(
-    request: Request, stage: mh.Stage, quantity: Quantity, drive: Samples, residual: Samples
+    request: Request,
+    stage: mh.Stage,
+    quantity: Quantity,
+    drive: Samples,
+    residual: Samples,
+    rate: str,
 ) -> str:
     unit, _ = stage.units
     start, before = _start(stage, request), drive.size - residual.size
@@ -166,7 +175,7 @@ def _summary(
     low, high = digits(float(drive.min())), digits(float(drive.max()))
     step = in_unit(float(drive[0]) - last, unit)
     pairs = [
-        ("samples", f"{residual.size}"),
+        ("samples", f"{residual.size}{rate}"),
         ("before", _before(request, start, unit)),
         *([("lead-in", f"{before} rows in front of the samples")] if before else []),
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),

@@ -14,7 +14,7 @@ from mpi_hyst._cli.terminal import say
 @options(
     click.argument("stage_path", metavar="STAGE.json", type=FILE),
     click.argument("trajectory", metavar="REFERENCE.csv", type=FILE),
-    limits("those of the stage"),
+    limits("those of the stage, as far as its records reach"),
     click.option("-o", "result_path", type=FILE, help="Run to write (CSV)."),
     report,
     reference("reference"),

@@ -13,7 +13,7 @@ import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError, renamed
-from mpi_hyst._cli.inputs import sampling_interval
+from mpi_hyst._cli.inputs import sampling_interval, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.progress import fraction_bar
 from mpi_hyst._cli.stage import (
@@ -52,6 +52,7 @@ class Request:
     report_path: Path | None = None
     column: str | None = None
     time: str | Literal[False] | None = None
+    time_unit: str | None = None
     rate: float | None = None
     plant_path: Path | None = None
     noise: float | None = None
@@ -77,6 +78,7 @@ def run(request: Request) -> str:
     # First what is not a table: of two files in the wrong order, the message names the stage.
     stage = load_stage(request.stage_path, request.stage)
     columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    columns = with_time_unit(columns, request.time_unit)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         simulation = simulate(columns, column, stage, request)
