@@ -78,7 +78,7 @@ def test_a_lead_in_moves_the_stage_to_the_beginning(there: Path) -> None:
     before = names_in(there)
     refused = run(*given)
     assert_refused(refused, there, before, "offset.csv, sample 0: expected the position")
-    assert "give a lead-in" in refused.stderr and "or the start drive" in refused.stderr
+    assert "give --lead-in, the" in refused.stderr and "or --start, the drive" in refused.stderr
     result = run(*given, "--lead-in", "0.25")
     assert result.exit_code == 0, result.output
     drive, times = column(there / "drive.csv", "drive"), column(there / "drive.csv", "time_s")

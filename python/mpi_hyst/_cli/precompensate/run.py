@@ -124,7 +124,11 @@ def _design(
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
-        raise CommandError(name_options(error, names)) from error
+        message = name_options(error, names)
+        message = message.replace("a lead-in,", "--lead-in,").replace(
+            "the start drive at", "--start, the drive at"
+        )
+        raise CommandError(message) from error
     notes = [f"warning: {_named(str(one.message), names)}" for one in caught]
     worst = int(residual.argmax())
     if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
@@ -158,7 +162,7 @@ def _named(warning: str, names: Mapping[str, str]) -> str:
     """Name files and options in a warning, which begins with the name of an argument."""
     for argument, shown in {**names, "limits": "--limits"}.items():
         warning = renamed(warning, argument, shown)
-    return warning.replace("`limits`", "--limits")
+    return warning.replace("`limits`", "--limits").replace("give a lead-in", "give --lead-in")
 
 
 def _summary(
@@ -206,5 +210,5 @@ def _limits(request: Request, stage: mh.Stage, drive: Samples) -> str:
     low, high = limits
     count = int(((drive <= low) | (drive >= high)).sum())
     span = f"{low:g} to {high:g} {stage.units[0]}".rstrip()
-    why = "" if request.limits else why_narrowed(stage)
+    why = why_narrowed(stage) if count and not request.limits else ""
     return f"{span}, reached by {count} of {drive.size} samples" + (f" ({why})" if why else "")

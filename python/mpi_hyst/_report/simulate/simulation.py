@@ -97,7 +97,7 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         (
             "saturated",
             f"{metrics.saturated_count} of {len(run)} samples at {low:g} or {high:g}"
-            + (f" ({setup.why})" if setup.why else ""),
+            + (f" ({setup.why})" if setup.why and metrics.saturated_count else ""),
         ),
     ]
 
