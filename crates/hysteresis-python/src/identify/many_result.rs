@@ -4,7 +4,7 @@ use hysteresis_core::{self as core, Model, Offsets, Ratios};
 use hysteresis_identify::Verdict;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::exceptions::{PyIndexError, PyTypeError};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde::{Deserialize, Serialize};
@@ -78,7 +78,7 @@ impl ManyIdentifications {
 
     fn object(&self, py: Python<'_>, actuator: usize) -> PyResult<Py<PyAny>> {
         match self.reason_of(actuator) {
-            Some(reason) => Err(pyo3::exceptions::PyValueError::new_err(reason.to_owned())),
+            Some(reason) => Err(PyValueError::new_err(reason.to_owned())),
             None => object(py, self.model_of(actuator).map_err(raise)?),
         }
     }
@@ -253,9 +253,12 @@ result_methods!(ManyIdentifications {
         if let Some(missing) = missing.filter(|missing| compiled_if_model(missing).is_none()) {
             return Err(errors::unexpected("missing", "a PrandtlIshlinskii or ModifiedPrandtlIshlinskii", missing));
         }
-        let model = |actuator| match missing.filter(|_| self.reason_of(actuator).is_some()) {
-            Some(missing) => Ok(missing.clone().unbind()),
-            None => self.object(py, actuator),
+        let model = |actuator| match (self.reason_of(actuator), missing) {
+            (Some(_), Some(missing)) => Ok(missing.clone().unbind()),
+            (Some(reason), None) => {
+                Err(PyValueError::new_err(format!("{reason}: give `missing`, a model that takes its place")))
+            }
+            (None, _) => self.object(py, actuator),
         };
         let models = (0..self.actuators).map(model).collect::<PyResult<Vec<_>>>()?;
         if let Some(red) = self.red_fits() {
