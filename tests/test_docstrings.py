@@ -10,30 +10,6 @@ from typing import Any
 import mpi_hyst as mh
 import pytest
 
-WITHOUT_EXAMPLES = {
-    "control.ControllerTerms": "of HybridController, whose example reads it",
-    "signals.Excitation": "made by excitation, whose example reads it",
-    "signals.ExperimentPart": "made by experiment, whose example reads it",
-    "signals.ExperimentSegment": "made by experiment, whose example reads it",
-    "trajectories.ScanAxis": "made by Raster, whose example reads it",
-    "results.Finding": "made by diagnose, whose example reads it",
-    "results.DynamicsIdentification": "made by identify_dynamics, whose example reads it",
-    "results.Identification": "made by identify, whose example reads it",
-    "plant.Metrics": "made by Run, whose example reads it",
-    "results.ManyIdentifications": "made by identify_many, whose example reads it",
-    "results.ComparedModel": "made by compare, whose example reads it",
-    "results.Comparison": "made by compare, whose example reads it",
-    "results.LeftOutLoop": "made by Identification.leave_one_loop_out, whose example reads it",
-    "results.Quality": "made by identify: numbers without arguments",
-    "control.Margins": "made by tune, whose example reads it",
-    "control.Tuning": "made by tune, whose example reads it",
-    "realtime.LoopReport": "made by run, whose example reads it",
-    "realtime.LoopTimes": "of LoopReport: numbers without arguments",
-    "NotInvertibleError": "an exception",
-    "io.Columns": "made by read, whose example reads it",
-    "io.ReadError": "an exception",
-}
-
 MODULES = [mh, *(one for name in mh.__all__ if isinstance(one := getattr(mh, name), ModuleType))]
 
 
@@ -84,7 +60,7 @@ def test_has_a_docstring_of_its_own(name: str) -> None:
     assert text != inspect.getdoc(staticmethod) and text != inspect.getdoc(object)
 
 
-@pytest.mark.parametrize("name", sorted(set(PUBLIC) - set(WITHOUT_EXAMPLES)))
+@pytest.mark.parametrize("name", sorted(PUBLIC))
 def test_has_an_examples_section(name: str) -> None:
     text = inspect.getdoc(DOCUMENTED[name]) or ""
     assert "\nExamples\n--------\n" in text
@@ -95,11 +71,6 @@ def test_has_an_examples_section(name: str) -> None:
 def test_examples_run_as_they_stand(name: str) -> None:
     failed, report = failures(examples(name))
     assert failed == 0, report
-
-
-def test_exceptions_are_still_needed() -> None:
-    for name in WITHOUT_EXAMPLES:
-        assert not examples(name).examples
 
 
 def test_a_wrong_example_is_found() -> None:

@@ -105,3 +105,10 @@ def test_no_name_of_a_copy_can_be_foreseen(tmp_path: Path) -> None:
         (tmp_path / f"stage.json.{running.stdout.readline().strip()}.tmp").symlink_to(victim)
         running.communicate("\n", timeout=60)
     assert running.returncode == 0 and victim.read_text() == "untouched"
+
+
+def test_a_file_of_another_kind_says_what_reads_it(tmp_path: Path) -> None:
+    path = tmp_path / "mirror.json"
+    mh.ActuatorArray([mh.paper.table_1()]).save(path)
+    with pytest.raises(ValueError, match=r"mirror.json: an array of actuators, which `Act.*load`"):
+        mh.load(path)

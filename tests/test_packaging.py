@@ -13,6 +13,7 @@ from typing import Any
 import mpi_hyst
 import pytest
 import yaml
+from check_platform import fault
 from check_wheel import DATA, LICENCES, faults
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -172,6 +173,21 @@ def test_a_release_packs_units_in_every_wheel_and_tries_what_it_can() -> None:
         assert sum(script.endswith("docs/make_units.py") for script in scripts) == 1
         assert name == "musllinux" or any("mpi-hyst demo" in one.get("run", "") for one in steps)
     assert set(jobs["release"]["needs"]) == set(jobs) - {"release"}
+
+
+@pytest.mark.parametrize(
+    ("needs", "wrong"),
+    [
+        ("manylinux_2_28_x86_64", False),
+        ("manylinux_2_17_x86_64", False),
+        ("manylinux_2_35_x86_64", True),
+    ],
+)
+def test_a_wheel_that_needs_a_newer_linux_is_found(needs: str, wrong: bool) -> None:
+    name = "p-1-cp310-abi3-manylinux_2_17_x86_64.manylinux_2_28_x86_64.whl"
+    told = f'{name} is consistent with\nthe following platform tag:\n"{needs}".\n'
+    assert fault(name, told) == (f"{name}: needs {needs}" if wrong else "")
+    assert fault(name, "nothing").startswith("auditwheel names no platform")
 
 
 def test_the_version_is_that_of_the_crates() -> None:

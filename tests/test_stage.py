@@ -164,6 +164,22 @@ def test_limits_of_the_stage_bind_everything() -> None:
             make(DT, limits=(0.0, 151.0))
 
 
+def test_only_who_goes_beyond_the_records_is_warned_and_no_copy() -> None:
+    drive = mh.signals.decaying_triangle(60.0, 1.0, cycles=6, rate=200)
+    fit = {"operators": 6, "weights": "quadratic", "input_offset": 0.0, "dead_time": 0.0}
+    found = mh.identify(drive, hysteresis().forward().run(drive), dt=0.005, **fit)  # type: ignore[arg-type]
+    stage, wide = found.stage, (-90.0, 90.0)
+    makers = (stage.inverse, lambda _, limits: stage.bracket(limits=limits), stage.controller)
+    for make in makers:
+        with pytest.warns(
+            UserWarning, match="limits: .* is beyond the identified drives"
+        ) as caught:
+            one = make(0.005, limits=wide)
+            copies = copy.deepcopy(one), pickle.loads(pickle.dumps(one))
+        assert len(caught) == 1
+        assert {repr(other) for other in copies} == {repr(one)}
+
+
 def test_dt_is_required() -> None:
     for make in (
         lightly_damped().forward,

@@ -131,7 +131,18 @@ __all__ = [
 __version__: str
 
 class NotInvertibleError(ValueError):
-    """The model's slope may vanish or turn negative, so one output may belong to several inputs."""
+    """The model's slope may vanish or turn negative, so one output may belong to several inputs.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> falling = mh.PrandtlIshlinskii([1.0, -2.0], [0.0, 1.0])  # the slope turns negative
+    >>> try:
+    ...     falling.inverse()
+    ... except mh.NotInvertibleError as error:
+    ...     print("refused")
+    refused
+    """
 
 @final
 class Play:
@@ -954,6 +965,15 @@ class Quality:
 
     `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
     of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)
+    >>> y = mh.paper.table_1_recovered().forward().run(u)
+    >>> quality = mh.identify(u, y, operators=12, input_offset=0.0, dead_time=0.0).fit
+    >>> bool(abs(quality.rmse_percent - 100.0 * quality.rmse / quality.range) < 1e-12)
+    True
     """
 
     @property
@@ -1001,7 +1021,18 @@ class Quality:
 
 @final
 class LeftOutLoop:
-    """One loop of a record, predicted with weights that all loops asked for, and with those of all other loops."""
+    """One loop of a record, predicted with weights that all loops asked for, and with those of all other loops.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=4, rate=100)
+    >>> y = mh.paper.table_1_recovered().forward().run(u)
+    >>> found = mh.identify(u, y, operators=6, weights="quadratic", input_offset=0.0, dead_time=0.0)
+    >>> loops = found.leave_one_loop_out(u, y)
+    >>> len(loops), loops[0].left_out.rmse >= loops[0].fitted.rmse
+    (3, True)
+    """
 
     @property
     def record(self) -> int:
@@ -1024,7 +1055,17 @@ class LeftOutLoop:
 
 @final
 class Identification:
-    """What `identify` found: the model, what follows it, and how well all of it fits."""
+    """What `identify` found: the model, what follows it, and how well all of it fits.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)  # V
+    >>> y = mh.paper.table_1_recovered().forward().run(u)  # um
+    >>> found = mh.identify(u, y, dt=0.005, operators=12, input_offset=0.0, dead_time=0.0)
+    >>> found.fit.rmse_percent < 0.1, found.stage.drive_range
+    (True, (-500.0, 500.0))
+    """
 
     @property
     def model(self) -> _Model:
@@ -2036,7 +2077,17 @@ class Filter:
 
 @final
 class ControllerTerms:
-    """What a sample of a `HybridController` was made of: positions in um, terms in volts."""
+    """What a sample of a `HybridController` was made of: positions in um, terms in volts.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0))
+    >>> controller = stage.controller(dt=1e-4)
+    >>> drive = controller.step(1.0, 0.25)  # um, um
+    >>> controller.terms.error, controller.terms.drive == drive
+    (0.75, True)
+    """
 
     @property
     def reference(self) -> float:
@@ -2631,7 +2682,16 @@ def identify(
 
 @final
 class ComparedModel:
-    """One model of a comparison, with its errors on what it was fitted to and on stretches held out."""
+    """One model of a comparison, with its errors on what it was fitted to and on stretches held out.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+    >>> compared = mh.compare(u, mh.paper.table_1_recovered().forward().run(u), operators=6)
+    >>> [model.model for model in compared.rows]
+    ['conventional', 'polynomial + plays', 'modified']
+    """
 
     @property
     def model(self) -> str:
@@ -2696,7 +2756,16 @@ class ComparedModel:
 
 @final
 class Comparison:
-    """What `compare` found: a row for each model, the simplest first."""
+    """What `compare` found: a row for each model, the simplest first.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+    >>> compared = mh.compare(u, mh.paper.table_1_recovered().forward().run(u), operators=6)
+    >>> compared.simplest
+    'modified'
+    """
 
     @property
     def rows(self) -> list[ComparedModel]:
@@ -2815,7 +2884,17 @@ def compare(
 
 @final
 class Finding:
-    """What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do."""
+    """What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+    >>> model = mh.paper.table_1_recovered()
+    >>> found = mh.diagnose(u, -model.forward().run(u), model)  # a record that is wired the other way
+    >>> found[0].code, found[0].severity
+    ('wrong_sign', 'red')
+    """
 
     @property
     def code(self) -> str:
@@ -3975,6 +4054,17 @@ class DynamicsIdentification:
     - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
     - "residual_coloured": what is left is correlated in time: the noise is coloured, or something is not modelled. The
       standard deviations allow for it.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> model = mh.paper.table_1_recovered()
+    >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
+    >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um
+    >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
+    >>> found.verdict, round(found.dynamics.frequency)
+    ('green', 800)
     """
 
     @property
@@ -4049,6 +4139,16 @@ class ManyIdentifications:
 
     `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator that could
     not be fitted are NaN, and `errors` says why. It is small: some numbers for each operator of each actuator.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> import numpy as np
+    >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+    >>> y = mh.paper.table_1_recovered().forward().run(u)
+    >>> found = mh.identify_many(u, np.column_stack([y, 1.2 * y]), dt=0.01, weights="quadratic", smoothness=0.0)
+    >>> found.verdicts, len(found), found[1].operators
+    (['green', 'green'], 2, 20)
     """
 
     @property
@@ -4380,6 +4480,14 @@ class Metrics:
     The measured error is reference - measured, what the paper plots; the position error is reference - position, what
     matters, and free of measurement noise. Samples without a reading are left out of the measured errors, those whose
     position is not known (NaN) out of the position errors. Where nothing is left, these errors are NaN.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0))
+    >>> run = stage.simulate(mh.signals.sine(1.0, 10.0, seconds=0.2), dt=1e-4)
+    >>> run.metrics.max_position_error < 0.01, run.metrics.saturated_count  # um
+    (True, 0)
     """
 
     @property
@@ -5417,7 +5525,15 @@ def multisine(
 
 @final
 class ExperimentSegment:
-    """A stretch of a drive with a purpose of its own."""
+    """A stretch of a drive with a purpose of its own.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> _, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0)
+    >>> [segment.name for segment in loops.segments][:3]
+    ['start', 'settle', 'major']
+    """
 
     @property
     def name(self) -> str:
@@ -5443,7 +5559,15 @@ class ExperimentSegment:
 
 @final
 class ExperimentPart:
-    """A drive to play and record in one go, at one sampling rate: made by `experiment`."""
+    """A drive to play and record in one go, at one sampling rate: made by `experiment`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> fast, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
+    >>> fast.rate, loops.drive.size > loops.rate  # Hz; more than a second
+    (10000.0, True)
+    """
 
     @property
     def name(self) -> str:
@@ -5547,7 +5671,15 @@ def experiment(
 
 @final
 class Excitation:
-    """An input to identify from: made by `excitation`."""
+    """An input to identify from: made by `excitation`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> found = mh.signals.excitation(0.0, 150.0, slew=2000.0, rate=2000.0)
+    >>> bool(found.drive.min() == 0.0 and found.drive.max() == 150.0)
+    True
+    """
 
     @property
     def drive(self) -> _Vector:
@@ -6133,6 +6265,14 @@ class ScanAxis:
     """One axis of a scan, with its derivatives: made by `.x` and `.y` of a `Raster`, `Spiral` or `Lissajous`.
 
     Both axes of a scan take equally long, so their samples belong together.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> raster = mh.trajectories.Raster(10.0, 8.0, 64, line_rate=5.0)  # um, um, lines, Hz
+    >>> position, velocity, acceleration = raster.x.sample(dt=1e-4)
+    >>> position.size == round(raster.x.duration / 1e-4) + 1
+    True
     """
 
     @property
@@ -6297,7 +6437,16 @@ def precompensate(
 
 @final
 class Margins:
-    """How robust a loop is at one slope of the hysteresis."""
+    """How robust a loop is at one slope of the hysteresis.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+    >>> margins = stage.tune(dt=1e-4).at_max_slope
+    >>> margins.phase_margin > 30.0, margins.peak_sensitivity <= 1.7  # degrees
+    (True, True)
+    """
 
     @property
     def slope(self) -> float:
@@ -6325,6 +6474,14 @@ class Tuning:
     Gains belong to their filters: without them a lightly damped stage may become unstable. `open_loop`, `sensitivity`,
     `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it, and `explanation`
     says in words what was chosen and why.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+    >>> tuning = stage.tune(dt=1e-4)
+    >>> tuning.ki > 0.0, tuning.peak_sensitivity <= 1.7
+    (True, True)
     """
 
     @property
@@ -6494,7 +6651,17 @@ def tune(
 
 @final
 class LoopTimes:
-    """Times of a loop in seconds: how late samples began, how long they took, or how far apart they began."""
+    """Times of a loop in seconds: how late samples began, how long they took, or how far apart they began.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.paper.plant("A1").stage
+    >>> plant = mh.plant.Plant(stage, dt=1e-3)
+    >>> report = mh.realtime.run(stage, plant, [0.0, 0.5], rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.05)
+    >>> report.latency.count > 0, report.latency.median <= report.latency.max  # s
+    (True, True)
+    """
 
     @property
     def count(self) -> int:
@@ -6520,7 +6687,17 @@ class LoopTimes:
 
 @final
 class LoopReport:
-    """What a loop did, made by `run`."""
+    """What a loop did, made by `run`.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> stage = mh.paper.plant("A1").stage
+    >>> plant = mh.plant.Plant(stage, dt=1e-3)
+    >>> report = mh.realtime.run(stage, plant, [0.0, 0.5], rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.05)
+    >>> report.end, report.at_rest
+    ('time_over', True)
+    """
 
     @property
     def end(

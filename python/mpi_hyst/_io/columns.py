@@ -23,6 +23,15 @@ class ReadError(ValueError):
     rows : int or None
         The rows before the one that is refused; None where no single row is.
 
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> try:
+    ...     mh.io.read({"drive_v": [0.0, 1.0, float("nan")]})
+    ... except mh.io.ReadError as error:
+    ...     print(error.rows, error)
+    2 dict, sample 2, column drive_v: not finite: nan
+
     """
 
     def __init__(self, message: str, rows: int | None = None) -> None:
@@ -58,6 +67,15 @@ class Columns:
         What was read, for example "text, separated by semicolons, decimal comma".
     names : tuple of str
         All columns of the source, in its order.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> columns = mh.io.read({"t_ms": [0.0, 0.5, 1.0], "drive_v": [0.0, 1.0, 2.0]})
+    >>> columns["drive_v"]
+    array([0., 1., 2.])
+    >>> columns.time_column, columns.sample_time, columns.units["drive_v"]
+    ('t_ms', 0.0005, 'V')
 
     """
 

@@ -7,6 +7,15 @@ use serde::{Deserialize, Serialize};
 use crate::convert::pickling::result_methods;
 
 /// What a sample of a `HybridController` was made of: positions in um, terms in volts.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0))
+/// >>> controller = stage.controller(dt=1e-4)
+/// >>> drive = controller.step(1.0, 0.25)  # um, um
+/// >>> controller.terms.error, controller.terms.drive == drive
+/// (0.75, True)
 #[pyclass(module = "mpi_hyst.control", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ControllerTerms {

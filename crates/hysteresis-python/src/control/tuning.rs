@@ -20,6 +20,14 @@ use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
 /// Gains belong to their filters: without them a lightly damped stage may become unstable. `open_loop`, `sensitivity`,
 /// `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it, and `explanation`
 /// says in words what was chosen and why.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+/// >>> tuning = stage.tune(dt=1e-4)
+/// >>> tuning.ki > 0.0, tuning.peak_sensitivity <= 1.7
+/// (True, True)
 #[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Tuning {
     made: tuning::Tuning,
@@ -229,6 +237,14 @@ impl Tuning {
 }
 
 /// How robust a loop is at one slope of the hysteresis.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.Stage(mh.paper.table_1_recovered(), dynamics=mh.plant.SecondOrder(400.0, 0.95))
+/// >>> margins = stage.tune(dt=1e-4).at_max_slope
+/// >>> margins.phase_margin > 30.0, margins.peak_sensitivity <= 1.7  # degrees
+/// (True, True)
 #[pyclass(module = "mpi_hyst.control", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Margins {

@@ -19,7 +19,17 @@ create_exception!(
     mpi_hyst,
     NotInvertibleError,
     PyValueError,
-    "The model's slope may vanish or turn negative, so one output may belong to several inputs."
+    "The model's slope may vanish or turn negative, so one output may belong to several inputs.
+
+Examples
+--------
+>>> import mpi_hyst as mh
+>>> falling = mh.PrandtlIshlinskii([1.0, -2.0], [0.0, 1.0])  # the slope turns negative
+>>> try:
+...     falling.inverse()
+... except mh.NotInvertibleError as error:
+...     print(\"refused\")
+refused"
 );
 
 /// Where an argument is wrong: its name, and how a message names the place in it.

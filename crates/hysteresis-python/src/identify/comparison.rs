@@ -15,11 +15,27 @@ use crate::convert::errors;
 use crate::convert::pickling::result_methods;
 
 /// What `compare` found: a row for each model, the simplest first.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> compared = mh.compare(u, mh.paper.table_1_recovered().forward().run(u), operators=6)
+/// >>> compared.simplest
+/// 'modified'
 #[pyclass(module = "mpi_hyst.results", frozen, eq, skip_from_py_object)]
 #[derive(PartialEq, Serialize, Deserialize)]
 pub(crate) struct Comparison(pub(super) identification::Comparison);
 
 /// One model of a comparison, with its errors on what it was fitted to and on stretches held out.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> compared = mh.compare(u, mh.paper.table_1_recovered().forward().run(u), operators=6)
+/// >>> [model.model for model in compared.rows]
+/// ['conventional', 'polynomial + plays', 'modified']
 #[pyclass(module = "mpi_hyst.results", frozen, eq, skip_from_py_object)]
 #[derive(PartialEq, Serialize, Deserialize)]
 pub(crate) struct ComparedModel(identification::ComparedModel);

@@ -38,6 +38,17 @@ use crate::model::object::compiled_of;
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time: the noise is coloured, or something is not modelled. The
 ///   standard deviations allow for it.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> model = mh.paper.table_1_recovered()
+/// >>> u = np.where(np.arange(500) < 10, 0.0, 400.0)  # V, a step
+/// >>> y = mh.plant.SecondOrder(800.0, 0.05).response(model.forward().run(u), dt=1e-4)  # um
+/// >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
+/// >>> found.verdict, round(found.dynamics.frequency)
+/// ('green', 800)
 #[pyclass(module = "mpi_hyst.results", frozen)]
 pub(crate) struct DynamicsIdentification {
     pub(crate) found: identification::DynamicsIdentification,

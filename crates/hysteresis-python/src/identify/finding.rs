@@ -8,6 +8,15 @@ use crate::convert::errors::unexpected;
 use crate::convert::pickling::result_methods;
 
 /// What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> model = mh.paper.table_1_recovered()
+/// >>> found = mh.diagnose(u, -model.forward().run(u), model)  # a record that is wired the other way
+/// >>> found[0].code, found[0].severity
+/// ('wrong_sign', 'red')
 #[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Finding {

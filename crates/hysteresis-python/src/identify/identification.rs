@@ -22,6 +22,15 @@ use crate::stage::loop_shift::LoopShift;
 use crate::stage::object::Stage;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)  # V
+/// >>> y = mh.paper.table_1_recovered().forward().run(u)  # um
+/// >>> found = mh.identify(u, y, dt=0.005, operators=12, input_offset=0.0, dead_time=0.0)
+/// >>> found.fit.rmse_percent < 0.1, found.stage.drive_range
+/// (True, (-500.0, 500.0))
 #[pyclass(module = "mpi_hyst.results", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Identification {

@@ -8,6 +8,16 @@ use super::quality::Quality;
 use crate::convert::pickling::result_methods;
 
 /// One loop of a record, predicted with weights that all loops asked for, and with those of all other loops.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=4, rate=100)
+/// >>> y = mh.paper.table_1_recovered().forward().run(u)
+/// >>> found = mh.identify(u, y, operators=6, weights="quadratic", input_offset=0.0, dead_time=0.0)
+/// >>> loops = found.leave_one_loop_out(u, y)
+/// >>> len(loops), loops[0].left_out.rmse >= loops[0].fitted.rmse
+/// (3, True)
 #[pyclass(module = "mpi_hyst.results", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct LeftOutLoop {

@@ -21,6 +21,16 @@ const MOST_NAMED: usize = 5;
 ///
 /// `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator that could
 /// not be fitted are NaN, and `errors` says why. It is small: some numbers for each operator of each actuator.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> y = mh.paper.table_1_recovered().forward().run(u)
+/// >>> found = mh.identify_many(u, np.column_stack([y, 1.2 * y]), dt=0.01, weights="quadratic", smoothness=0.0)
+/// >>> found.verdicts, len(found), found[1].operators
+/// (['green', 'green'], 2, 20)
 #[pyclass(module = "mpi_hyst.results", frozen, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct ManyIdentifications {

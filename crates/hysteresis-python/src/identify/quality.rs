@@ -10,6 +10,15 @@ use crate::convert::pickling::result_methods;
 ///
 /// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
 /// of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)
+/// >>> y = mh.paper.table_1_recovered().forward().run(u)
+/// >>> quality = mh.identify(u, y, operators=12, input_offset=0.0, dead_time=0.0).fit
+/// >>> bool(abs(quality.rmse_percent - 100.0 * quality.rmse / quality.range) < 1e-12)
+/// True
 #[pyclass(module = "mpi_hyst.results", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Quality {

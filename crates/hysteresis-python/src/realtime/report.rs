@@ -8,6 +8,15 @@ use serde::{Deserialize, Serialize};
 use crate::convert::pickling::result_methods;
 
 /// Times of a loop in seconds: how late samples began, how long they took, or how far apart they began.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.paper.plant("A1").stage
+/// >>> plant = mh.plant.Plant(stage, dt=1e-3)
+/// >>> report = mh.realtime.run(stage, plant, [0.0, 0.5], rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.05)
+/// >>> report.latency.count > 0, report.latency.median <= report.latency.max  # s
+/// (True, True)
 #[pyclass(module = "mpi_hyst.realtime", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct LoopTimes(realtime::Summary);
@@ -65,6 +74,15 @@ result_methods!(LoopTimes {
 });
 
 /// What a loop did, made by `run`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.paper.plant("A1").stage
+/// >>> plant = mh.plant.Plant(stage, dt=1e-3)
+/// >>> report = mh.realtime.run(stage, plant, [0.0, 0.5], rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.05)
+/// >>> report.end, report.at_rest
+/// ('time_over', True)
 #[pyclass(module = "mpi_hyst.realtime", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct LoopReport(pub(super) realtime::Report);

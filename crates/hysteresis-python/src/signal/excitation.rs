@@ -12,6 +12,13 @@ use crate::convert::errors::{self, raise};
 use crate::convert::pickling::result_methods;
 
 /// An input to identify from: made by `excitation`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> found = mh.signals.excitation(0.0, 150.0, slew=2000.0, rate=2000.0)
+/// >>> bool(found.drive.min() == 0.0 and found.drive.max() == 150.0)
+/// True
 #[pyclass(module = "mpi_hyst.signals", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Excitation {

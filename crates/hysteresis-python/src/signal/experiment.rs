@@ -12,6 +12,13 @@ use crate::convert::errors::{self, raise};
 use crate::convert::pickling::result_methods;
 
 /// A stretch of a drive with a purpose of its own.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> _, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0)
+/// >>> [segment.name for segment in loops.segments][:3]
+/// ['start', 'settle', 'major']
 #[pyclass(module = "mpi_hyst.signals", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct ExperimentSegment {
@@ -46,6 +53,13 @@ result_methods!(ExperimentSegment {
 });
 
 /// A drive to play and record in one go, at one sampling rate: made by `experiment`.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> fast, loops = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
+/// >>> fast.rate, loops.drive.size > loops.rate  # Hz; more than a second
+/// (10000.0, True)
 #[pyclass(module = "mpi_hyst.signals", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ExperimentPart {

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use super::object::Stage;
 use crate::convert::{errors, files};
 use crate::model::object::object;
+use crate::stream::array_file;
 
 /// Reads a stage or a model that `save` wrote.
 ///
@@ -53,6 +54,10 @@ fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {
             let stage = stage::Stage::from_json(text).map_err(|error| errors::file(path, &error))?;
             Ok(Py::new(py, Stage(stage))?.into_any())
         }
+        Err(JsonError::Schema { got: Some(got) }) if got == array_file::SCHEMA => Err(errors::file(
+            path,
+            &"an array of actuators, which `ActuatorArray.load` reads; expected a stage or a model",
+        )),
         Err(JsonError::Schema { got }) => {
             let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
             let message = format!("schema: expected {:?}, {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got}", stage::SCHEMA);

@@ -174,6 +174,16 @@ impl Stage {
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
+    /// The inverse for a copy: whoever made the first one has been warned.
+    fn _inverse(&self, dt: f64, limits: Option<(f64, f64)>) -> PyResult<StageInverse> {
+        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// The bracket for a copy.
+    fn _bracket(slf: &Bound<'_, Self>, limits: Option<(f64, f64)>) -> PyResult<Bracket> {
+        Ok(Bracket::made(slf.as_any(), slf.get().0.bracket(limits).map_err(raise)?))
+    }
+
     /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
     /// dynamics.
     #[pyo3(signature = (limits=None))]

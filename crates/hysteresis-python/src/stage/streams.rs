@@ -207,6 +207,6 @@ stage_stream!(StageInverse {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
         let arguments = (this.dt, this.stream.limits());
-        reduce(stage.getattr(intern!(py, "inverse"))?, arguments, keywords!(py), Some(Self::state(slf)?))
+        reduce(stage.getattr(intern!(py, "_inverse"))?, arguments, keywords!(py), Some(Self::state(slf)?))
     }
 });

@@ -4,7 +4,7 @@ use hysteresis_core::Model;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-const SCHEMA: &str = "mpi_hyst/array/1";
+pub(crate) const SCHEMA: &str = "mpi_hyst/array/1";
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

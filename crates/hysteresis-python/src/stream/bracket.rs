@@ -10,6 +10,7 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
+use crate::stage::object::Stage;
 
 /// How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or
 /// `stage.bracket()`.
@@ -102,7 +103,9 @@ impl Bracket {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let make = this.made_of.bind(py).getattr(intern!(py, "bracket"))?;
+        let made_of = this.made_of.bind(py);
+        let name = if made_of.is_instance_of::<Stage>() { intern!(py, "_bracket") } else { intern!(py, "bracket") };
+        let make = made_of.getattr(name)?;
         reduce(make, (this.limits(),), keywords!(py), Some(Self::state(slf)?))
     }
 

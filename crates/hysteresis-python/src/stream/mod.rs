@@ -2,7 +2,7 @@
 
 pub(crate) mod actuators;
 pub(crate) mod array_bracket;
-mod array_file;
+pub(crate) mod array_file;
 pub(crate) mod blocks;
 pub(crate) mod bracket;
 pub(crate) mod made;

@@ -50,6 +50,14 @@ impl Scan for AnyScan {
 /// One axis of a scan, with its derivatives: made by `.x` and `.y` of a `Raster`, `Spiral` or `Lissajous`.
 ///
 /// Both axes of a scan take equally long, so their samples belong together.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> raster = mh.trajectories.Raster(10.0, 8.0, 64, line_rate=5.0)  # um, um, lines, Hz
+/// >>> position, velocity, acceleration = raster.x.sample(dt=1e-4)
+/// >>> position.size == round(raster.x.duration / 1e-4) + 1
+/// True
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct ScanAxis(pub(crate) trajectory::ScanAxis<AnyScan>);
 
