@@ -27,7 +27,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try wheel-audit lowest crates semver workflow licences realtime firmware header soak \
+	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -228,6 +228,14 @@ wheel-audit: wheel ## does that wheel keep the stable ABI of Python that its nam
 	$(BIN)/python -m pip install --quiet --group audit
 	$(BIN)/abi3audit --strict target/wheel/dist/*.whl
 	if test "$$(uname)" = Linux; then PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tests/check_platform.py target/wheel/dist/*.whl; fi
+
+sdist-try: $(TOOLS) ## the source distribution; install from it in an empty environment, and run the demo there
+	rm -rf target/sdist
+	$(BIN)/maturin sdist --quiet --manifest-path crates/hysteresis-python/Cargo.toml --out target/sdist
+	$(PYTHON) -m venv --clear target/sdist/venv
+	target/sdist/venv/bin/python -m pip install --quiet "$$(ls $(CURDIR)/target/sdist/*.tar.gz)[cli,report]"
+	mkdir -p target/sdist/try
+	cd target/sdist/try && ../venv/bin/mpi-hyst demo
 
 lowest: wheel ## the Python tests with the oldest versions of numpy and of the extras that pyproject.toml allows
 	$(PYTHON) -m venv --clear target/lowest
