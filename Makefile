@@ -231,7 +231,7 @@ wheel-audit: wheel ## does that wheel keep the stable ABI of Python that its nam
 
 sdist-try: $(TOOLS) ## the source distribution; install from it in an empty environment, and run the demo there
 	rm -rf target/sdist
-	$(BIN)/maturin sdist --quiet --manifest-path crates/hysteresis-python/Cargo.toml --out target/sdist
+	$(BIN)/maturin sdist --manifest-path crates/hysteresis-python/Cargo.toml --out target/sdist
 	$(PYTHON) -m venv --clear target/sdist/venv
 	target/sdist/venv/bin/python -m pip install --quiet "$$(ls $(CURDIR)/target/sdist/*.tar.gz)[cli,report]"
 	mkdir -p target/sdist/try
