@@ -81,3 +81,16 @@ def test_a_target_without_a_unit_has_that_of_the_stage(there: Path) -> None:
     line = next(one for one in drive.stdout.splitlines() if "max |model - target|" in one)
     assert line.endswith(" µm"), drive.output
     assert "max (µm)" in run("simulate", "found.json", "bare.csv").stdout
+
+
+def test_a_held_out_record_beyond_the_others_is_a_finding_and_no_python_warning(
+    there: Path,
+) -> None:
+    write_csv(there / "narrow.csv", HEADER, record_rows(300.0))
+    write_csv(there / "wide.csv", HEADER, record_rows(400.0))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        held_out = ("--validate", "wide.csv", "--report", "fit.html")
+        result = run("identify", "narrow.csv", *FIT, *held_out)
+    assert result.exit_code == 0 and "extrapolation" in result.stdout, result.output
+    assert [str(one.message) for one in caught] == []

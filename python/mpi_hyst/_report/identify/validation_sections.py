@@ -10,7 +10,7 @@ import mpi_hyst as mh
 from mpi_hyst._report import canvas, plots
 from mpi_hyst._report.identify import validation_figures
 from mpi_hyst._report.identify.choices import ERROR, Choice
-from mpi_hyst._report.identify.records import Task
+from mpi_hyst._report.identify.records import Task, told_as_a_finding
 from mpi_hyst._report.identify.summary import pooled
 from mpi_hyst._report.page import Figure, Section, Table
 from mpi_hyst._text import digits, in_unit
@@ -74,7 +74,8 @@ def uncertainty(
 ) -> Section:
     """Show the standard deviation of the prediction."""
     unit = task.output.unit
-    deviations = [found.predict(trace.input, return_std=True)[1] for trace in traces]
+    with told_as_a_finding():
+        deviations = [found.predict(trace.input, return_std=True)[1] for trace in traces]
     largest = max(
         float(std[trace.skip :].max()) for std, trace in zip(deviations, traces, strict=True)
     )
