@@ -3,7 +3,8 @@
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 
 use super::course::Course;
-use super::lanes::{CreepLanes, DynamicLanes};
+use super::creep_lanes::CreepLanes;
+use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, SampledPart};
 use super::point::{Parameter, Point};
 use super::projection::ProjectedFit;
