@@ -1268,7 +1268,7 @@ class Identification:
         skip : int or str
             Leading samples that do not count for what suits it best, or a time.
         dt : float, optional
-            Sampling interval in seconds; by default that of the first record.
+            Sampling interval in seconds; by default that of the record, and of the first one without `record`.
 
         Raises
         ------
