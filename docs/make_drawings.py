@@ -198,7 +198,7 @@ def tuning() -> None:
     axes.axhline(
         found.peak_sensitivity_limit, color=RED, linestyle="--", linewidth=0.9, label="bound"
     )
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(0.02, 0.9))
     axes.set_yticks(
         [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"]
     )
@@ -257,7 +257,7 @@ def learning() -> None:
     axes.set_xticks(range(2, 21, 2))
     axes.set_yticks([0.5, 1, 2, 5, 10], ["0.5", "1", "2", "5", "10"])
     axes.minorticks_off()
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="lower left")
     plain(axes, "period", "rms error (nm)")
     save(figure, "learning")
 

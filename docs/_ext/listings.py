@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from docutils import nodes
@@ -10,6 +11,8 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 SHORT = 26  # characters: at 500 px two such words fit beside each other
+# A capital within a name, or behind a sign: places at which a long name may be broken.
+BREAK = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[_./:=(,\[])(?=\w)")
 
 
 def shown(block: nodes.literal_block) -> str:
@@ -30,6 +33,12 @@ def tidy(_app: Sphinx, doctree: nodes.document) -> None:
     for word in doctree.findall(nodes.literal):
         if len(word.astext()) <= SHORT:
             word["classes"].append("short")
+        elif all(isinstance(child, nodes.Text) for child in word):
+            pieces = BREAK.split(word.astext())
+            word.children = []
+            word += nodes.Text(pieces[0])
+            for piece in pieces[1:]:
+                word += [nodes.raw("", "<wbr>", format="html"), nodes.Text(piece)]
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
