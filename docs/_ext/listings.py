@@ -1,4 +1,4 @@
-"""Code on the pages: no empty last lines, no hidden lines of Rust, no breaks in short names."""
+"""Code on the pages: no empty last lines, no hidden lines of Rust, breaks at signs only."""
 
 from __future__ import annotations
 
@@ -23,6 +23,15 @@ def shown(block: nodes.literal_block) -> str:
     return "\n".join(lines)
 
 
+def let_break(word: nodes.literal) -> None:
+    """Let a long name be broken: in a narrow column it would take the room of all others."""
+    pieces = BREAK.split(word.astext())
+    word.children = []
+    word += nodes.Text(pieces[0])
+    for piece in pieces[1:]:
+        word += [nodes.raw("", "<wbr>", format="html"), nodes.Text(piece)]
+
+
 def tidy(_app: Sphinx, doctree: nodes.document) -> None:
     """Rewrite the blocks of a page that was read, and mark short code within sentences."""
     for block in doctree.findall(nodes.literal_block):
@@ -33,12 +42,10 @@ def tidy(_app: Sphinx, doctree: nodes.document) -> None:
     for word in doctree.findall(nodes.literal):
         if len(word.astext()) <= SHORT:
             word["classes"].append("short")
-        elif all(isinstance(child, nodes.Text) for child in word):
-            pieces = BREAK.split(word.astext())
-            word.children = []
-            word += nodes.Text(pieces[0])
-            for piece in pieces[1:]:
-                word += [nodes.raw("", "<wbr>", format="html"), nodes.Text(piece)]
+    for table in doctree.findall(nodes.table):
+        for word in table.findall(nodes.literal):
+            if len(word.astext()) > SHORT:
+                let_break(word)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
