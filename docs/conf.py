@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from importlib import metadata
@@ -10,6 +11,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 # Pages call `mpi-hyst`: that of the interpreter which builds them.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+# Kernels serve this machine only: that of `_jupyter` does not warn of sockets without encryption.
+os.environ["JUPYTER_PATH"] = str(Path(__file__).parent / "_jupyter")
+logging.getLogger("traitlets").setLevel(logging.WARNING)  # not a line for every page that runs
 
 project = "mpi_hyst"
 author = "The mpi_hyst developers"
@@ -30,9 +34,10 @@ extensions = [
     "sphinx_click",
     "sphinx_copybutton",
     "docstrings",
+    "listings",
     "shell_cells",
 ]
-exclude_patterns = ["_ext", "gallery", "auto_gallery/*.ipynb"]
+exclude_patterns = ["_ext", "_jupyter", "gallery", "auto_gallery/*.ipynb"]
 
 # Inventories of other projects come from the network. A build without it must give no warning,
 # so they are there only if they are asked for.
@@ -44,6 +49,9 @@ if os.environ.get("DOCS_INTERSPHINX") == "1":
         "scipy": ("https://docs.scipy.org/doc/scipy", None),
         "matplotlib": ("https://matplotlib.org/stable", None),
     }
+
+smartquotes_action = "q"  # `--dt` in the help of a command keeps both its hyphens
+default_role = "py:obj"  # names in docstrings are code, and links where there is such an object
 
 autosummary_generate = False
 autodoc_member_order = "bysource"

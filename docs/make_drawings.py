@@ -37,8 +37,8 @@ def operators() -> None:
     )
     play, coupled = mh.Play(6.0), mh.CoupledPlay(10.0, ra=8.0, rb=3.0, rc=4.0)
     ticks = {
-        "play, equation (1): r = 6": (play, {"-r": -6, "r": 6}),
-        "coupled play, equation (5)": (coupled, {"-ra": -8, "-rb": -3, "rc": 4, "r": 10}),
+        "play": (play, {"-r": -6, "r": 6}),
+        "coupled play": (coupled, {"-ra": -8, "-rb": -3, "rc": 4, "r": 10}),
     }
     for axes, (title, (operator, marks)) in zip(figure.subplots(1, 2), ticks.items(), strict=True):
         axes.plot(drive, [operator.step(float(x)) for x in drive], color=BLUE, linewidth=1.4)
@@ -61,20 +61,26 @@ def memory() -> None:
     left, right = figure.subplots(1, 2)
     left.plot(drive, color=BLUE, linewidth=1.4)
     for i, name in (
-        (1, "9 kept"),
-        (2, "1.5 kept"),
-        (3, "7 kept"),
-        (4, "3 wiped out"),
-        (5, "5.5 wiped out"),
+        (1, "9 V kept"),
+        (2, "1.5 V kept"),
+        (3, "7 V kept"),
+        (4, "3 V wiped out"),
+        (5, "5.5 V wiped out"),
     ):
         kept = "kept" in name
         left.plot(60 * i, corners[i], "o", color=BLUE if kept else RED, markersize=5)
         left.annotate(
-            name, (60 * i, corners[i]), xytext=(6, 4), textcoords="offset points", fontsize=8
+            name,
+            (60 * i, corners[i]),
+            xytext=(0, 6 if i % 2 else -13),
+            textcoords="offset points",
+            fontsize=8,
+            ha="center",
         )
-    plain(left, "sample", "drive")
+    left.set(xlim=(-20, 400), ylim=(-0.6, 10.0))
+    plain(left, "sample", "drive (V)")
     right.plot(drive, position, color=BLUE, linewidth=1.2)
-    plain(right, "drive", "position")
+    plain(right, "drive (V)", "position (µm)")
     save(figure, "memory")
 
 
@@ -89,8 +95,8 @@ def inverse() -> None:
     kinks = np.flatnonzero(abs(np.diff(slope)) > 1e-3 * abs(slope).max()) + 1
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     for axes, x, y, names in (
-        (figure.add_subplot(121), drive, position, ("drive", "position")),
-        (figure.add_subplot(122), position, drive, ("target", "drive")),
+        (figure.add_subplot(121), drive, position, ("drive (V)", "position (µm)")),
+        (figure.add_subplot(122), position, drive, ("target (µm)", "drive (V)")),
     ):
         axes.plot(x, y, color=BLUE, linewidth=1.4)
         axes.plot(x[kinks], y[kinks], "o", color=RED, markersize=4)
@@ -173,8 +179,8 @@ def tuning() -> None:
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
     axes = figure.subplots()
     for margins, colour, name in (
-        (found.at_min_slope, GREY, "least slope"),
-        (found.at_max_slope, BLUE, "greatest slope"),
+        (found.at_min_slope, GREY, "smallest slope"),
+        (found.at_max_slope, BLUE, "largest slope"),
     ):
         axes.loglog(
             frequencies,
@@ -187,13 +193,17 @@ def tuning() -> None:
         found.worst_sensitivity(frequencies),
         color=RED,
         linewidth=0.9,
-        label="worst that may be",
+        label="worst case",
     )
     axes.axhline(
         found.peak_sensitivity_limit, color=RED, linestyle="--", linewidth=0.9, label="bound"
     )
-    axes.legend(fontsize=8)
-    plain(axes, "frequency (Hz)", "|S|")
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(0.02, 0.9))
+    axes.set_yticks(
+        [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"]
+    )
+    axes.minorticks_off()
+    plain(axes, "frequency (Hz)", "sensitivity |S|")
     save(figure, "tuning")
 
 
@@ -206,9 +216,10 @@ def uncertainty() -> None:
     figure = Figure(figsize=(8.0, 3.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.fill_between(time_axis, between[:, 0], between[:, 1], color=BLUE, alpha=0.5)
+    left.plot(time_axis, between.mean(axis=1), color=BLUE, linewidth=0.9)
     plain(left, "time (s)", "position (µm)")
     right.plot(time_axis, 1e3 * (between[:, 1] - between[:, 0]), color=BLUE)
-    plain(right, "time (s)", "uncertain by (nm)")
+    plain(right, "time (s)", "width (nm)")
     save(figure, "uncertainty")
 
 
@@ -234,7 +245,7 @@ def learning() -> None:
     axes = figure.subplots()
     for name, colour, learns in (
         ("preview and feedback", GREY, None),
-        ("and repetitive control", BLUE, period),
+        ("with repetitive control as well", BLUE, period),
     ):
         controller = stage.controller(1e-4, feedforward="preview", period=learns)
         run = mh.plant.simulate(controller, worn.plant(1e-4), wave)
@@ -244,7 +255,9 @@ def learning() -> None:
             1 + np.arange(rms.size), rms, marker="o", markersize=4, color=colour, label=name
         )
     axes.set_xticks(range(2, 21, 2))
-    axes.legend(fontsize=8)
+    axes.set_yticks([0.5, 1, 2, 5, 10], ["0.5", "1", "2", "5", "10"])
+    axes.minorticks_off()
+    axes.legend(fontsize=8, loc="lower left")
     plain(axes, "period", "rms error (nm)")
     save(figure, "learning")
 

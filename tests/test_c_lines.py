@@ -30,7 +30,7 @@ def lines(file: str) -> list[str]:
     """Return the lines of the block of commands that calls the compiler."""
     text = (CHECKOUT / file).read_text("utf-8")
     (block,) = (one for one in re.findall(r"```sh\n(.*?)```", text, re.DOTALL) if "cc -std" in one)
-    return str(block).splitlines()
+    return str(block).replace("\\\n", " ").splitlines()
 
 
 def run(folder: Path, *commands: str) -> str:

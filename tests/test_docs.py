@@ -26,6 +26,7 @@ RUNS = re.compile(r"<!-- run by: (?P<runs>\S.*) -->$")
 A_FILE = re.compile(r"(?:[\w.-]+/)*[\w.-]+\.(?:py|rs|md)\b")
 FENCE = re.compile(r"^```(?P<kind>\S.*)?$")
 FORMULA = re.compile(r"\$\$.*?\$\$", re.DOTALL)
+COLUMNS = 110
 LINK = re.compile(r"\]\((?!https?:|mailto:)(?P<target>[^)\s]+)\)")
 
 
@@ -69,6 +70,14 @@ def test_every_block_runs_or_says_why_not(page: Path) -> None:
         elif not block.kind.startswith("{") and block.kind not in NO_CODE:
             runs = block.kind == "python" and block.text.startswith(">>> ")
             assert runs or MARK.match(block.mark), f"{where}: neither run nor marked"
+
+
+@pytest.mark.parametrize("page", PAGES[len(FRONT) :], ids=NAMES[len(FRONT) :])
+def test_every_line_of_code_fits_a_desk_screen(page: Path) -> None:
+    """Where 1200 px end: comments at the ends of lines would be cut, and commands scroll."""
+    code = [one for one in blocks(page) if not re.match(r"\{(?!code-cell)", one.kind)]
+    lines = [line for block in code for line in block.text.splitlines()]
+    assert [line for line in lines if len(line) > COLUMNS] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)

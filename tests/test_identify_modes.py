@@ -156,6 +156,12 @@ def test_an_experiment_tells_the_modes_of_a_creeping_stage() -> None:
     found = mh.identify(records, dt=[1.0 / part.rate for part in parts])
     check(found, [(800.0, 0.02, 0.8), (1900.0, 0.01, 0.2)])
     assert found.dead_time == pytest.approx(1e-4, abs=5e-6)
+    # A record has its own sampling interval, not that of the first one.
+    for place, part in enumerate(parts):
+        left = found.residuals(*records[place], record=place)
+        assert np.array_equal(
+            left, found.residuals(*records[place], record=place, dt=1.0 / part.rate)
+        )
     # 10 Hz and 70 um, corners rounded: the drive that this stage asks for moves the true one along.
     t = 1e-4 * np.arange(5000)
     rounded = np.arcsin(0.98 * np.sin(2 * np.pi * 10.0 * t)) / np.arcsin(0.98)

@@ -1,4 +1,4 @@
-"""Reports in a headless browser: nothing of them reaches beyond a desk screen or a phone."""
+"""Reports in a headless browser: nothing of them reaches beyond a desk screen, a phone or paper."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from mpi_hyst._report.page import Card, Lines, Pairs, Report, Section, Table, Ve
 from pages import overflow
 
 WIDTHS = (1200, 500)
+PAPER = 688  # A4 between its margins, in px
 LONG = "a_name_without_any_space_" * 8
 NAME = "decaying_triangle_of_a_stage_on_a_rather_long_day_in_november_2026.csv"
 
@@ -70,11 +71,18 @@ def from_python(directory: Path) -> Path:
 MAKERS = (identified, simulated, planned, demagnetized, shown, reproduced, from_python)
 
 
+def printed(text: str) -> str:
+    """A page whose style is that of paper, on the screen."""
+    assert "@media print" in text and "@media screen" in text
+    return text.replace("@media print", "@media all").replace("@media screen", "@media not all")
+
+
 @pytest.mark.parametrize("make", MAKERS)
-def test_a_report_fits_the_screen(make: Callable[[Path], Path], tmp_path: Path) -> None:
+def test_a_report_fits_screen_and_paper(make: Callable[[Path], Path], tmp_path: Path) -> None:
     text = make(tmp_path).read_text("utf-8")
     for width in WIDTHS:
         assert overflow(text, width, tmp_path) == []
+    assert overflow(printed(text), PAPER, tmp_path) == []
 
 
 def page(*blocks: Table | Pairs | Lines) -> str:

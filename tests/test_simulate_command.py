@@ -58,7 +58,7 @@ def test_the_run_is_that_of_the_library(here: Path) -> None:
     np.testing.assert_array_equal(column(here / "run.csv", "time_s"), times)
     assert names_in(here) == FILES | {"run.csv"}
     for said in (
-        "kp 60.00, ki 6000, given",
+        "kp 60.00 V/µm, ki 6000 V/µm/s, given",
         "seed 3",
         "inverse dynamics and exact inverse of stage.json",
         "true position",

@@ -6,6 +6,8 @@ import re
 from typing import Any
 
 RULE = re.compile(r"^\|( *:?-+:? *\|)+$")
+# Sphinx would look for any object of that name, in all modules.
+ATTRIBUTE = re.compile(r"(?<!`)`(\.\w+)`(?!`)")
 
 
 def table(rows: list[list[str]]) -> list[str]:
@@ -54,7 +56,8 @@ def process(
     _app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]
 ) -> None:
     """Rewrite a docstring in place, before numpydoc reads its sections."""
-    lines[:] = with_tables(with_plain_signs_outside_tables(lines))
+    plain = with_tables(with_plain_signs_outside_tables(lines))
+    lines[:] = [ATTRIBUTE.sub(r"``\1``", line) for line in plain]
 
 
 def with_plain_signs_outside_tables(lines: list[str]) -> list[str]:

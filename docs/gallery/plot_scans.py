@@ -2,7 +2,8 @@
 Scans
 =====
 
-All begin and end at rest, with continuous position, velocity and acceleration.
+Two rasters of the same image, 10 µm wide. Both begin and end at rest, with continuous position,
+velocity and acceleration.
 """
 
 import matplotlib.pyplot as plt

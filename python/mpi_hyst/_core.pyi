@@ -1309,7 +1309,7 @@ class Identification:
         skip : int or str
             Leading samples that do not count for what suits it best, or a time.
         dt : float, optional
-            Sampling interval in seconds; by default that of the first record.
+            Sampling interval in seconds; by default that of the record, and of the first one without `record`.
 
         Raises
         ------
@@ -3391,9 +3391,9 @@ class LoopShift:
     Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
     Behind the output map, in front of the creep, the position gains s = c_1 m + c_2 n:
 
-    x = (u - center) / half_range
-    e = x - f, within -limit .. limit, where f follows x with the time constant tau / 4
-    m' = (e^2 - m) / tau, n' = (x abs(e) - n) / tau
+    x = (u - center) / half_range;
+    e = x - f, within -limit .. limit, where f follows x with the time constant tau / 4;
+    m' = (e^2 - m) / tau, n' = (x abs(e) - n) / tau.
 
     For a motion that is slow beside tau, e is about (tau / 4) x'. c_1 moves the centre of every loop, c_2 that of a loop
     that lies off the centre of the range. At rest s is 0. It follows from past drives alone, so the inverse of the stage

@@ -4,8 +4,8 @@
 mod models;
 
 use hysteresis_core::{
-    AntiWindup, Command, ControllerOptions, Counters, FeedForward, FeedForwardState, HybridController, Law, Mode,
-    Preview, Process,
+    AntiWindup, Command, CompiledModel, ControllerOptions, Counters, FeedForward, FeedForwardState, HybridController,
+    Law, Mode, Preview, Process,
 };
 use models::actuator;
 
@@ -205,6 +205,18 @@ fn back_calculation_leaves_a_proportional_controller_alone() {
     assert_eq!(controller.state().feedback_loop.integral, 0.0);
 }
 
+/// Volts that come with the sample know no model: another one moves nothing.
+#[test]
+fn another_model_does_not_move_volts_that_are_given() {
+    let mut controller = made(exact(), &ControllerOptions::new(0.0, 0.0, DT, LIMITS));
+    let given = Command { feedforward: Some(7.0), ..1.0.into() };
+    while controller.step(given, 0.0) != 7.0 {}
+    let below_zero: Vec<f64> = actuator().weights().iter().map(|w| w.max(2e-4)).collect();
+    let other = actuator().with_negative_weights(&below_zero).unwrap();
+    controller.set_model(&CompiledModel::new(&other)).unwrap();
+    assert_eq!(controller.step(given, 0.0), 7.0);
+}
+
 /// Volts that came with the last sample are what the new source takes over from, and it takes over the last target.
 #[test]
 fn another_feedforward_takes_over_from_what_went_out() {
@@ -231,12 +243,14 @@ fn a_preview_leads_the_target_and_delays_the_reference() {
         let options = ControllerOptions::new(2.0, 0.0, DT, LIMITS);
         let mut controller = HybridController::new(FeedForward::None, Some(preview), &options).unwrap();
         for newest in 0..8 {
+            let of_now = controller.reference_of_now(r(newest));
             controller.step(r(newest).into(), 0.0);
             let at = |j: usize| r(newest.saturating_sub(j));
             let seen = |j: usize| if newest < 3 { r(0) } else { at(j) }; // at rest until the window is full
             let target: f64 = coefficients.iter().enumerate().map(|(j, c)| c * seen(j)).sum();
             let terms = controller.terms();
             assert_eq!((terms.target, terms.reference, terms.error), (target, at(ahead), at(ahead)));
+            assert_eq!(of_now, at(ahead));
         }
         // A target of its own replaces what the window says, not what it remembers; a missing measurement neither.
         controller.step(Command { target: Some(9.0), ..7.0.into() }, 0.0);

@@ -3,7 +3,7 @@
 mod support;
 
 use hysteresis_core::{
-    CompiledModel, CoupledPlay, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
+    CompiledModel, CoupledPlay, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
     StreamState,
 };
 use proptest::collection::vec;
@@ -152,6 +152,60 @@ fn a_state_whose_output_is_off_by_roundings_is_restored() {
         model.forward().set_state(&state).unwrap();
         state.last_output *= 1.0 + 1e-6;
         assert!(model.forward().set_state(&state).is_err());
+    }
+}
+
+#[test]
+fn a_state_is_judged_at_the_scale_of_its_model() {
+    for scale in [1e-12, 1.0, 1e12] {
+        let model = PrandtlIshlinskii::new(&[scale, scale], &[0.0, 2.0], Offsets::default()).unwrap();
+        let mut stream = model.forward();
+        stream.step(90.0);
+        let state = stream.state();
+        let off_by = |share: f64| StreamState { last_output: state.last_output * (1.0 + share), ..state.clone() };
+        model.forward().set_state(&off_by(1e-14)).unwrap();
+        assert!(model.forward().set_state(&off_by(1e-6)).is_err(), "{scale}");
+    }
+}
+
+#[test]
+fn a_state_may_lie_a_rounding_before_the_reversal_it_came_from() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    for turn in [90.0_f64, -90.0] {
+        let mut stream = model.forward();
+        let output = stream.step(turn);
+        stream.step(turn - turn.signum());
+        let state = StreamState { last_output: output, ..stream.state() };
+        for (share, is_taken) in [(1e-15, true), (1e-7, false)] {
+            let state = StreamState { last_input: turn * (1.0 + share), ..state.clone() };
+            assert_eq!(model.forward().set_state(&state).is_ok(), is_taken, "{turn} {share}");
+        }
+    }
+}
+
+#[test]
+fn the_numbers_of_reversals_are_far_from_their_end() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    let mut state = model.forward().state();
+    let mut take = |number| {
+        let MemoryState::TurningPoints(memory) = &mut state.memory else { panic!("nested thresholds") };
+        memory.reversals = number;
+        model.forward().set_state(&state)
+    };
+    take(1 << 63).unwrap();
+    assert!(take((1 << 63) + 1).unwrap_err().to_string().contains("at most 2^63 reversals"));
+}
+
+#[test]
+fn a_bank_at_its_very_limit_is_not_saturated() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    for (limit, beyond) in [(8.0, 1e-9), (-8.0, -1e-9)] {
+        let mut stream = bank(&(&model).into());
+        let target = stream.step(limit);
+        let compiled = CompiledModel::new(&(&model).into());
+        let mut inverse = Inverse::with_initial(&compiled, Some((-8.0, 8.0)), &[0.0; 2]).unwrap();
+        assert_eq!((inverse.step(target), inverse.saturated()), (limit, false));
+        assert_eq!((inverse.step(target + beyond), inverse.saturated()), (limit, true));
     }
 }
 

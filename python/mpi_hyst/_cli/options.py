@@ -158,7 +158,7 @@ def directory(default: str, holds: str) -> Callable[[Function], Function]:
         "--out",
         "directory",
         type=FILE,
-        default=Path(default),
+        default=default,
         show_default=True,
         help=f"Directory for {holds}.",
     )

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from mpi_hyst._core import LoopReport, LoopTimes
 from mpi_hyst._report import canvas
+from mpi_hyst._text import in_unit
 
 _MICROSECONDS = 1e6
 
@@ -33,8 +34,8 @@ def draw(report: LoopReport, panels: Sequence[Axes]) -> None:
         axes.axvline(_MICROSECONDS * times.p999, color=canvas.ORANGE, linewidth=1.0, linestyle="--")
         axes.set_xscale("log")
         axes.set_yscale("log")
-        title = f"{name}: p99.9 {_MICROSECONDS * times.p999:.3g} µs"
-        canvas.dress(axes, title, "µs", "samples")
+        title = f"{name}: p99.9 {in_unit(_MICROSECONDS * times.p999, 'µs', 3)}"
+        canvas.dress(axes, title, f"{name} (µs)", "samples")
 
 
 def _histogram(axes: Axes, times: LoopTimes, colour: str) -> None:

@@ -33,8 +33,8 @@ def draw(tuning: Tuning, panels: Sequence[Axes]) -> None:
     magnitude, phase, sensitivity = panels
     frequencies = _frequencies(tuning)
     looks = [
-        (tuning.at_min_slope, canvas.GREEN, "least slope of the hysteresis"),
-        (tuning.at_max_slope, canvas.BLUE, "greatest slope"),
+        (tuning.at_min_slope, canvas.GREEN, "smallest slope of the hysteresis"),
+        (tuning.at_max_slope, canvas.BLUE, "largest slope"),
     ]
     for margins, colour, name in looks:
         loop = tuning.open_loop(frequencies, margins.slope)

@@ -23,7 +23,7 @@ def facts(report: mh.realtime.LoopReport) -> list[tuple[str, str]]:
 
 def times(report: mh.realtime.LoopReport) -> tuple[list[str], list[list[str]]]:
     """Return latency, computing time and period as a table."""
-    header = ["us", "median", "p99", "p99.9", "p99.99", "max"]
+    header = ["µs", "median", "p99", "p99.9", "p99.99", "max"]
     named = [("latency", report.latency), ("compute", report.compute), ("period", report.period)]
     rows = [
         [name]

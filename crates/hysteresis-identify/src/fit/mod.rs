@@ -8,6 +8,7 @@ pub(crate) mod bounded;
 pub(crate) mod chain;
 pub(crate) mod coloured;
 pub(crate) mod course;
+mod creep_lanes;
 pub(crate) mod curve;
 pub(crate) mod dead_time;
 pub(crate) mod drive_path;

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use super::axes::{MAX_MODE_CYCLES, MAX_MODE_GAIN, MIN_MODE_CYCLES};
 use super::course::Course;
+use super::creep_lanes::CreepLanes;
 use super::joint::JointFit;
-use super::lanes::{CreepLanes, DynamicLanes};
+use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, Mode, SampledPart};
 use super::point::Parameter;
 use super::response::{hysteresis, through};

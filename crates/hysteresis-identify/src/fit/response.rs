@@ -1,6 +1,7 @@
 //! The output of a whole model for an input.
 
-use super::lanes::{CreepLanes, DynamicLanes};
+use super::creep_lanes::CreepLanes;
+use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, SampledPart};
 use super::regressor::{OperatorsAt, Regressor};
 

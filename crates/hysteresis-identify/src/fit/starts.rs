@@ -3,7 +3,8 @@
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 
 use super::course::Course;
-use super::lanes::{CreepLanes, DynamicLanes};
+use super::creep_lanes::CreepLanes;
+use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, SampledPart};
 use super::point::{Parameter, Point};
 use super::projection::ProjectedFit;
@@ -110,42 +111,42 @@ fn dead_times(space: &Space, known: Option<f64>, left: f64) -> Vec<f64> {
 }
 
 /// The outputs of the hysteresis, and the rows at which candidates are compared.
-struct Scan<'a> {
-    signals: Vec<Signals<'a>>,
+struct Scan {
+    signals: Vec<Signals>,
 }
 
-struct Signals<'a> {
-    record: &'a Record<'a>,
+struct Signals {
     dt: f64,
     /// The output of the hysteresis, and what it creeps for the unit of all amplitudes; one after the other.
     inputs: Vec<[f64; 2]>,
-    rows: Vec<usize>,
-    mean: f64,
+    /// The samples that are compared, and the output there about its mean.
+    rows: Vec<(usize, f64)>,
 }
 
-impl<'a> Scan<'a> {
-    fn new(records: &'a [Record<'a>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Self {
+impl Scan {
+    fn new(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Self {
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
         let stride = samples.div_ceil(ROWS);
         let operators = plain_space.operators(&plain.point);
         let unit = (0..space.creep_amplitudes()).fold(*space.origin(), |p, i| p.with(Parameter::Creep(i), 1.0));
         let creep = LinearPart { dynamics: None, dead_time: 0.0, ..space.linear_part(&unit) };
-        let signals = |(place, record): (usize, &'a Record<'a>)| {
+        let signals = |(place, record): (usize, &Record<'_>)| {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&operators, &plain.weights, record.input(), 0.0, dt);
             let mut lane = CreepLanes::new(&SampledPart::new(&creep, dt), 1);
             let inputs = output.iter().map(|h| [*h, lane.put_out_one(*h) - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());
-            let rows: Vec<usize> = (0..course.len()).map(|row| course.sample(row)).collect();
-            let mean = rows.iter().map(|k| record.output()[*k]).sum::<f64>() / as_f64(rows.len());
-            Signals { record, dt, inputs, rows, mean }
+            let outputs = || (0..course.len()).map(|row| record.output()[course.sample(row)]);
+            let mean = outputs().sum::<f64>() / as_f64(course.len());
+            let rows = outputs().enumerate().map(|(row, y)| (course.sample(row), y - mean)).collect();
+            Signals { dt, inputs, rows }
         };
         Self { signals: records.iter().enumerate().map(signals).collect() }
     }
 
     /// The answers of dynamics to both signals of every record, without dead time.
     fn responses(&self, part: &LinearPart) -> Vec<Vec<[f64; 2]>> {
-        let answer = |signals: &Signals<'_>| {
+        let answer = |signals: &Signals| {
             let mut lanes = DynamicLanes::new(&SampledPart::new(part, signals.dt), 2);
             let read = |input: &[f64; 2]| {
                 lanes.put_out(input);
@@ -165,9 +166,10 @@ impl<'a> Scan<'a> {
         for (signals, response) in self.signals.iter().zip(responses) {
             let (mut a1, mut b1, mut y1) = (0.0, 0.0, 0.0);
             let [a0, b0] = response[0];
-            for k in &signals.rows {
-                let [a, b] = at(response, as_f64(*k) - dead_time / signals.dt);
-                let (a, b, y) = (a - a0, b - b0, signals.record.output()[*k] - signals.mean);
+            let earlier = Earlier::new(response, dead_time / signals.dt);
+            for (k, y) in &signals.rows {
+                let [a, b] = earlier.at(*k);
+                let (a, b, y) = (a - a0, b - b0, *y);
                 (a1, b1, y1) = (a1 + a, b1 + b, y1 + y);
                 (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
                 (ay, by, yy) = (ay + a * y, by + b * y, yy + y * y);
@@ -186,12 +188,40 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// A response between its samples, straight; held beyond its ends.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the samples")]
-fn at(response: &[[f64; 2]], sample: f64) -> [f64; 2] {
-    let last = response.len() - 1;
-    let sample = sample.clamp(0.0, as_f64(last));
-    let (below, share) = (sample as usize, sample.fract());
-    let ([a, b], [c, d]) = (response[below], response[(below + 1).min(last)]);
-    [a + share * (c - a), b + share * (d - b)]
+/// A response so many samples earlier: between its samples straight, held beyond its ends.
+struct Earlier<'a> {
+    response: &'a [[f64; 2]],
+    /// How far back the sample before it lies, and the share of the way from there to the next one.
+    whole: isize,
+    share: f64,
+}
+
+impl<'a> Earlier<'a> {
+    fn new(response: &'a [[f64; 2]], samples: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
+        let whole = samples.ceil() as isize;
+        Self { response, whole, share: samples.ceil() - samples }
+    }
+
+    #[inline]
+    fn at(&self, sample: usize) -> [f64; 2] {
+        let last = self.response.len() - 1;
+        let at = |back: isize| self.response[sample.saturating_add_signed(-back).min(last)];
+        let ([a, b], [c, d]) = (at(self.whole), at(self.whole - 1));
+        [a + self.share * (c - a), b + self.share * (d - b)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn earlier_is_straight_between_samples_and_held_beyond_the_ends() {
+        let response = [[0.0, 5.0], [1.0, 5.0], [3.0, 7.0]];
+        let at = |samples, k| Earlier::new(&response, samples).at(k);
+        assert_eq!([at(0.0, 1), at(1.0, 2), at(-1.0, 1)], [response[1], response[1], response[2]]);
+        assert_eq!([at(0.25, 2), at(-0.75, 1), at(1.5, 2)], [[2.5, 6.5], [2.5, 6.5], [0.5, 5.0]]);
+        assert_eq!([at(2.5, 1), at(5.0, 0), at(-2.0, 2)], [response[0], response[0], response[2]]);
+    }
 }

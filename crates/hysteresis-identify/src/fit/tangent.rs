@@ -3,7 +3,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::lanes::{CreepLanes, DynamicLanes};
+use super::creep_lanes::CreepLanes;
+use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, SampledPart};
 use super::regressor::{OperatorsAt, Regressor};
 

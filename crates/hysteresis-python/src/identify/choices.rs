@@ -76,7 +76,7 @@ impl Identification {
     /// skip : int or str
     ///     Leading samples that do not count for what suits it best, or a time.
     /// dt : float, optional
-    ///     Sampling interval in seconds; by default that of the first record.
+    ///     Sampling interval in seconds; by default that of the record, and of the first one without `record`.
     ///
     /// Raises
     /// ------
@@ -113,7 +113,8 @@ impl Identification {
             None => self
                 .found
                 .dt
-                .first()
+                .get(place.unwrap_or(0))
+                .or(self.found.dt.first())
                 .map_or_else(|| Intervals::from_python(None, 1), |dt| Ok(Intervals::known(&[*dt])))?,
             given => Intervals::from_python(given, 1)?,
         };

@@ -142,11 +142,12 @@ def simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) -
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
     setup = _setup(request, stage, plant_stage, controller, tuning)
-    drive = Stated("drive", stage.units[0]).label
+    drive = Stated("drive", stage.units[0])
+    quantity = of_stage(columns.quantity(column), stage)
     name = f"{request.trajectory.name} on {request.stage_path.name}"
     jump = None if request.lead_in is not None else _jump_of(reference, rest)
     return Simulation(
-        *(done, dt, of_stage(columns.quantity(column), stage), setup, name, drive),
+        *(done, dt, quantity, setup, name, drive.label, drive.unit),
         lead_in_samples=before.size,
         jump=jump,
     )

@@ -61,7 +61,9 @@ class Part:
         return [self._row(number, one, unit) for number, one in enumerate(self.segments, 1)]
 
     def _row(self, number: int, segment: ExperimentSegment, unit: str) -> list[str]:
-        low, high = segment.range
+        span = segment.range[1] - segment.range[0]
+        # What rounding leaves of zero is zero.
+        low, high = (0.0 if abs(end) < 1e-6 * span else end for end in segment.range)
         return [
             f"{number} {segment.name}",
             segment.purpose,
@@ -91,7 +93,7 @@ class Plan:
         """The columns of the table of segments."""
         unit = self.quantity.in_parentheses
         return [
-            *("segment", "what it tells", "from (s)", "seconds", "frequency (Hz)"),
+            *("segment", "what it shows", "from (s)", "seconds", "frequency (Hz)"),
             *(f"drive{unit}", f"amplitude{unit}", "largest slew"),
         ]
 

@@ -13,7 +13,7 @@ from mpi_hyst._report.provenance import Provenance
 from mpi_hyst._text import digits, in_unit
 
 _NAMED = 0.055  # share of the width that a segment needs for its name, or for its number
-_NUMBERED = 0.006
+_NUMBERED = 0.009
 
 
 def report(plan: Plan, provenance: Provenance = ()) -> str:

@@ -80,7 +80,9 @@ def _error_panel(axes: Axes, time: Samples, fit: Fit, colour: str, extent: float
     kept = canvas.envelope(fit.measured_error)
     axes.plot(time[kept], 1e3 * fit.measured_error[kept], color=colour, linewidth=0.6)
     title = f"{fit.figure}, {fit.name}: at most {fit.max_percent:.2f} % of range"
-    canvas.dress(axes, title, "", "error (nm)")
+    canvas.dress(axes, "", "", "error (nm)")
+    # Longer than names of files may be.
+    axes.set_title(title, loc="left", fontsize=10.5, color=INK, fontweight="bold")
     axes.set(xlim=(time[0], time[-1]), ylim=(-extent, extent))
 
 

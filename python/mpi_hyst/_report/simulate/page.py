@@ -26,12 +26,14 @@ def report(simulation: Simulation, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     run, setup, unit = simulation.run, simulation.setup, simulation.quantity.unit
     metrics, limits = run.metrics, _limits(simulation)
+    volts = simulation.drive_unit
+    bounds = f"limits {limits[0]:g} to {limits[1]:g} {volts}".rstrip() if limits else ""
     rows = facts(simulation)
     named = dict(rows)
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
         Card(in_unit(metrics.position_rmse, unit, 3), "rms error", "true position"),
-        Card(named["drive"], "drive", f"limits {limits[0]:g} to {limits[1]:g}" if limits else ""),
+        Card(named["drive"], "drive", bounds),
         Card(str(metrics.saturated_count), "saturated samples", f"of {metrics.samples}"),
     ]
     text = [] if setup is None else [_SIMULATED]
@@ -68,9 +70,9 @@ def _feedback(setup: Setup | None) -> list[Section]:
     figure = Figure(
         canvas.data_uri(loop.figure(setup.tuning)),
         "Magnitude and phase of the open loop, and the sensitivity over frequency",
-        "The open loop L and the sensitivity 1 / (1 + L) at the least and the greatest slope of "
-        "the hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst over "
-        "all slopes and modes that may be. Dotted: up to there disturbances are reduced.",
+        "The open loop L and the sensitivity 1 / (1 + L) at the smallest and the largest slope "
+        "of the hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst "
+        "over all slopes and uncertain modes. Dotted: up to there disturbances are reduced.",
     )
     return [Section("feedback", "Feedback", [setup.tuning.explanation], [figure])]
 

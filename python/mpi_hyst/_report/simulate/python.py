@@ -15,4 +15,4 @@ def report(run: mh.plant.Run, dt: float, name: str, quantities: tuple[Quantity, 
     arrays = (run.reference, run.measured, run.position, run.drive)
     data = provenance.of_arrays("reference, measured, position, drive as float64", arrays)
     made = provenance.rows("mpi_hyst.reports.run in Python", [data])
-    return page.report(Simulation(run, dt, position, None, name, drive.label), made)
+    return page.report(Simulation(run, dt, position, None, name, drive.label, drive.unit), made)

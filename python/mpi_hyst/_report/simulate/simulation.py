@@ -54,6 +54,7 @@ class Simulation:
     """What was followed on what."""
     drive: str = "drive"
     """The label of the drive."""
+    drive_unit: str = ""
     lead_in_samples: int = 0
     """How many samples lie in front of the reference."""
     jump: float | None = None
@@ -81,6 +82,9 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         return _of_run(simulation)
     low, high = setup.limits
     kp, ki = setup.gains
+    unit = simulation.drive_unit
+    per_error = f"{unit}/{simulation.quantity.unit}" if unit and simulation.quantity.unit else ""
+    gains = [f"kp {in_unit(kp, per_error)}", f"ki {in_unit(ki, per_error and f'{per_error}/s')}"]
     feedforward = {
         "preview": f"inverse dynamics and exact inverse of {setup.stage}",
         "inverse": f"exact inverse of {setup.stage}",
@@ -92,25 +96,30 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         *([("lead-in", f"{before} rows in front of the samples, not counted")] if before else []),
         ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(simulation)])),
         ("feed-forward", feedforward),
-        ("gains", f"kp {digits(kp)}, ki {digits(ki)}, {'tuned' if setup.tuned else 'given'}"),
-        ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
+        ("gains", ", ".join([*gains, "tuned" if setup.tuned else "given"])),
+        ("drive", f"{digits(metrics.drive_low)} to {in_unit(metrics.drive_high, unit)}"),
         (
             "saturated",
-            f"{metrics.saturated_count} of {len(run)} samples at {low:g} or {high:g}"
+            f"{metrics.saturated_count} of {len(run)} samples{_at((low, high), unit)}"
             + (f" ({setup.why})" if setup.why and metrics.saturated_count else ""),
         ),
     ]
 
 
 def _of_run(simulation: Simulation) -> list[tuple[str, str]]:
-    run, metrics = simulation.run, simulation.run.metrics
-    at = "" if run.limits is None else f" at {run.limits[0]:g} or {run.limits[1]:g}"
+    run, metrics, unit = simulation.run, simulation.run.metrics, simulation.drive_unit
+    at = "" if run.limits is None else _at(run.limits, unit)
     return [
         ("samples", f"{len(run)} at {1.0 / simulation.dt:.6g} Hz"),
-        ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
+        ("drive", f"{digits(metrics.drive_low)} to {in_unit(metrics.drive_high, unit)}"),
         ("saturated", f"{metrics.saturated_count} of {len(run)} samples{at}"),
         ("without a reading", f"{metrics.missing_count} of {len(run)} samples"),
     ]
+
+
+def _at(limits: tuple[float, float], unit: str) -> str:
+    low, high = limits
+    return f" at {low:g} or {high:g} {unit}".rstrip()
 
 
 def _noise(simulation: Simulation) -> list[str]:
