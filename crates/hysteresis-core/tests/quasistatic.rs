@@ -282,6 +282,18 @@ fn a_map_tells_whether_it_rises() {
 }
 
 #[test]
+fn a_bracket_takes_over_what_was_driven_or_nothing() {
+    let bracket = || Bracket::of_stage(&example(), LIMITS).unwrap();
+    let (mut stepped, mut followed, drives) = (bracket(), bracket(), [LIMITS.1, LIMITS.0, 40.0]);
+    drives.map(|drive| stepped.step(drive));
+    followed.follow(&drives).unwrap();
+    assert_eq!(followed.outputs(), stepped.outputs());
+    let error = followed.follow(&[0.0, 2.0 * LIMITS.1]).unwrap_err();
+    assert!(error.to_string().starts_with("drives[1]: expected"), "{error}");
+    assert_eq!(followed.outputs(), stepped.outputs());
+}
+
+#[test]
 fn a_bracket_needs_weights_that_are_not_negative() {
     let model = PrandtlIshlinskii::new(&[1.0, -0.25], &[0.0, 2.0], Offsets::default()).unwrap();
     let error = Bracket::new(&CompiledModel::new(&(&model).into()), LIMITS).unwrap_err();
