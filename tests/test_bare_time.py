@@ -78,3 +78,16 @@ def test_a_bare_t_that_is_hardly_in_seconds_is_refused(there: Path) -> None:
         (there / "out.csv").unlink()
     fitted = run("identify", "ms.csv", *COLUMNS, "--time-unit", "ms", "--operators", "4")
     assert fitted.exit_code == 0, fitted.output
+
+
+@pytest.mark.parametrize("command", ["precompensate", "simulate"])
+def test_a_bare_t_that_is_no_time_can_be_left_out(command: str, there: Path) -> None:
+    mh.paper.plant("A1").stage.save(there / "stage.json")
+    # A temperature that a column calls t: it does not rise.
+    write_csv(there / "target.csv", "t,target", [[25.0 - 0.1 * (k % 3), 0.0] for k in range(200)])
+    given = (command, "stage.json", "target.csv", "-o", "out.csv", "--column", "target")
+    before = names_in(there)
+    said = "time does not increase"
+    assert_refused(run(*given), there, before, said, "--time none --rate HZ")
+    taken = run(*given, "--time", "none", "--rate", "10000")
+    assert taken.exit_code == 0, taken.output

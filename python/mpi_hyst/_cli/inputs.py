@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NoReturn
+from pathlib import Path
+from typing import Literal, NoReturn
 
 import numpy as np
 
 from mpi_hyst._cli.errors import CommandError, note
+from mpi_hyst._io.columns import TimeOrderError
+from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._text import digits
 from mpi_hyst.io import Columns
 
@@ -83,6 +86,18 @@ def with_time_unit(columns: Columns, unit: str | None) -> Columns:
     if columns.time_column is None:
         raise CommandError(f"--time-unit: {columns.source} has no time column; name it with --time")
     return replace(columns, units={**columns.units, columns.time_column: unit})
+
+
+def trajectory(
+    path: Path, column: str | None, time: str | Literal[False] | None
+) -> tuple[Columns, str]:
+    """Read one column and the time; where that does not increase, say what can be done."""
+    try:
+        return read_trajectory(path, column, time=time)
+    except TimeOrderError as error:
+        raise CommandError(
+            f"{error}; mend the rows, or count them instead with --time none --rate HZ"
+        ) from error
 
 
 def _check_unit(columns: Columns, dt: float) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.errors import CommandError, renamed
-from mpi_hyst._cli.inputs import known_interval, sampling_interval, with_time_unit
+from mpi_hyst._cli.inputs import known_interval, sampling_interval, trajectory, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import (
     StageOptions,
@@ -25,7 +25,6 @@ from mpi_hyst._cli.stage import (
     why_narrowed,
 )
 from mpi_hyst._csv import write_table
-from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._quantity import Quantity, drive_with_unit
 from mpi_hyst._report.stage import linear_parts
 from mpi_hyst._text import digits, in_unit, text_pairs
@@ -66,7 +65,7 @@ def run(request: Request) -> str:
     """Compute the drive, write it, and return the summary."""
     check_outputs([request.drive_path], [request.stage_path, request.trajectory])
     stage = load_stage(request.stage_path, request.stage)
-    columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    columns, column = trajectory(request.trajectory, request.column, request.time)
     columns = with_time_unit(columns, request.time_unit)
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)

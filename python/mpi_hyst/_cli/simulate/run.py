@@ -13,7 +13,7 @@ import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.command_line import command_line
 from mpi_hyst._cli.errors import CommandError, renamed
-from mpi_hyst._cli.inputs import sampling_interval, with_time_unit
+from mpi_hyst._cli.inputs import sampling_interval, trajectory, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.progress import fraction_bar
 from mpi_hyst._cli.stage import (
@@ -27,7 +27,6 @@ from mpi_hyst._cli.stage import (
 )
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._csv import write_table
-from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._quantity import Stated, drive_with_unit, with_unit
 from mpi_hyst._report import provenance
 from mpi_hyst._report.simulate.simulation import BASE, Setup, Simulation, errors, facts
@@ -77,7 +76,7 @@ def run(request: Request) -> str:
         require_report_packages("--report")
     # First what is not a table: of two files in the wrong order, the message names the stage.
     stage = load_stage(request.stage_path, request.stage)
-    columns, column = read_trajectory(request.trajectory, request.column, time=request.time)
+    columns, column = trajectory(request.trajectory, request.column, request.time)
     columns = with_time_unit(columns, request.time_unit)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
