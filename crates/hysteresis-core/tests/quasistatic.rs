@@ -182,6 +182,15 @@ fn a_sample_that_is_not_finite_holds_and_is_counted() {
 }
 
 #[test]
+fn an_inverse_tells_whether_a_target_is_out_of_reach() {
+    let mut inverse = example().inverse(Some(LIMITS)).unwrap();
+    for (target, at_limit) in [(10.0, None), (1e3, Some(LIMITS.1)), (10.0, None), (-1e3, Some(LIMITS.0)), (0.0, None)] {
+        let drive = inverse.step(target);
+        assert_eq!((inverse.saturated(), drive == at_limit.unwrap_or(drive)), (at_limit.is_some(), true), "{target}");
+    }
+}
+
+#[test]
 fn at_rest_for_ever_nothing_creeps() {
     let mut forward = example().forward();
     let rest = forward.settle(40.0);
