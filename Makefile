@@ -193,7 +193,7 @@ fmu: $(UNITS) ## the library of functional mock-up units, which the Python packa
 RATE ?= 10000
 SECONDS ?= 60
 
-realtime: $(PACKAGE) ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took and missed, then a loop in Python
+realtime: $(PACKAGE) ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took and missed, then a loop in Python, and this loop around an object in Python
 	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
 	$(BIN)/python benches/python/realtime.py $(RATE) $(SECONDS)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import sysconfig
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -257,7 +258,10 @@ def test_models_and_stages_are_shared() -> None:
     assert found == [alone] * 8
 
 
+@pytest.mark.skipif(
+    not sysconfig.get_config_var("Py_GIL_DISABLED"), reason="needs a free-threaded Python"
+)
 def test_the_module_asks_for_the_lock_of_the_interpreter() -> None:
     # Without the lock another thread could write to an array that a run reads.
-    enabled = getattr(sys, "_is_gil_enabled", lambda: True)
+    enabled: Callable[[], bool] = getattr(sys, "_is_gil_enabled")  # noqa: B009
     assert enabled()

@@ -53,7 +53,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Without an end in time, skipping what it misses, with a watchdog of 10 ms and 100 ms; at most 100 failed writes in a row;
+    /// Without an end in time, skipping what it misses, no measurement standing in for another one and a watchdog
+    /// of 100 ms; at most 100 failed writes in a row;
     /// without spinning, privileges and record.
     #[must_use]
     pub fn new(rest_drive: f64, rest_rate: f64) -> Self {
