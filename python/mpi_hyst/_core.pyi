@@ -6811,7 +6811,7 @@ class Udp:
 
     A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
     `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
-    A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent once.
+    A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
     So the plant needs a watchdog of its own that goes to rest when no drives come.
 
     Parameters

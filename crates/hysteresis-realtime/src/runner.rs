@@ -71,6 +71,8 @@ pub(crate) struct Loop<I, C> {
     measurement: f64,
     write_faults: u32,
     at_rest: bool,
+    /// How many samples in a row the rest drive was written.
+    rested: u32,
     began_before: Option<u64>,
     observed: Observed,
 }
@@ -107,6 +109,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
             measurement: f64::NAN,
             write_faults: 0,
             at_rest: false,
+            rested: 0,
             began_before: None,
             observed: Observed {
                 counts: Counts::default(),
@@ -205,7 +208,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
         if let Phase::Resting(reason) = self.phase {
             self.observed.counts.rest_samples += 1;
             self.at_rest = self.write_faults == 0 && drive == self.rest.1;
-            if self.at_rest {
+            self.rested = if self.at_rest { self.rested.saturating_add(1) } else { 0 };
+            if self.rested >= self.io.rest_writes() {
                 self.phase = Phase::Ended(reason);
             }
         }

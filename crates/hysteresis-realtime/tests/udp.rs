@@ -86,6 +86,10 @@ impl Io for InStep {
         self.io.read()
     }
 
+    fn rest_writes(&self) -> u32 {
+        self.io.rest_writes()
+    }
+
     fn write(&mut self, drive: f64) -> Result<(), Fault> {
         self.io.write(drive)?;
         self.drives.push(drive);
@@ -129,6 +133,8 @@ fn a_loop_over_datagrams_bears_losses_and_rests_when_the_plant_dies() {
     let outcome = run_on(SimulatedClock::new(), controller(), io, sine(), asked, &StopFlag::default()).unwrap();
     let (report, drives) = (&outcome.report, &outcome.io.drives);
     assert_eq!((report.end, report.at_rest, drives.last()), (EndReason::Watchdog, true, Some(&REST)));
+    let at_rest = drives.iter().rev().take_while(|drive| **drive == REST).count();
+    assert_eq!(at_rest, 20, "a lost datagram must not leave the amplifier where it was");
     assert!(drives.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= SLEW * 1e-4), "a jump");
     assert_eq!(thread.join().unwrap(), drives[699], "the plant had all drives until it died");
     // Drives 0 to 699 were answered, but for every 20th; the first sample needs no answer.

@@ -41,6 +41,11 @@ pub trait Io: Send {
     /// [`Fault`]: there is no fresh measurement then either, and it is counted.
     fn read(&mut self) -> Result<Option<f64>, Fault>;
 
+    /// For how many samples in a row the rest drive is written before the loop ends: more than one where a write may be lost unseen.
+    fn rest_writes(&self) -> u32 {
+        1
+    }
+
     /// Holds a drive, in volts, until the next one.
     ///
     /// # Errors

@@ -13,6 +13,9 @@ pub const PACKET: usize = 16;
 /// At most so many datagrams are taken at a sample, so that its time is bounded.
 const AT_ONCE: usize = 64;
 
+/// The rest drive is sent so often: all but one may be lost.
+const REST_WRITES: u32 = 20;
+
 /// What a datagram holds.
 ///
 /// ```
@@ -66,7 +69,8 @@ pub struct UdpCounts {
 /// Input and output by datagrams.
 ///
 /// The newest measurement counts. A plant that starts again with lower sequence numbers is not listened to: the watchdog ends the loop.
-/// A drive counts as written when the network has taken it: whether it arrives is the plant's to watch. That nobody listens is
+/// A drive counts as written when the network has taken it: whether it arrives is the plant's to watch. The rest drive is sent 20 times, a
+/// sample after the other, so that a lost datagram does not leave the amplifier where it was. That nobody listens is
 /// no fault of a write, as it is said of an earlier datagram; the watchdog sees to it, as no measurement comes.
 #[derive(Debug)]
 pub struct UdpIo {
@@ -151,6 +155,10 @@ impl Io for UdpIo {
             }
         }
         Ok(fresh)
+    }
+
+    fn rest_writes(&self) -> u32 {
+        REST_WRITES
     }
 
     fn write(&mut self, drive: f64) -> Result<(), Fault> {
