@@ -133,7 +133,15 @@ def test_a_pipe_is_read_once(there: Path, command: str) -> None:
 
 
 @posix
-def test_an_endless_file_is_refused(there: Path) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("identify /dev/zero --input a --output b", ", line 1: expected less than 1000000 char"),
+        ("precompensate /dev/zero trajectory.csv -o drive.csv", ": expected a file of at most 1 G"),
+        ("export /dev/zero --c", ": expected a file of at most 1 GiB"),
+    ],
+)
+def test_an_endless_file_is_refused(arguments: str, said: str, there: Path) -> None:
     # In a process of its own, which may take so much memory and no more.
     code = """
 import resource
@@ -143,16 +151,19 @@ main()
 """
     before = names_in(there)
     done = subprocess.run(
-        [sys.executable, "-c", code, "identify", "/dev/zero", "--input", "a", "--output", "b"],
+        [sys.executable, "-c", code, *arguments.split()],
         capture_output=True,
         text=True,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         timeout=120,
         check=False,
     )
-    said = "mpi-hyst: error: /dev/zero, line 1: expected less than 1000000 characters"
-    assert (done.returncode, done.stdout) == (2, "") and done.stderr.startswith(said)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"mpi-hyst: error: /dev/zero{said}"), done.stderr
     assert names_in(there) == before
+
+
+def test_a_line_without_end_is_refused(there: Path) -> None:
     (there / "long.csv").write_text("a,b\n" + "1" * 2_000_000 + ",2\n", encoding="utf-8")
     with pytest.raises(mh.io.ReadError, match="line 2: expected less than"):
         mh.io.read(there / "long.csv", ["a", "b"])

@@ -108,7 +108,8 @@ pub unsafe extern "C" fn mpih_stage_from_file(path: *const c_char, stage: *mut *
     let make = || {
         // SAFETY: as the header asks of the caller.
         let path = unsafe { read("path", path)? };
-        let bytes = std::fs::read(path).map_err(|error| Failure::new(Status::File, format!("{path}: {error}")))?;
+        let bytes =
+            stage::read_file(path.as_ref()).map_err(|error| Failure::new(Status::File, format!("{path}: {error}")))?;
         let text = str::from_utf8(&bytes)
             .map_err(|error| Failure::new(Status::Format, format!("{path}: expected UTF-8 text: {error}")))?;
         Stage::from_json(text)

@@ -191,6 +191,21 @@ fn an_inverse_tells_whether_a_target_is_out_of_reach() {
 }
 
 #[test]
+fn a_forward_stage_goes_on_as_the_new_model() {
+    let compiled = |weights: &[f64]| {
+        let model = ModifiedPrandtlIshlinskii::from_ratios(weights, &[0.0, 9.0], Ratios::PAPER, Offsets::default());
+        CompiledModel::new(&model.unwrap())
+    };
+    let (old, new) = (compiled(&[0.5, 0.1]), compiled(&[0.6, 0.2]));
+    let (mut stream, mut fresh) = (QuasiStatic::new(&old).forward(), QuasiStatic::new(&new).forward());
+    assert_ne!(stream.step(30.0), fresh.step(30.0));
+    stream.set_model(&new).unwrap();
+    for drive in [20.0, -5.0, 40.0] {
+        assert!((stream.step(drive) - fresh.step(drive)).abs() < 1e-12, "{drive}");
+    }
+}
+
+#[test]
 fn at_rest_for_ever_nothing_creeps() {
     let mut forward = example().forward();
     let rest = forward.settle(40.0);

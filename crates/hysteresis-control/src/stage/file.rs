@@ -1,5 +1,9 @@
 //! Stage files: JSON of one schema, refused unless every field is known and valid.
 
+use std::fs::File as Opened;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -9,6 +13,27 @@ use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, Sec
 
 /// The schema of a stage file.
 pub const SCHEMA: &str = "mpi_hyst/stage/1";
+
+/// No file of a stage or of an array of actuators is longer: what is, a device for example, has no end.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// The bytes of a file that anybody may have written.
+///
+/// # Errors
+/// Those of reading; [`ErrorKind::FileTooLarge`] for more than 1 GiB.
+///
+/// ```
+/// use hysteresis_control::stage::read_file;
+/// assert_eq!(read_file("no_such_stage.json".as_ref()).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+/// ```
+pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    Opened::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(io::Error::new(ErrorKind::FileTooLarge, "expected a file of at most 1 GiB"));
+    }
+    Ok(bytes)
+}
 
 /// Read first, alone, so that a file of another schema is called just that.
 #[derive(Deserialize)]

@@ -36,7 +36,7 @@ mod precompensate;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
 pub use error::Error;
-pub use file::SCHEMA;
+pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
 pub use identified::{Identified, RecordSource, StageWarning, Units};
 pub use loop_shift::LoopShift;

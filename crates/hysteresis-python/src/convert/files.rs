@@ -1,8 +1,8 @@
 //! Files: read here, written by the Python part of the package.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use hysteresis_control::stage::read_file;
 use hysteresis_core::JsonError;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ pub(crate) fn write_file(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> PyResult<String> {
     let shown = path.display().to_string();
-    text(path, fs::read(path).map_err(|error| errors::io(&shown, &error))?)
+    text(path, read_file(path).map_err(|error| errors::io(&shown, &error))?)
 }
 
 /// The text that the bytes of a file are.
