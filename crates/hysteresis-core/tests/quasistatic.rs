@@ -309,7 +309,9 @@ fn a_map_tells_whether_it_rises() {
 fn a_bracket_takes_over_what_was_driven_or_nothing() {
     let bracket = || Bracket::of_stage(&example(), LIMITS).unwrap();
     let (mut stepped, mut followed, drives) = (bracket(), bracket(), [LIMITS.1, LIMITS.0, 40.0]);
-    drives.map(|drive| stepped.step(drive));
+    for drive in drives {
+        stepped.step(drive);
+    }
     followed.follow(&drives).unwrap();
     assert_eq!(followed.outputs(), stepped.outputs());
     let error = followed.follow(&[0.0, 2.0 * LIMITS.1]).unwrap_err();
