@@ -263,5 +263,6 @@ def test_models_and_stages_are_shared() -> None:
 )
 def test_the_module_asks_for_the_lock_of_the_interpreter() -> None:
     # Without the lock another thread could write to an array that a run reads.
+    # By its name as a text: the type stubs of older Pythons do not have it.
     enabled: Callable[[], bool] = getattr(sys, "_is_gil_enabled")  # noqa: B009
     assert enabled()

@@ -70,7 +70,6 @@ pub(crate) struct Loop<I, C> {
     /// What the controller was given last.
     measurement: f64,
     write_faults: u32,
-    at_rest: bool,
     /// How many samples in a row the rest drive was written.
     rested: u32,
     began_before: Option<u64>,
@@ -108,7 +107,6 @@ impl<I: Io, C: Clock> Loop<I, C> {
             missing: 0,
             measurement: f64::NAN,
             write_faults: 0,
-            at_rest: false,
             rested: 0,
             began_before: None,
             observed: Observed {
@@ -207,8 +205,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
         let drive = self.controller.controller().drive();
         if let Phase::Resting(reason) = self.phase {
             self.observed.counts.rest_samples += 1;
-            self.at_rest = self.write_faults == 0 && drive == self.rest.1;
-            self.rested = if self.at_rest { self.rested.saturating_add(1) } else { 0 };
+            let at_rest = self.write_faults == 0 && drive == self.rest.1;
+            self.rested = if at_rest { self.rested.saturating_add(1) } else { 0 };
             if self.rested >= self.io.rest_writes() {
                 self.phase = Phase::Ended(reason);
             }
@@ -321,7 +319,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
     }
 
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.at_rest
+        self.rested > 0
     }
 
     /// From the first deadline until now.
