@@ -113,6 +113,32 @@ fn limits_that_are_none_are_named() {
 }
 
 #[test]
+fn a_sample_is_judged_as_it_comes_not_relative_to_the_offset() {
+    let far = Offsets { input: 9e99, output: -9e99 };
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], far).unwrap();
+    let (mut forward, mut inverse) = (model.forward(), model.inverse(None).unwrap());
+    for (sample, is_taken) in [
+        (9.5e99, true),
+        (1e100, true),
+        (1.01e100, false), // on the line that the last sample is on, and 1.1e99 from the offset
+        (-1e100, true),    // 1.9e100 from the offset
+        (-1.01e100, false),
+        (5e99, true),
+        (f64::NAN, false),
+    ] {
+        let (before, rejected) = ((forward.output(), inverse.reached()), (forward.rejected(), inverse.rejected()));
+        let (peeked, drive) = (forward.peek(sample), inverse.peek(-sample));
+        assert_eq!((forward.step(sample), inverse.step(-sample)), (peeked, drive), "{sample}");
+        let more = (forward.rejected() - rejected.0, inverse.rejected() - rejected.1);
+        assert_eq!(more, if is_taken { (0, 0) } else { (1, 1) }, "{sample}");
+        assert_eq!((forward.output(), inverse.reached()) != before, is_taken, "{sample}");
+        let mut other = model.forward();
+        other.set_state(&forward.state()).unwrap();
+        assert_eq!(other.output(), forward.output());
+    }
+}
+
+#[test]
 fn blocks_of_unequal_length_are_refused_whole() {
     let mut stream = actuator().forward();
     let before = stream.state();

@@ -60,7 +60,7 @@ impl FamilyState {
             if !fewer
                 || point.moved == 0
                 || point.at_zero > if point.ended == Direction::Falling { point.moved } else { 0 }
-                || !is_admissible(point.input)
+                || !is_admissible(0.5 * point.input) // it is relative to an offset, which is admissible too
                 || !point.output.is_finite()
             {
                 return Err(Error::State {

@@ -1,8 +1,8 @@
 use super::forward_core::ForwardCore;
-use super::state::{StreamState, check_output};
+use super::state::{StreamState, check_input, check_output};
 use super::walk::Walk;
 use crate::engine::{CompiledModel, HeapMemory, Method, Point, check_same};
-use crate::error::{Error, check_all_finite, check_finite};
+use crate::error::{Error, check_all_finite};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -137,7 +137,7 @@ impl Forward {
     /// the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         state.check_model(self.fingerprint)?;
-        check_finite("state.last_input", None, state.last_input)?;
+        check_input("state.last_input", state.last_input)?;
         check_output("state.last_output", state.last_output)?;
         self.core.memory.restore(&state.memory, state.last_input, state.last_output)?;
         self.core.enter_segment(state.last_input);

@@ -17,7 +17,7 @@ pub(crate) struct ForwardCore<T, M> {
 
 impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     pub(crate) fn new(memory: M, origin: Point<T>) -> Self {
-        let segment = Segment::new(memory.forward_piece(T::ZERO), T::ZERO);
+        let segment = Segment::new(memory.forward_piece(T::ZERO), T::ZERO, origin.input);
         Self { segment, origin, memory, rejected: 0 }
     }
 
@@ -26,7 +26,7 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
         let x = input - self.origin.input;
         let y = match self.segment.peek(x) {
             Some(y) => y,
-            None if x.is_admissible() => self.memory.peek_input(self.segment.input(), x),
+            None if input.is_admissible() => self.memory.peek_input(self.segment.input(), x),
             None => self.segment.output(),
         };
         y + self.origin.output
@@ -41,14 +41,14 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     /// The segment at the input to which the memory has come.
     #[inline]
     pub(super) fn enter_segment(&mut self, x: T) {
-        self.segment = Segment::new(self.memory.forward_piece(x), x);
+        self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
         self.open_segment();
     }
 
     #[inline]
     fn open_segment(&mut self) {
         if let Some(back) = self.memory.back() {
-            self.segment.open(back);
+            self.segment.open(back, self.origin.input);
         }
     }
 
@@ -89,11 +89,11 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
 
     #[cold]
     #[inline(never)]
-    fn leave_segment(&mut self, x: T) -> T {
-        if x.is_admissible() {
+    fn leave_segment(&mut self, input: T, x: T) -> T {
+        if input.is_admissible() {
             let behind = self.segment.lies_behind(x);
             self.memory.move_input(self.segment.input(), x);
-            self.segment = Segment::new(self.memory.forward_piece(x), x);
+            self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
             if behind {
                 self.open_segment();
             }

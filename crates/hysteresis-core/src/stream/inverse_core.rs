@@ -40,7 +40,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     /// At rest, or at the limit that is nearest; limits and memory were checked.
     pub(crate) fn new(memory: M, origin: Point<T>, limits: (T, T)) -> Self {
         let reach = (limits.0 - origin.input, limits.1 - origin.input);
-        let nowhere = Segment::new(Piece::point(Direction::Rising, T::ZERO, T::ZERO), T::ZERO);
+        let nowhere = Segment::new(Piece::point(Direction::Rising, T::ZERO, T::ZERO), T::ZERO, origin.output);
         let mut stream = Self { segment: nowhere, origin, limits, reach, memory, saturated: false, rejected: 0 };
         stream.reset();
         stream
@@ -73,7 +73,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     #[inline]
     fn draw_segment(&mut self, input: T, output: T) {
         let piece = self.memory.inverse_piece(input, output, self.reach);
-        self.segment = Segment::new(piece, output);
+        self.segment = Segment::new(piece, output, self.origin.output);
         if self.saturated || self.segment.output() != input {
             self.stay_at(piece.direction, input, output);
         }
@@ -84,14 +84,15 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     fn open_segment(&mut self, input: T) {
         if let Some(back) = self.memory.back() {
             let Piece { direction, line, .. } = self.memory.forward_piece(input);
-            self.segment.open(line.at(direction.further(back, direction.reversed().limit(self.reach))));
+            let back = line.at(direction.further(back, direction.reversed().limit(self.reach)));
+            self.segment.open(back, self.origin.output);
         }
     }
 
     #[cold]
     #[inline(never)]
     fn stay_at(&mut self, direction: Direction, input: T, output: T) {
-        self.segment = Segment::new(Piece::point(direction, output, input), output);
+        self.segment = Segment::new(Piece::point(direction, output, input), output, self.origin.output);
     }
 
     /// Where the memory is: its input, the drive, and its output, the target.
@@ -152,7 +153,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         let reach = match self.segment.peek(y) {
             Some(input) => Reach { input, output: y, saturated: false },
             None if self.is_at(y) => Reach { input: here, output, saturated: false },
-            None if y.is_admissible() => {
+            None if target.is_admissible() => {
                 self.memory.peek_output(self.segment.direction_to(y), self.known(), y, self.reach)
             }
             None => Reach { input: here, output, saturated: self.saturated },
@@ -233,13 +234,13 @@ impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
 
     #[cold]
     #[inline(never)]
-    fn leave_segment(&mut self, y: T) -> T {
+    fn leave_segment(&mut self, target: T, y: T) -> T {
         if self.is_at(y) {
             // Where it is already, and to be found there exactly: a search would come back to within a rounding.
             self.saturated = false;
             let here = self.known();
             self.enter_segment(here.input, here.output);
-        } else if y.is_admissible() {
+        } else if target.is_admissible() {
             let behind = self.segment.lies_behind(y);
             let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
             self.saturated = reached.saturated;

@@ -24,20 +24,22 @@ pub(crate) struct Segment<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// The segment at the input `last`. It ends where admissible inputs end, so that no other is ever on it.
+    /// The segment at the input `last`, inputs being relative to `origin`. It ends where admissible inputs may end, so that no other
+    /// is ever on it.
     #[inline]
-    pub(super) fn new(piece: Piece<T>, last: T) -> Self {
+    pub(super) fn new(piece: Piece<T>, last: T, origin: T) -> Self {
         let sign: T = piece.direction.sign();
-        let (last, end) = (sign * last, sign * piece.end);
-        let end = if end < T::MAX_MAGNITUDE { end } else { T::MAX_MAGNITUDE };
+        let (last, end, most) = (sign * last, sign * piece.end, surely_admissible(origin));
+        let end = if end < most { end } else { most };
         Self { sign, last, end, back: T::INFINITY, line: piece.line }
     }
 
-    /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end.
+    /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end. `origin` as in
+    /// [`new`](Self::new).
     #[inline]
-    pub(super) fn open(&mut self, back: T) {
+    pub(super) fn open(&mut self, back: T, origin: T) {
         if self.last < self.end {
-            self.back = (self.sign * back).max(-T::MAX_MAGNITUDE);
+            self.back = (self.sign * back).max(-surely_admissible(origin));
         }
     }
 
@@ -118,4 +120,10 @@ impl<T: Real> Segment<T> {
         let ahead = self.sign * input >= self.last;
         if ahead == (self.sign > T::ZERO) { Direction::Rising } else { Direction::Falling }
     }
+}
+
+/// The largest magnitude relative to `origin` up to which every sample is admissible.
+#[inline]
+fn surely_admissible<T: Real>(origin: T) -> T {
+    T::MAX_MAGNITUDE - origin.abs()
 }

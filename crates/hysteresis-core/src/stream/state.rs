@@ -1,5 +1,5 @@
 use crate::engine::MemoryState;
-use crate::error::{Bound, Error};
+use crate::error::{Bound, Error, is_admissible};
 
 /// Everything that a stream remembers: restored, it continues bit for bit.
 ///
@@ -44,6 +44,11 @@ impl StreamState {
 /// Whether a saved state belongs to the model with the fingerprint `expected`.
 pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
     if expected == got { Ok(()) } else { Err(Error::OtherModel { expected, got }) }
+}
+
+/// An admissible input in a saved state, relative to an offset that is admissible too.
+pub(super) fn check_input(parameter: &'static str, got: f64) -> Result<(), Error> {
+    if is_admissible(0.5 * got) { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
 }
 
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.

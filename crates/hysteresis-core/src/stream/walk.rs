@@ -20,8 +20,8 @@ pub(crate) trait Walk<T: Real> {
         values.map(|value| self.finished(value))
     }
 
-    /// Takes a sample that does not lie on the segment; the value of the next segment there.
-    fn leave_segment(&mut self, sample: T) -> T;
+    /// Takes a sample that does not lie on the segment, with what it is relative to the origin; the value of the next segment there.
+    fn leave_segment(&mut self, sample: T, relative: T) -> T;
 
     #[inline]
     fn step(&mut self, sample: T) -> T {
@@ -31,9 +31,9 @@ pub(crate) trait Walk<T: Real> {
     /// [`step`](Self::step), and whether the sample lay on the segment.
     #[inline(always)]
     fn take(&mut self, sample: T) -> (T, bool) {
-        let sample = self.relative(sample);
-        let on_line = self.segment().step(sample);
-        let value = on_line.unwrap_or_else(|| self.leave_segment(sample));
+        let relative = self.relative(sample);
+        let on_line = self.segment().step(relative);
+        let value = on_line.unwrap_or_else(|| self.leave_segment(sample, relative));
         (self.finished(value), on_line.is_some())
     }
 
