@@ -18,6 +18,8 @@ mod engine_state;
 mod families;
 mod family;
 #[cfg(feature = "alloc")]
+mod four_lanes;
+#[cfg(feature = "alloc")]
 mod heap_memory;
 mod inverse_search;
 mod line;

@@ -72,19 +72,6 @@ impl CoupledPlay {
     pub fn is_identity(&self) -> bool {
         self.r == 0.0 && self.ra == 0.0
     }
-
-    /// If the operator follows the input at `x` as z = x + shift, that shift; nothing while it holds.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn slide(&self, last_output: f64, x: f64) -> Option<f64> {
-        let z = self.next(last_output, x);
-        match (z > last_output, z < last_output) {
-            _ if self.is_identity() => Some(0.0),
-            _ if z == 0.0 => None,
-            (true, _) => Some(if z > 0.0 { -self.r } else { -self.rc }),
-            (_, true) => Some(if z > 0.0 { self.rb } else { self.ra }),
-            _ => None,
-        }
-    }
 }
 
 /// Four equal thresholds: max(x - r, min(x + r, z)) on both sides of zero.
@@ -101,17 +88,5 @@ impl Operator for CoupledPlay {
         let lo = (input - self.r).max((input - self.rc).min(0.0));
         let hi = (input + self.ra).min((input + self.rb).max(0.0));
         lo.max(hi.min(last_output))
-    }
-}
-
-#[cfg(all(test, feature = "alloc"))]
-mod tests {
-    use super::{CoupledPlay, Play};
-
-    #[test]
-    fn it_slides_behind_the_input_by_the_threshold_or_holds() {
-        let play = CoupledPlay::from(Play::new(2.0).unwrap());
-        assert_eq!([play.slide(0.0, 5.0), play.slide(0.0, -5.0)], [Some(-2.0), Some(2.0)]);
-        assert_eq!([play.slide(0.0, 1.0), play.slide(3.0, 4.0), play.slide(-3.0, -4.0)], [None; 3]);
     }
 }

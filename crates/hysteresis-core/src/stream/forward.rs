@@ -162,7 +162,7 @@ impl Process for Forward {
     }
 
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
-        self.core.run(input, output)
+        self.core.run_by_method(input, output)
     }
 }
 

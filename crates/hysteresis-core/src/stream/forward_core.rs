@@ -2,7 +2,11 @@
 
 use super::segment::Segment;
 use super::walk::Walk;
+#[cfg(feature = "alloc")]
+use crate::engine::HeapMemory;
 use crate::engine::{Memory, Point};
+#[cfg(feature = "alloc")]
+use crate::error::{Error, check_length};
 use crate::real::Real;
 
 /// A model, sample by sample.
@@ -18,7 +22,9 @@ pub(crate) struct ForwardCore<T, M> {
 impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     pub(crate) fn new(memory: M, origin: Point<T>) -> Self {
         let segment = Segment::new(memory.forward_piece(T::ZERO), T::ZERO, origin.input);
-        Self { segment, origin, memory, rejected: 0 }
+        let mut stream = Self { segment, origin, memory, rejected: 0 };
+        stream.open_segment();
+        stream
     }
 
     #[inline]
@@ -68,6 +74,21 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
 
     pub(crate) fn rejected(&self) -> u64 {
         self.rejected
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl ForwardCore<f64, HeapMemory> {
+    /// [`run`](Walk::run); a bank has no lines to walk along, and a loop of its own.
+    pub(super) fn run_by_method(&mut self, samples: &[f64], outputs: &mut [f64]) -> Result<(), Error> {
+        let HeapMemory::Bank(bank) = &mut self.memory else { return self.run(samples, outputs) };
+        check_length("output", samples.len(), outputs.len())?;
+        self.rejected = self.rejected.saturating_add(bank.run(samples, outputs, self.origin));
+        let x = bank.input();
+        if !x.is_nan() {
+            self.enter_segment(x);
+        }
+        Ok(())
     }
 }
 

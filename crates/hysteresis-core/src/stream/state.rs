@@ -48,7 +48,11 @@ pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
 
 /// An admissible input in a saved state, relative to an offset that is admissible too.
 pub(super) fn check_input(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if is_admissible(0.5 * got) { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
+    if is_admissible(0.5 * got) {
+        Ok(())
+    } else {
+        Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got })
+    }
 }
 
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.

@@ -1,0 +1,177 @@
+//! Four operators side by side, and which of their bounds push them.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use super::super::four_lanes::{FourLanes, LANES, Lanes};
+use super::members::SplitWeight;
+use crate::operator::CoupledPlay;
+
+/// Thresholds and weights of four operators. Lanes that are left over never move and weigh nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    r: Lanes,
+    rc: Lanes,
+    ra: Lanes,
+    rb: Lanes,
+    above: Lanes,
+    below: Lanes,
+}
+
+impl Block {
+    pub(super) fn of(operators: &[(SplitWeight, CoupledPlay)]) -> Self {
+        let (never, nothing) = ([f64::INFINITY; LANES], [0.0; LANES]);
+        let mut block = Self { r: never, rc: never, ra: never, rb: never, above: nothing, below: nothing };
+        for (lane, (weight, operator)) in operators.iter().enumerate() {
+            (block.r[lane], block.rc[lane]) = (operator.r(), operator.rc());
+            (block.ra[lane], block.rb[lane]) = (operator.ra(), operator.rb());
+            (block.above[lane], block.below[lane]) = (weight.above, weight.below);
+        }
+        block
+    }
+
+    /// lo(x) of equation (5): what the outputs cannot be below.
+    #[inline(always)]
+    fn least<F: FourLanes>(&self, four: F, x: F::Numbers) -> F::Numbers {
+        let (above, below) = (four.sub(x, four.load(&self.r)), four.sub(x, four.load(&self.rc)));
+        four.max(above, four.min(below, four.splat(0.0)))
+    }
+
+    /// hi(x): what they cannot be above.
+    #[inline(always)]
+    fn greatest<F: FourLanes>(&self, four: F, x: F::Numbers) -> F::Numbers {
+        let (below, above) = (four.add(x, four.load(&self.ra)), four.add(x, four.load(&self.rb)));
+        four.min(below, four.max(above, four.splat(0.0)))
+    }
+
+    /// Which outputs lo pushes from `x` on: those it has come to, where it does not stick at zero.
+    #[inline(always)]
+    fn rise<F: FourLanes>(&self, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+        let sticks_not = four.or(four.is_at_most(four.load(&self.r), x), four.is_below(x, four.load(&self.rc)));
+        four.and(four.is_at_most(z, self.least(four, x)), sticks_not)
+    }
+
+    /// Which outputs hi pushes from `x` on, the input falling.
+    #[inline(always)]
+    fn fall<F: FourLanes>(&self, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+        let minus = four.sub(four.splat(0.0), x);
+        let sticks_not =
+            four.or(four.is_at_most(four.load(&self.ra), minus), four.is_below(minus, four.load(&self.rb)));
+        four.and(four.is_at_most(self.greatest(four, x), z), sticks_not)
+    }
+}
+
+/// The bounds that push the operators: in a known direction only those behind them.
+pub(super) trait Bounds {
+    /// What the outputs `z` are at the input `x`.
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers;
+}
+
+/// Bounds that also tell which operators they push from the input `x` on.
+pub(super) trait Slides: Bounds {
+    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask;
+}
+
+/// The lower ones: the input rises, or stays.
+pub(super) struct Lower;
+
+impl Bounds for Lower {
+    #[inline(always)]
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
+        four.max(block.least(four, x), z)
+    }
+}
+
+impl Slides for Lower {
+    #[inline(always)]
+    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+        block.rise(four, x, z)
+    }
+}
+
+/// The lower ones at an input below zero: x - rc alone, with the same bits, as x - r is not above it and zero is.
+pub(super) struct LowerBelowZero;
+
+impl Bounds for LowerBelowZero {
+    #[inline(always)]
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
+        four.max(four.sub(x, four.load(&block.rc)), z)
+    }
+}
+
+/// The upper ones: the input falls.
+pub(super) struct Upper;
+
+impl Bounds for Upper {
+    #[inline(always)]
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
+        four.min(block.greatest(four, x), z)
+    }
+}
+
+impl Slides for Upper {
+    #[inline(always)]
+    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+        block.fall(four, x, z)
+    }
+}
+
+/// The upper ones at an input above zero: x + rb alone, with the same bits, as x + ra is not below it and zero is.
+pub(super) struct UpperAboveZero;
+
+impl Bounds for UpperAboveZero {
+    #[inline(always)]
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
+        four.min(four.add(x, four.load(&block.rb)), z)
+    }
+}
+
+/// Both: the outputs may be such as no input has led to.
+pub(super) struct Both;
+
+impl Bounds for Both {
+    #[inline(always)]
+    fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
+        four.max(block.least(four, x), four.min(block.greatest(four, x), z))
+    }
+}
+
+impl Slides for Both {
+    #[inline(always)]
+    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+        four.or(block.rise(four, x, z), block.fall(four, x, z))
+    }
+}
+
+/// None: the outputs stay.
+pub(super) struct Unmoved;
+
+impl Bounds for Unmoved {
+    #[inline(always)]
+    fn next<F: FourLanes>(_: &Block, _: F, _: F::Numbers, z: F::Numbers) -> F::Numbers {
+        z
+    }
+}
+
+/// What outputs weigh.
+pub(super) trait Weights {
+    fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
+}
+
+/// The same above and below zero.
+pub(super) struct Whole;
+
+impl Weights for Whole {
+    #[inline(always)]
+    fn of<F: FourLanes>(block: &Block, four: F, _: F::Numbers) -> F::Numbers {
+        four.load(&block.above)
+    }
+}
+
+/// By the sign of the output; at zero either will do.
+pub(super) struct Split;
+
+impl Weights for Split {
+    #[inline(always)]
+    fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
+        four.select(four.is_below(four.splat(0.0), z), four.load(&block.above), four.load(&block.below))
+    }
+}
