@@ -6,7 +6,8 @@ Arrays in and out are in ``test_arrays.py``, states in ``test_states.py``.
 from __future__ import annotations
 
 import math
-from typing import Any
+import pickle
+from typing import Any, Literal
 
 import mpi_hyst as mh
 import numpy as np
@@ -26,6 +27,38 @@ def test_initial_outputs_and_thresholds_that_are_not_nested_run_on_the_bank() ->
     crossed = mh.ModifiedPrandtlIshlinskii([1, 1, 1], [0, 1, 2], [0, 1, 2], [0, 1, 0], [0, 0, 0])
     for stream in (*banks(), crossed.forward(), crossed.inverse()):
         assert stream.method == "bank" and stream.memory.size == 0
+
+
+@pytest.mark.parametrize("method", ["turning_points", "bank"])
+def test_a_method_may_be_chosen_and_stays_when_pickled(
+    method: Literal["turning_points", "bank"],
+) -> None:
+    drive = np.random.default_rng(2).uniform(-20, 20, 200)
+    chosen, usual = model().forward(method=method), model().forward()
+    assert chosen.method == method
+    np.testing.assert_allclose(chosen.run(drive), usual.run(drive), rtol=0, atol=1e-12)
+    inverse = model().inverse((-20, 20), method=method)
+    targets = model().forward().run(drive)
+    np.testing.assert_allclose(inverse.run(targets), drive, rtol=0, atol=1e-9)
+    for stream in (chosen, inverse):
+        again = pickle.loads(pickle.dumps(stream))
+        assert again.method == method and again.step(1.5) == stream.step(1.5)
+
+
+def test_a_method_that_cannot_be_is_named() -> None:
+    words = 'method: expected "turning_points", "bank" or None, got '
+    beside = 'method: expected "bank" or None beside initial, got "turning_points"'
+    for make in (model().forward, model().inverse):
+        with pytest.raises(ValueError, match=f'^{words}"engine"$'):
+            make(method="engine")  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=f"^{words}3$"):
+            make(method=3)  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=f"^{beside}$"):
+            make(initial=np.zeros(8), method="turning_points")
+    assert model().forward(np.zeros(8), method="bank").method == "bank"
+    crossed = mh.ModifiedPrandtlIshlinskii([1, 1, 1], [0, 1, 2], [0, 1, 2], [0, 1, 0], [0, 0, 0])
+    with pytest.raises(ValueError, match=r"^rb\[2\]: expected nested thresholds"):
+        crossed.forward(method="turning_points")
 
 
 def test_repr_tells_the_method_and_the_limits() -> None:

@@ -12,6 +12,9 @@ use crate::yardstick::thinning;
 /// The numbers of operators that are compared.
 pub const OPERATORS: [u32; 5] = [1, 20, 100, 1_000, 10_000];
 
+/// Up to so many operators the bank is measured: it is there for few.
+pub const FEW: u32 = 100;
+
 /// The actuators of an array.
 pub const ARRAY: u32 = 4_096;
 
@@ -55,6 +58,8 @@ fn varied(operators: u32, ratios: Ratios, mut factor: impl FnMut() -> f64) -> Mo
 pub enum What {
     /// The model.
     Forward,
+    /// The same by the bank, which computes all operators.
+    Bank,
     /// Its exact inverse, along the outputs of the model.
     Inverse,
     /// The exact inverse through two maps of three lines and three creep terms, along the outputs of that stage.
@@ -158,8 +163,10 @@ impl Case {
     /// Every case that this machine can run, the yardsticks first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        const KINDS: [(What, Mode); 6] = [
+        const KINDS: [(What, Mode); 8] = [
             (What::Forward, Mode::Step),
+            (What::Bank, Mode::Step),
+            (What::Bank, Mode::Run),
             (What::Inverse, Mode::Step),
             (What::Forward, Mode::Run),
             (What::Inverse, Mode::Run),
@@ -169,7 +176,9 @@ impl Case {
         let mut cases = vec![Self::COPY];
         for signal in Signal::ALL {
             for operators in OPERATORS {
-                let measured = |&(_, mode): &(What, Mode)| mode != Mode::Array || operators == ARRAY_OPERATORS;
+                let measured = |&(what, mode): &(What, Mode)| {
+                    (mode != Mode::Array || operators == ARRAY_OPERATORS) && (what != What::Bank || operators <= FEW)
+                };
                 let kinds = What::YARDSTICKS.map(|what| (what, Mode::Step)).into_iter().chain(KINDS);
                 cases.extend(kinds.filter(measured).map(|(what, mode)| Self { signal, operators, what, mode }));
             }

@@ -100,11 +100,11 @@ fn measured(rows: &[Row]) -> Vec<What> {
 /// Time per sample of single streams, sample by sample, beside that of the loops.
 fn streams(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
     let yardsticks = measured(rows);
-    let mut header = ["signal at 10 kHz", "n", "forward", "inverse"].map(str::to_owned).to_vec();
+    let mut header = ["signal at 10 kHz", "n", "forward", "bank", "inverse"].map(str::to_owned).to_vec();
     header.extend(yardsticks.iter().map(|what| name(*what)));
     header.extend(RATIOS.map(str::to_owned));
     let line = |case: Case| {
-        let streams = [What::Forward, What::Inverse].map(|what| find(rows, Case { what, ..case }));
+        let streams = STREAMS.map(|what| find(rows, Case { what, ..case }));
         let loops = yardsticks.iter().map(|what| find(rows, Case { what: *what, ..case }));
         let times = streams.into_iter().chain(loops).map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds));
         times.chain(ratios(streams)).collect()
@@ -114,19 +114,23 @@ fn streams(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
 
 /// Time per sample of `run` beside that of the loops, which take sample by sample.
 fn runs(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
-    let header = [&["`run`", "n", "forward", "inverse"][..], &RATIOS].concat();
+    let header = [&["`run`", "n", "forward", "bank", "inverse"][..], &RATIOS].concat();
     let line = |case: Case| {
-        let streams = [What::Forward, What::Inverse].map(|what| find(rows, Case { what, ..case }));
+        let streams = STREAMS.map(|what| find(rows, Case { what, ..case }));
         let times = streams.map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds));
         times.into_iter().chain(ratios(streams)).collect()
     };
     table(&header, 1, lines(signals, operators, Mode::Run, line))
 }
 
-const RATIOS: [&str; 4] = ["forward : plain", "inverse : plain", "forward : v3", "inverse : v3"];
+/// The streams of the tables, in the order of their columns.
+const STREAMS: [What; 3] = [What::Forward, What::Bank, What::Inverse];
 
-/// Forward and inverse in units of the plain loop, then in units of the fused loop for x86-64-v3.
-fn ratios(streams: [Option<&Row>; 2]) -> impl Iterator<Item = String> {
+const RATIOS: [&str; 6] =
+    ["forward : plain", "bank : plain", "inverse : plain", "forward : v3", "bank : v3", "inverse : v3"];
+
+/// The streams in units of the plain loop, then in units of the fused loop for x86-64-v3.
+fn ratios(streams: [Option<&Row>; 3]) -> impl Iterator<Item = String> {
     let plain = streams.map(|row| cell(row.and_then(|row| row.to_plain_loop), ratio));
     let fused = streams.map(|row| cell(row.and_then(|row| row.to_fused_loop_v3), ratio));
     plain.into_iter().chain(fused)
@@ -162,10 +166,10 @@ pub fn instructions(counts: &[(Case, Option<f64>)]) -> String {
 fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]) -> String {
     let has = |what: &What| counts.iter().any(|(case, count)| case.what == *what && count.is_some());
     let loops: Vec<What> = What::YARDSTICKS.into_iter().filter(has).collect();
-    let mut header = ["instructions per sample, step", "n", "forward", "inverse"].map(str::to_owned).to_vec();
+    let mut header = ["instructions per sample, step", "n", "forward", "bank", "inverse"].map(str::to_owned).to_vec();
     header.extend(loops.iter().map(|what| name(*what)));
     let line = |case: Case| {
-        let kinds = [What::Forward, What::Inverse].into_iter().chain(loops.iter().copied());
+        let kinds = STREAMS.into_iter().chain(loops.iter().copied());
         let count = |what| {
             let found = counts.iter().find(|(counted, _)| *counted == Case { what, ..case });
             cell(found.and_then(|(_, count)| *count), number)

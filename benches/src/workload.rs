@@ -5,15 +5,15 @@ use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions, StageController};
 use hysteresis_core::{
-    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, ModifiedPrandtlIshlinskii,
-    PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
+    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, Method,
+    ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
 };
 
 use crate::cases::{ARRAY, Case, Mode, What, actuator, individual};
 use crate::fused::{FusedLoop, FusedSteps};
 use crate::pass::{Array, Pass, Reel, Run, Steps};
 use crate::signals::REACH;
-use crate::yardstick::{Copied, plain_loop, thinned};
+use crate::yardstick::{Copied, PlainLoop, thinned};
 
 /// The sampling interval of controllers in seconds.
 const DT: f64 = 1e-4;
@@ -45,10 +45,15 @@ impl Workload {
                 Self::warm(FusedSteps { operators, input })
             }
             What::PlainLoop => {
-                Self::stream(Mode::Step, plain_loop(&compiled), drive.iter().map(|x| thinned(x, case)).collect())
+                let plain = PlainLoop::new(&actuator(case.operators));
+                Self::stream(Mode::Step, plain, drive.iter().map(|x| thinned(x, case)).collect())
             }
             What::Copy => Self::warm(Copied::new(drive.concat())),
             What::Forward => Self::stream(case.mode, Forward::new(&compiled), drive),
+            What::Bank => {
+                let stream = Forward::with_method(&compiled, Method::Bank).expect("any model has a bank");
+                Self::stream(case.mode, stream, drive)
+            }
             What::Inverse => {
                 let mut stream = Inverse::new(&compiled, None).expect("the weights are positive");
                 let targets = periodic_targets(&compiled, &drive, |target| _ = stream.step(target));
@@ -89,7 +94,7 @@ impl Workload {
                 Self::warm(Array::after(moments, streams, &targets))
             }
             What::PlainLoop => {
-                let streams: StreamArray<Forward> = compiled.iter().map(plain_loop).collect();
+                let streams: StreamArray<PlainLoop> = models.iter().map(PlainLoop::new).collect();
                 Self::warm(Array::after(moments, streams, drive))
             }
             what => Self::warm(Array::after(moments, fused(&models, what), drive)),

@@ -2,18 +2,49 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{CompiledModel, Forward};
+use hysteresis_core::{CoupledPlay, ModifiedPrandtlIshlinskii, Offsets, Operator, Process};
 
 use crate::cases::{Case, Mode, What};
 use crate::pass::Pass;
 
-/// A loop over all operators for every sample: the core's bank, forward.
-///
-/// # Panics
-/// Never: there is one initial output per operator.
-#[must_use]
-pub fn plain_loop(compiled: &CompiledModel) -> Forward {
-    Forward::with_initial(compiled, &vec![0.0; compiled.operators()]).expect("one initial output per operator")
+/// A loop over all operators for every sample, one after the other: what a user writes first.
+#[derive(Clone, Debug)]
+pub struct PlainLoop {
+    operators: Vec<(f64, CoupledPlay, f64)>,
+}
+
+impl PlainLoop {
+    /// The operators of a model at rest.
+    ///
+    /// # Panics
+    /// If the model has offsets, or weights of their own below zero: the loop has neither.
+    #[must_use]
+    pub fn new(model: &ModifiedPrandtlIshlinskii) -> Self {
+        assert!(!model.is_split() && model.offsets() == Offsets::default(), "one weight for each operator, no offsets");
+        let operators = model.operators().iter().zip(model.weights());
+        Self { operators: operators.map(|(operator, weight)| (*weight, *operator, 0.0)).collect() }
+    }
+}
+
+impl Process for PlainLoop {
+    fn step(&mut self, x: f64) -> f64 {
+        let mut sum = 0.0;
+        for (weight, operator, z) in &mut self.operators {
+            *z = operator.next(*z, x);
+            sum += *weight * *z;
+        }
+        sum
+    }
+
+    fn peek(&self, x: f64) -> f64 {
+        self.operators.iter().map(|(weight, operator, z)| weight * operator.next(*z, x)).sum()
+    }
+
+    fn reset(&mut self) {
+        for (_, _, z) in &mut self.operators {
+            *z = 0.0;
+        }
+    }
 }
 
 /// Every how manieth sample of the signal a loop takes: what a sample costs there does not depend on the sample, and over

@@ -145,12 +145,12 @@ impl Pass for FusedSteps {
 
 #[cfg(test)]
 mod tests {
-    use hysteresis_core::{CompiledModel, Process};
+    use hysteresis_core::Process;
 
     use super::*;
     use crate::cases::{OPERATORS, actuator, individual};
     use crate::signals::Signal;
-    use crate::yardstick::plain_loop;
+    use crate::yardstick::PlainLoop;
 
     /// The largest difference as a share of the range.
     fn difference(found: &[f64], expected: &[f64]) -> f64 {
@@ -175,7 +175,7 @@ mod tests {
             let thin = (operators as usize / 20) | 1; // odd: even steps meet the triangle at its zeros
             for signal in Signal::ALL {
                 let drive: Vec<f64> = signal.samples(1).into_iter().step_by(thin).collect();
-                let mut plain = plain_loop(&CompiledModel::new(&model));
+                let mut plain = PlainLoop::new(&model);
                 let expected: Vec<f64> = drive.iter().map(|x| plain.step(*x)).collect();
                 for instructions in here() {
                     let mut fused = FusedLoop::new(std::slice::from_ref(&model), instructions).expect("it is here");
@@ -194,7 +194,7 @@ mod tests {
         let drive = Signal::White.samples(1);
         for instructions in here() {
             let mut fused = FusedLoop::new(&models, instructions).expect("it is here");
-            let mut plain: Vec<_> = models.iter().map(|model| plain_loop(&CompiledModel::new(model))).collect();
+            let mut plain: Vec<_> = models.iter().map(PlainLoop::new).collect();
             for row in drive.chunks_exact(models.len()) {
                 let mut found = vec![0.0; row.len()];
                 fused.step(row, &mut found);

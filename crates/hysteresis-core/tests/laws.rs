@@ -271,8 +271,10 @@ proptest! {
         }
         let mut block = vec![0.0; x.len()];
         for mut forward in forwards(&model) {
-            forward.clone().run(&x, &mut block).unwrap();
+            let mut at_once = forward.clone();
+            at_once.run(&x, &mut block).unwrap();
             prop_assert_eq!(&run(&mut forward, &x), &block);
+            prop_assert_eq!(forward.state(), at_once.state());
         }
         for limits in [None, Some((model.offsets().input - 60.0, model.offsets().input + 60.0))] {
             for mut inverse in inverses(&model, limits) {

@@ -4,7 +4,7 @@
 mod models;
 
 use hysteresis_core::{
-    CompiledModel, CoupledPlay, Error, Forward, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, Play,
+    CompiledModel, CoupledPlay, Error, Forward, Inverse, MemoryState, Method, ModifiedPrandtlIshlinskii, Offsets, Play,
     PrandtlIshlinskii, Process, Ratios, StreamArray, Tracked,
 };
 use models::{actuator, parametric_inverse};
@@ -201,6 +201,24 @@ fn initial_outputs_are_checked_and_projected() {
     z.set_state(99.0).unwrap();
     assert_eq!(z.step(5.0), 15.0);
     assert!(message(z.set_state(f64::NAN)).starts_with("state: expected a finite number"));
+}
+
+#[test]
+fn a_method_that_cannot_be_is_refused_with_the_threshold_that_is_not_nested() {
+    let (ra, rb) = ([0.0, 10.0, 20.0], [0.0, 10.0, 5.0]);
+    let model = ModifiedPrandtlIshlinskii::new(&[1.0; 3], &ra, &ra, &rb, &[0.0; 3], Offsets::default()).unwrap();
+    let compiled = CompiledModel::new(&model);
+    for refused in [
+        message(Forward::with_method(&compiled, Method::TurningPoints)),
+        message(Inverse::with_method(&compiled, None, Method::TurningPoints)),
+    ] {
+        assert!(refused.starts_with("rb[2]: expected nested thresholds"), "{refused}");
+    }
+    let nested = CompiledModel::new(&actuator());
+    for method in [Method::TurningPoints, Method::Bank] {
+        assert_eq!(Forward::with_method(&nested, method).unwrap().method(), method);
+        assert_eq!(Inverse::with_method(&nested, None, method).unwrap().method(), method);
+    }
 }
 
 /// Everything about a state that can be wrong, each refused with the stream left as it was.

@@ -62,6 +62,15 @@ impl Processor {
         }
     }
 
+    /// Any processor.
+    #[cfg(test)]
+    pub(crate) fn portable() -> Self {
+        Self {
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            v3: None,
+        }
+    }
+
     #[inline]
     pub(crate) fn run<L: FourLaneLoop>(self, lanes: L) -> L::Output {
         #[cfg(all(feature = "simd", target_arch = "x86_64"))]

@@ -18,10 +18,24 @@ use crate::error::Error;
 impl CompiledModel {
     /// The memory of a stream at rest.
     pub(crate) fn memory_at_rest(&self) -> HeapMemory {
-        match &self.families {
-            Some(families) => HeapMemory::TurningPoints(Box::new(Engine::new(families.clone()))),
-            None => HeapMemory::Bank(Box::new(Bank::at_rest(self.members.clone()))),
+        self.turning_points_at_rest().unwrap_or_else(|_| self.bank_at_rest())
+    }
+
+    /// The same by a given method.
+    pub(crate) fn memory_by(&self, method: Method) -> Result<HeapMemory, Error> {
+        match method {
+            Method::TurningPoints => self.turning_points_at_rest(),
+            Method::Bank => Ok(self.bank_at_rest()),
         }
+    }
+
+    fn turning_points_at_rest(&self) -> Result<HeapMemory, Error> {
+        let families = self.families.as_ref().map_err(|error| *error)?;
+        Ok(HeapMemory::TurningPoints(Box::new(Engine::new(families.clone()))))
+    }
+
+    fn bank_at_rest(&self) -> HeapMemory {
+        HeapMemory::Bank(Box::new(Bank::at_rest(self.members.clone())))
     }
 
     /// The memory of a stream that starts from the operator outputs `initial`.
@@ -77,8 +91,8 @@ impl HeapMemory {
     pub(crate) fn reweigh(&mut self, compiled: &CompiledModel, input: f64) -> Result<bool, Error> {
         match self {
             Self::TurningPoints(engine) => match &compiled.families {
-                Some(families) => engine.reweigh(families, input),
-                None => Err(Error::OtherOperators {
+                Ok(families) => engine.reweigh(families, input),
+                Err(_) => Err(Error::OtherOperators {
                     what: "number of operators with nested thresholds",
                     expected: count_as_f64(engine.operators()),
                     got: 0.0,

@@ -49,6 +49,22 @@ impl Inverse {
         Self::start(model, limits, model.memory_from(initial)?)
     }
 
+    /// An inverse at rest that is evaluated by `method`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`Error::Domain`] that names the first threshold that is not nested, for [`Method::TurningPoints`].
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, Inverse, Method, Offsets, PrandtlIshlinskii, Process};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let mut inverse = Inverse::with_method(&CompiledModel::new(&(&model).into()), None, Method::Bank)?;
+    /// assert!((inverse.step(5.0) - 4.0).abs() < 1e-14);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn with_method(model: &CompiledModel, limits: Option<(f64, f64)>, method: Method) -> Result<Self, Error> {
+        Self::start(model, limits, model.memory_by(method)?)
+    }
+
     fn start(model: &CompiledModel, limits: Option<(f64, f64)>, memory: HeapMemory) -> Result<Self, Error> {
         model.invertible?;
         let core = InverseCore::new(memory, model.offsets.into(), check_limits(limits)?);

@@ -5,14 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::filters::{as_tuple, sections};
-use crate::convert::arguments::{numbers, pair, whole};
+use crate::convert::arguments::{numbers, pair, unknown, whole};
 use crate::convert::errors::{self, Place};
 use crate::convert::pickling::keywords;
-
-/// A word that is none of those expected.
-pub(super) fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
-    Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
-}
 
 fn law(name: &str) -> PyResult<Law> {
     match name {

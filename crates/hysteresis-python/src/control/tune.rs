@@ -5,9 +5,8 @@ use hysteresis_control::tuning::Structure;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::controller_options::unknown;
 use super::tuning::Tuning;
-use crate::convert::arguments::{is_word, numbers};
+use crate::convert::arguments::{is_word, numbers, unknown};
 use crate::convert::errors::{raise, unexpected, wrong_type};
 use crate::convert::objects::shared;
 use crate::plant::plant::Plant;

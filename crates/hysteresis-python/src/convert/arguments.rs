@@ -141,3 +141,8 @@ pub(crate) fn samples(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
 pub(crate) fn is_word(value: &Bound<'_, PyAny>, word: &str) -> bool {
     value.cast::<PyString>().is_ok_and(|text| *text == word)
 }
+
+/// A word that is none of those expected.
+pub(crate) fn unknown<T>(name: &str, expected: &str, got: &str) -> PyResult<T> {
+    Err(errors::value(name, format_args!("expected {expected}, got \"{got}\"")))
+}

@@ -57,7 +57,7 @@ pub(crate) struct Inverse {
     pub(crate) made: Made,
 }
 
-fn method_name(method: Method) -> &'static str {
+pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::TurningPoints => "turning_points",
         Method::Bank => "bank",
@@ -102,7 +102,7 @@ macro_rules! stream_methods {
                 PyArray1::from_vec(py, self.stream.turning_points())
             }
 
-            /// "turning_points" (nested thresholds, from rest) or "bank" (anything else).
+            /// "turning_points" (nested thresholds, from rest) or "bank" (anything else, or if asked for).
             #[getter]
             fn method(&self) -> &'static str {
                 method_name(self.stream.method())

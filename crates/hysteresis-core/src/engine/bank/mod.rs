@@ -53,7 +53,9 @@ impl Bank {
     }
 
     pub(crate) fn reset(&mut self) {
-        self.outputs.copy_from_slice(&self.initial);
+        for (output, initial) in self.outputs.iter_mut().zip(&self.initial) {
+            *output = *initial;
+        }
         self.start_at(0.0);
     }
 
@@ -226,5 +228,76 @@ impl Path<f64> for BankPath<'_> {
     fn look(&mut self, direction: Direction, input: f64) -> Piece {
         let rounding = direction.sign::<f64>() * 4.0 * f64::EPSILON * input.abs();
         Piece { direction, line: self.0.line_from(direction, input), begin: input - rounding, end: input + rounding }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec::Vec;
+
+    use super::super::four_lanes::Processor;
+    use super::*;
+    use crate::model::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+
+    /// Jumps, and every eighth sample a small step: both bounds, and one by the direction.
+    fn drive() -> impl Iterator<Item = f64> {
+        let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
+        (0..2000).scan(0.0, move |x, k| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let noise = f64::from((seed >> 40) as u32) / f64::from(1_u32 << 24) - 0.5;
+            *x = if k % 64 < 48 { *x + 3.0 * noise } else { 1200.0 * noise };
+            Some(*x)
+        })
+    }
+
+    /// Models with a lane left over and without, of whole and of split weights.
+    fn models() -> impl Iterator<Item = ModifiedPrandtlIshlinskii> {
+        [1_u32, 3, 4, 21].into_iter().flat_map(|n| {
+            let r: Vec<f64> = (0..n).map(|i| 400.0 * f64::from(i) / f64::from(n)).collect();
+            let weights: Vec<f64> = (0..n).map(|i| 1.0 / f64::from(1 + i)).collect();
+            let whole =
+                ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default()).unwrap();
+            let below: Vec<f64> = weights.iter().map(|w| 0.5 * w).collect();
+            [whole.clone(), whole.with_negative_weights(&below).unwrap()]
+        })
+    }
+
+    #[test]
+    fn every_operator_is_where_its_equation_puts_it_on_any_processor() {
+        for model in models() {
+            let members = Members::of(&model);
+            let portable = Members { processor: Processor::portable(), ..Members::of(&model) };
+            let [mut here, mut anywhere] = [members, portable].map(|members| Bank::at_rest(Arc::new(members)));
+            let mut z: Vec<f64> = here.outputs().into();
+            for x in drive() {
+                for (z, (_, operator)) in z.iter_mut().zip(&here.members.all) {
+                    *z = operator.next(*z, x);
+                }
+                here.move_input(x);
+                anywhere.move_input(x);
+                assert_eq!((here.outputs(), anywhere.outputs()), (&z[..], &z[..]), "{x}");
+                // The sums round otherwise.
+                assert!((here.output() - anywhere.output()).abs() <= 1e-12, "{x}");
+                let sum: f64 = here.members.all.iter().zip(&z).map(|((weight, _), z)| weight.at(*z) * z).sum();
+                assert!((here.output() - sum).abs() <= 1e-12, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slope_is_that_of_the_outputs_ahead() {
+        for model in models() {
+            let mut bank = Bank::at_rest(Arc::new(Members::of(&model)));
+            for x in drive().take(300) {
+                bank.move_input(x);
+                for (direction, ahead) in [(Direction::Rising, 1e-6), (Direction::Falling, -1e-6)] {
+                    let line = bank.line_from(direction, x);
+                    let (near, far) = (bank.peek_input(x), bank.peek_input(x + ahead));
+                    assert!((line.at(x) - near).abs() <= 1e-12);
+                    // 1e-6 ahead there is no breakpoint, but for one in ten thousand samples.
+                    assert!((line.slope - (far - near) / ahead).abs() < 1e-6, "{direction:?} at {x}");
+                }
+            }
+        }
     }
 }
