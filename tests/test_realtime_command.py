@@ -177,7 +177,7 @@ def test_a_record_that_could_not_be_written_is_told(here: Path) -> None:
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300)),
     )
     assert done.returncode == 3, done.stderr
-    assert "warning: record: rows are missing" in done.stdout
+    assert "rows are missing: File too large" in done.stdout
     assert "written" not in done.stdout
     assert names_in(here) == FILES
 

@@ -46,7 +46,7 @@ pub struct Counts {
     pub write_faults: u64,
     /// Samples of the ramp to rest.
     pub rest_samples: u64,
-    /// Rows that the recorder was too slow to take.
+    /// Rows that are not in the record: the recorder was too slow to take them or, as one of the warnings then says, could not write them.
     pub lost_rows: u64,
 }
 
@@ -77,7 +77,7 @@ pub struct Report {
     pub compute: Summary,
     /// How far apart samples began.
     pub period: Summary,
-    /// Rows in the record.
+    /// Rows in the record, as many as the file has; None without a record, and if the recorder panicked.
     pub recorded_rows: Option<u64>,
     /// What was asked for.
     pub settings: Settings,
