@@ -178,16 +178,21 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     } else if lost_rows > 0 {
         warnings.push(format!("record: the recorder was too slow for {lost_rows} rows"));
     }
+    if let Some((sent, refused)) = made.rest.refused(&made.io) {
+        let said = format!("it was sent {sent} times, and {refused} times the other side said that nobody listens");
+        warnings.push(format!("io: the rest drive may have reached nobody: {said}"));
+    }
     let (observed, controller) = (made.observed(), made.controller.controller());
     let report = Report {
         end,
-        at_rest: made.is_at_rest(),
+        at_rest: made.rest.is_reached(),
         last_drive: controller.drive(),
         last_fault: observed.last_fault.map(|fault| fault.to_string()),
         seconds,
         dt: controller.options().dt,
         deadlines: made.deadlines(),
         counts: Counts { lost_rows, ..observed.counts },
+        datagrams: made.io.datagrams(),
         controller: controller.counters(),
         latency: observed.latency.summary(),
         compute: observed.compute.summary(),
