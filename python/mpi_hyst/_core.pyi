@@ -112,12 +112,12 @@ __all__ = [
     "invert_dynamics",
     "load",
     "load_from",
-    "read_bytes",
     "loop_width",
     "multisine",
     "plant",
     "precompensate",
     "preview",
+    "read_bytes",
     "run",
     "simulate",
     "sine",
@@ -5245,6 +5245,7 @@ def simulate(
 
 def read_bytes(path: str | PathLike[str]) -> bytes:
     """The bytes of a file, and no more of them than `load` would read."""
+
 def load_from(path: str | PathLike[str], data: bytes) -> _Model | Stage:
     """As `load`, of a file that was read already: a pipe can be read only once."""
 
