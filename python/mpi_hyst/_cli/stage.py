@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError, parameter, renamed
+from mpi_hyst._cli.errors import CommandError, parameter, with_options
 from mpi_hyst._core import load_from
 from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Model
@@ -110,8 +110,6 @@ def is_static(stage: mh.Stage) -> bool:
     return all(part is None for part in parts) and stage.dead_time == 0.0
 
 
-def name_options(error: Exception, others: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return the message of the library with the option or file in place of the argument."""
-    argument = parameter(error)
-    shown = {**_OPTIONS, **others}.get(argument, argument)
-    return renamed(str(error), argument, shown)
+def name_options(said: Exception | str, others: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return an error or a warning of the library with options and files in place of arguments."""
+    return with_options(str(said), parameter(said), {**_OPTIONS, **others})
