@@ -10,6 +10,8 @@ from pathlib import Path
 LICENCES = {"LICENSE", "THIRD_PARTY_LICENSES.txt"}
 STACK = "mpi_hyst/_datasets/piezo_stack/"
 DATA = {STACK + name for name in ("LICENSE", "major_loops.csv.gz", "decaying_loops.csv.gz")}
+# The command begins outside of the package.
+FILES = {*DATA, "mpi_hyst_command/__init__.py", "mpi_hyst_command/py.typed"}
 
 
 def faults(wheel: Path, places: Sequence[str]) -> list[str]:
@@ -18,7 +20,7 @@ def faults(wheel: Path, places: Sequence[str]) -> list[str]:
         names = archive.namelist()
         there = {name.rpartition("/")[2] for name in names if ".dist-info/licenses/" in name}
         found = [f"no licence file {name}" for name in sorted(LICENCES - there)]
-        found += [f"no {name}" for name in sorted(DATA - set(names))]
+        found += [f"no {name}" for name in sorted(FILES - set(names))]
         libraries = [name for name in names if name.endswith((".so", ".pyd", ".dylib"))]
         for library in ("_core", "mpi_hyst_fmu"):
             found += [] if any(library in name for name in libraries) else [f"no library {library}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import signal
 import subprocess
@@ -79,6 +80,45 @@ def test_an_interrupt_while_packages_are_imported_is_one_line(package: str) -> N
     )
     assert (ended.returncode, ended.stdout) == (130, "")
     assert ended.stderr == "mpi-hyst: error: interrupted, nothing written\n"
+
+
+ENTRY = [
+    "import signal, sys",
+    # Where the tests run in the background it would be ignored.
+    "signal.signal(signal.SIGINT, signal.default_int_handler)",
+    "class Interrupt:",
+    "    def find_spec(name, path=None, target=None):",
+    "        if name == package: signal.raise_signal(signal.SIGINT)",
+    "sys.meta_path.insert(0, Interrupt)",
+    "sys.argv[1:] = ['--version']",
+    "from mpi_hyst_command import main",
+]
+
+
+@pytest.mark.parametrize(
+    "package", ["mpi_hyst", "numpy", "mpi_hyst._core", "click", "mpi_hyst._cli.commands"]
+)
+def test_an_interrupt_from_the_start_of_the_command_is_one_line(package: str) -> None:
+    ended = python(f"package = {package!r}", *ENTRY, "main()")
+    assert (ended.returncode, ended.stdout) == (130, "")
+    assert ended.stderr == "mpi-hyst: error: interrupted, nothing written\n"
+
+
+def test_an_interrupt_that_is_ignored_stays_so() -> None:
+    ignored = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    ended = python("package = 'numpy'", *ENTRY, ignored, "main()")
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert mh.__version__ in ended.stdout
+
+
+def test_the_command_begins_outside_of_the_package() -> None:
+    # What is inside is imported behind the whole package.
+    (script,) = importlib.metadata.entry_points(group="console_scripts", name="mpi-hyst")
+    assert script.value == "mpi_hyst_command:main"
+    ended = python(
+        "import sys, mpi_hyst_command", "print({'mpi_hyst', 'numpy'} & set(sys.modules))"
+    )
+    assert ended.stdout == "set()\n", ended.stderr
 
 
 def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:

@@ -165,7 +165,7 @@ def test_excite_refuses(here: Path, arguments: list[str], said: list[str], plan:
         (["--frequencies", "2,1"], ["--frequencies: expected two numbers above 0", "got 1.0"]),
         (["--rest", "-1"], ["--rest: expected a finite number, 0 or more, got -1.0"]),
         (["--fast-rate", "0"], ["--fast-rate: expected a finite number above 0, got 0.0"]),
-        (["--fast-frequency", "51"], ["--fast-frequency: expected", "of --fast-rate 100.0 Hz"]),
+        (["--fast-frequency", "51"], ["--fast-frequency: expected", "of --fast-rate, 100.0 Hz"]),
         (["--fast-amplitude", "71"], ["--fast-amplitude: expected", "got 71.0"]),
         (["--fast-signal", "noise"], ["--fast-signal", "noise"]),
         (["-o", "all.csv", "--fast-rate", "200"], ["--fast-rate: expected 100.0 Hz", "got 200.0"]),

@@ -165,7 +165,7 @@ def test_a_creeping_lightly_damped_stage_is_known_from_its_experiment(
         ({"fast_rate": 0.0}, "fast_rate: expected a finite number above 0"),
         (
             {"fast_frequency": 6e3},
-            "fast_frequency: expected a number from 4.0 to half of fast_rate",
+            "fast_frequency: expected a number from 4.0 to half of `fast_rate`, ",
         ),
         (
             {"fast_amplitude": 76.0},

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from commands import assert_refused, names_in, run
 from fmpy.validation import validate_fmu
+from mpi_hyst._core import read_bytes
 
 DT = 1e-4
 COMPILERS = [["cc", "-std=c99"], ["c++", "-std=c++11", "-x", "c++"]]
@@ -208,6 +209,13 @@ def test_a_pipe_is_read_once(here: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert sha256_in((here / "x.h").read_text("utf-8")) == hashlib.sha256(content).hexdigest()
+
+
+def test_a_file_is_read_as_load_reads_it(here: Path) -> None:
+    assert read_bytes(here / "stage.json") == (here / "stage.json").read_bytes()
+    with pytest.raises(FileNotFoundError) as caught:
+        read_bytes("none.json")
+    assert caught.value.filename == "none.json"
 
 
 @pytest.mark.parametrize("changed", [["--limits", "-9,9"], ["--slew", "123"]])

@@ -14,7 +14,7 @@ import mpi_hyst
 import pytest
 import yaml
 from check_platform import fault
-from check_wheel import DATA, LICENCES, faults
+from check_wheel import FILES, LICENCES, faults
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -122,24 +122,27 @@ def test_a_wheel_is_looked_into(
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("p/_core.so", code)
         archive.writestr("p/libmpi_hyst_fmu.so", "")
-        for name in DATA:
+        for name in FILES:
             archive.writestr(name, "")
         for name in names:
             archive.writestr(f"p-1.dist-info/licenses/{name}", "text")
     assert faults(path, ["/home/me"]) == said
 
 
-def test_a_wheel_without_the_measured_records_or_the_units_is_found(tmp_path: Path) -> None:
+def test_a_wheel_without_records_command_or_units_is_found(tmp_path: Path) -> None:
     path = tmp_path / "p.whl"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("p/_core.so", "")
         for name in LICENCES:
             archive.writestr(f"p-1.dist-info/licenses/{name}", "text")
-    assert faults(path, []) == [*(f"no {name}" for name in sorted(DATA)), "no library mpi_hyst_fmu"]
+    assert faults(path, []) == [
+        *(f"no {name}" for name in sorted(FILES)),
+        "no library mpi_hyst_fmu",
+    ]
 
 
-def test_the_measured_records_are_where_the_wheel_takes_them_from() -> None:
-    assert all((ROOT / "python" / name).is_file() for name in DATA)
+def test_records_and_command_are_where_the_wheel_takes_them_from() -> None:
+    assert all((ROOT / "python" / name).is_file() for name in FILES)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -17,6 +18,8 @@ from commands import (
     run,
     write_csv,
 )
+from mpi_hyst._cli.stage import name_options
+from mpi_hyst._text import span, without_noise
 
 
 def test_precompensate_makes_the_model_follow(there: Path) -> None:
@@ -31,6 +34,33 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
     assert (there / "drive.csv").read_text("utf-8").splitlines()[0] == "time_s,drive"
     assert "at rest at 0 V, never driven farther" in result.stdout
     assert "lead-in" not in result.stdout
+
+
+def test_arguments_in_a_message_are_options() -> None:
+    names = {"reference": "wave.csv", "lead_in": "--lead-in"}
+    error, warning = ValueError("reference[3]: give `lead_in`"), UserWarning("limits: not `other`")
+    error.parameter = "reference"  # type: ignore[attr-defined]
+    assert name_options(error, names) == "wave.csv, sample 3: give --lead-in"
+    assert name_options(warning, names) == "--limits: not `other`"
+    assert name_options(ValueError("reference: of nobody"), names) == "reference: of nobody"
+
+
+def test_a_step_that_is_rounding_is_none_in_words(there: Path) -> None:
+    rows = [[k / RATE, 1.0 + 0.5 * np.sin(k / 20.0)] for k in range(300)]
+    write_csv(there / "offset.csv", "time_s,target_um", rows)
+    given = ("precompensate", "stage.json", "offset.csv", "-o", "drive.csv", "--lead-in", "0.5")
+    said = run(*given, "--history", "100,3.3").stdout
+    # The file has what is put out.
+    assert 0.0 < abs(column(there / "drive.csv", "drive")[0] - 3.3) < 1e-14
+    assert re.search(r"\n  first step +0 V\n", said), said
+
+
+def test_numbers_are_rounding_beside_others() -> None:
+    assert without_noise(-2e-15, 150.0) == 0.0 and without_noise(2e-9, 150.0) == 2e-9
+    assert without_noise(2e-15, 1e-12) == 2e-15 and without_noise(0.0, 0.0) == 0.0
+    assert span(-2e-15, 150.0, "V") == "0 to 150.0 V"
+    assert span(-150.0, 1e-14, "") == "-150.0 to 0"
+    assert span(-2e-15, 1e-15, "V") == "-2.000e-15 to 1.000e-15 V"
 
 
 def test_precompensate_tells_what_the_limits_held_back(there: Path) -> None:

@@ -25,9 +25,13 @@ def sine() -> Any:
     return mh.signals.sine(2.0, 10.0, seconds=0.1, rate=RATE)
 
 
+STAGE = mh.paper.plant("A1").stage.replace(slew=SLEW)
+SLOW = STAGE.replace(dynamics=mh.plant.FirstOrder(0.01))
+
+
 @pytest.fixture(scope="module")
 def stage() -> mh.Stage:
-    return mh.paper.plant("A1").stage.replace(slew=SLEW)
+    return STAGE
 
 
 @pytest.fixture
@@ -199,7 +203,18 @@ def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridC
         report = mh.realtime.run(controller, io, sine(), **REST, seconds=0.3, watchdog=(0.01, 10.0))
         thread.join()
     assert (report.end, report.at_rest, drives[-1]) == ("time_over", True, -10.0)
-    assert report.to_dict()["counts"]["fresh"] > 0
+    everything = report.to_dict()
+    assert everything["counts"]["fresh"] > 0
+    assert everything["datagrams"]["received"] >= everything["counts"]["fresh"]
+    assert sum(everything["datagrams"].values()) == everything["datagrams"]["received"]
+    assert report.warnings == []
+
+
+def test_without_datagrams_none_are_counted(
+    stage: mh.Stage, controller: mh.control.HybridController
+) -> None:
+    report = mh.realtime.run(controller, plant(stage), sine(), **REST, seconds=0.01)
+    assert report.to_dict()["datagrams"] is None
 
 
 def test_memory_is_shared(controller: mh.control.HybridController, tmp_path: Path) -> None:
@@ -219,20 +234,36 @@ def test_memory_is_shared(controller: mh.control.HybridController, tmp_path: Pat
         ({"rest_drive": 900.0}, "rest_drive: expected a drive within the limits"),
         ({"rest_rate": -1.0}, "rest_rate: expected a rate above 0"),
         ({"rate": 999.0}, "rate: expected 1000.0, as the controller has, got 999.0"),
+        ({"controller": STAGE, "rate": 1e7}, "rate: expected 0.1 to 1e6 samples per second, got 1"),
+        (
+            {"controller": STAGE, "rate": 999.0},
+            "rate: expected 1000.0, for which the Plant that is `io` was made, got 999.0",
+        ),
+        (
+            {"controller": SLOW, "rate": 1e4, "io": Bench(STAGE)},
+            "rate: its sampling interval 1 / rate: expected at least 1e-5 of 1 / (2 pi f)",
+        ),
         ({"misses": "ignore"}, 'misses: expected "skip", "catch_up" or "stop", got "ignore"'),
+        ({"misses": 3}, 'misses: expected "skip", "catch_up" or "stop", got 3'),
+        ({"repeat": "yes"}, "repeat: expected True or False, got 'yes'"),
+        ({"lock_memory": "yes"}, "lock_memory: expected True or False, got 'yes'"),
+        ({"record": 3}, "record: expected the path of a file, got 3"),
+        ({"record": ""}, "record: expected the path of a file, got ''"),
+        ({"record": "x\0"}, "record: expected the path of a file, got 'x\\x00'"),
+        ({"stop": 3}, "stop: expected a Stop or None, got 3"),
         ({"most_caught_up": 3}, 'most_caught_up: expected None without misses="catch_up"'),
         ({"watchdog": (1.0, 0.5)}, "watchdog: expected a time from 0 to rest_after"),
         ({"watchdog": (0.0, 0.0)}, "watchdog: expected a time from the sampling interval"),
         ({"watchdog": 1.0}, "watchdog: expected two numbers"),
-        ({"fifo": 100}, "fifo: expected a priority from 1 to 99, got 100"),
+        ({"fifo": 100}, "fifo: expected a priority from 1 to 99, got 100\n"),
         ({"fifo": 1000}, "fifo: expected a priority from 1 to 99, got 1000"),
-        ({"most_write_faults": 0}, "most_write_faults: expected a whole number from 1"),
+        ({"most_write_faults": 0}, "most_write_faults: expected a whole number from 1, got 0\n"),
         (
             {"most_write_faults": 2**40},
             "most_write_faults: expected a whole number from 1 to 42949",
         ),
         ({"progress": 3}, "progress: expected a callable or None, got 3"),
-        ({"controller": mh.paper.plant("A1").stage, "rate": 0.0}, "rate: expected a finite number"),
+        ({"controller": STAGE, "rate": 0.0}, "rate: expected 0.1 to 1e6 samples per second, got 0"),
         ({"seconds": 0.0}, "seconds: expected a time"),
         ({"reference": []}, "reference: "),
         ({"io": 3}, "io: expected a Plant, Functions, Udp, SharedMemory, or an object"),
@@ -248,5 +279,30 @@ def test_what_cannot_be_is_refused_by_its_name(
     given = {"controller": controller, "io": plant(stage), "reference": sine(), **REST, **wrong}
     with pytest.raises((ValueError, TypeError)) as caught:
         mh.realtime.run(**given)
-    assert str(caught.value).startswith(message)
+    assert f"{caught.value}\n".startswith(message)
+    assert getattr(caught.value, "parameter", None) == message.split(":")[0]
     assert controller.drive == 0.0
+
+
+@pytest.mark.parametrize("wrong", [{"plant": 3}, {"local": None}])
+def test_what_is_no_address_is_named(wrong: dict[str, Any]) -> None:
+    with pytest.raises(TypeError, match=r'^(plant|local): expected "host:port", got '):
+        mh.realtime.Udp(**{"plant": "127.0.0.1:1", "local": "127.0.0.1:2", **wrong})
+
+
+def test_what_is_read_and_no_number_is_named(
+    stage: mh.Stage, controller: mh.control.HybridController
+) -> None:
+    bench = Bench(stage)
+    bench.read = lambda: "x"  # type: ignore[method-assign, assignment, return-value]
+    with pytest.raises(TypeError, match=r"^io\.read: expected a number or None, got 'x'") as caught:
+        mh.realtime.run(controller, bench, sine(), **REST)
+    report = caught.value.report  # type: ignore[attr-defined]
+    assert (report.end, report.at_rest) == ("panicked", True)
+
+
+def test_a_controller_that_is_too_fast_is_named() -> None:
+    fast = mh.control.HybridController(None, kp=0.0, ki=1.0, dt=1e-7, limits=(-20.0, 20.0))
+    said = "^controller: expected a sampling interval of the controller from 1e-6 to 10 seconds"
+    with pytest.raises(ValueError, match=said):
+        mh.realtime.run(fast, Bench(STAGE), sine(), **REST)

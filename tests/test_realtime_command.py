@@ -134,8 +134,13 @@ def test_the_status_says_that_something_else_ended_it(here: Path) -> None:
     nobody = ["--udp", "127.0.0.1:9", "--local", "127.0.0.1:0"]
     result = run(*REALTIME, *nobody, "--json", "x.json")
     assert result.exit_code == 3
-    assert json.loads((here / "x.json").read_text())["end"] == "watchdog"
+    report = json.loads((here / "x.json").read_text())
+    assert report["end"] == "watchdog"
     assert "watchdog, at the rest drive" in result.stdout
+    refused = report["datagrams"]["refused"]
+    assert refused > 0
+    assert f"0 received, 0 lost, 0 late, 0 malformed, {refused} refused" in result.stdout
+    assert "warning: io: the rest drive may have reached nobody: it was sent" in result.stdout
 
 
 @pytest.mark.usefixtures("here")
@@ -177,7 +182,7 @@ def test_a_record_that_could_not_be_written_is_told(here: Path) -> None:
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300)),
     )
     assert done.returncode == 3, done.stderr
-    assert "warning: record: rows are missing" in done.stdout
+    assert "rows are missing: File too large" in done.stdout
     assert "written" not in done.stdout
     assert names_in(here) == FILES
 

@@ -121,6 +121,35 @@ mh.realtime.run(controller, Wanderer(), REFERENCE, **REST, record="x.npy", secon
     assert [one.name for one in tmp_path.iterdir()] == ["x.npy"]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="no limit on the size of files")
+@pytest.mark.parametrize("some", [False, True])
+def test_the_report_has_as_many_rows_as_the_record(tmp_path: Path, some: bool) -> None:
+    done = program(
+        f"""
+import resource
+
+def read():
+    # From the first rows on the file has no room for more of them; or already for these.
+    if {some} <= os.path.exists("x.npy"):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, resource.RLIM_INFINITY))
+    return 0.0
+
+amplifier = Amplifier()
+amplifier.read = read
+report = mh.realtime.run(controller, amplifier, REFERENCE, **REST, record="x.npy", seconds=0.5)
+print(report.to_dict()["recorded_rows"], report.to_dict()["counts"]["lost_rows"], report.taken)
+print(*report.warnings, sep="\\n")
+""",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    counted, warning = done.stdout.splitlines()
+    rows, lost, taken = map(int, counted.split())
+    assert rows == (len(np.load(tmp_path / "x.npy")) if some else 0)
+    assert (rows > 0, rows + lost) == (some, taken)
+    assert warning.startswith(f"record: {lost} rows are missing: File too large")
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_a_child_does_not_keep_a_shared_memory(tmp_path: Path) -> None:
     done = program(

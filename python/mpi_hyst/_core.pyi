@@ -117,6 +117,7 @@ __all__ = [
     "plant",
     "precompensate",
     "preview",
+    "read_bytes",
     "run",
     "simulate",
     "sine",
@@ -3608,6 +3609,23 @@ class Stage:
     def drive_range(self) -> tuple[float, float] | None:
         """Between which drives what runs stays by default: the limits within the range that was identified."""
     @property
+    def is_narrowed(self) -> bool:
+        """Whether `drive_range` is what was identified, as the limits reach beyond it or there are none. What a converter rounds does not
+        count.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> drive = mh.signals.decaying_triangle(100.0, 1.0, cycles=5, rate=1000)  # V
+        >>> position = mh.paper.table_1().forward().run(drive)  # um
+        >>> found = mh.identify(drive, position, operators=10)
+        >>> wide = found.stage.replace(limits=(-500.0, 500.0))
+        >>> wide.drive_range, wide.is_narrowed
+        ((-100.0, 100.0), True)
+        >>> wide.replace(limits=(-80.0, 80.0)).is_narrowed
+        False
+        """
+    @property
     def position_range(self) -> tuple[float, float] | None:
         """The lowest and the highest position between these drives, or None."""
     @property
@@ -5261,6 +5279,9 @@ def simulate(
     (True, 0)
     """
 
+def read_bytes(path: str | PathLike[str]) -> bytes:
+    """The bytes of a file, and no more of them than `load` would read."""
+
 def load_from(path: str | PathLike[str], data: bytes) -> _Model | Stage:
     """As `load`, of a file that was read already: a pipe can be read only once."""
 
@@ -6752,7 +6773,9 @@ class LoopReport:
         """
     @property
     def at_rest(self) -> bool:
-        """Whether the drive written last is the rest drive: False only if writing itself failed."""
+        """Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: one of
+        the `warnings` says if it was refused.
+        """
     @property
     def last_drive(self) -> float:
         """The drive written last, V."""
@@ -6790,7 +6813,9 @@ class LoopReport:
     def warnings(self) -> list[str]:
         """What was refused, or failed without ending the loop."""
     def to_dict(self) -> dict[str, Any]:
-        """Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values."""
+        """Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values. "datagrams" has, over
+        UDP, how many were received, lost, late, malformed and refused, else None.
+        """
     def plot(self, axes: Sequence[Axes] | None = None) -> Figure:
         """Draw it with `mpi_hyst.plot.realtime`, which has the arguments."""
     def _repr_html_(self) -> str: ...
@@ -6848,7 +6873,8 @@ class Udp:
     A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
     `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
     A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
-    So the plant needs a watchdog of its own that goes to rest when no drives come.
+    So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams, and warns if the rest drive
+    was refused because nobody listened: `LoopReport.to_dict()["datagrams"]`.
 
     Parameters
     ----------

@@ -6,6 +6,9 @@ import math
 import unicodedata
 from collections.abc import Collection, Sequence
 
+_NOISE = 1e-12
+"""A number is rounding if it is such a part of those from which it was computed."""
+
 
 def printable(text: str) -> str:
     """Escape characters that control a terminal or that a page cannot contain.
@@ -57,6 +60,18 @@ def determined(
 def in_unit(value: float, unit: str, count: int = 4) -> str:
     """Format a number with its unit, if it has one."""
     return f"{digits(value, count)} {unit}".rstrip()
+
+
+def without_noise(value: float, scale: float) -> float:
+    """Return 0 for a number that is rounding beside the scale: for texts, not for files."""
+    return 0.0 if abs(value) <= _NOISE * scale else value
+
+
+def span(low: float, high: float, unit: str) -> str:
+    """Format a range; an end that is rounding beside the other one is 0."""
+    scale = max(abs(low), abs(high))
+    low, high = without_noise(low, scale), without_noise(high, scale)
+    return f"{digits(low)} to {in_unit(high, unit)}"
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -324,7 +324,7 @@ class _Axis:
                 warnings.simplefilter("always")
                 targets = self._fast.precompensate(wanted, self._dt, start=start, lead_in=lead_in)
         except (ValueError, TypeError) as error:
-            if "give a lead-in" in str(error):
+            if "give `lead_in`" in str(error):
                 here = f"expected to begin where the stage is, at {self.position:g} {self._unit}"
                 raise self._refused(f"{here}, or a lead_in") from error
             raise type(error)(f"positions[{self._name!r}]: {error}") from error

@@ -121,6 +121,8 @@ fn what_is_wrong_with_a_file_is_told() {
     let (status, message) = read(c"{\"schema\": \"other\"}");
     assert_eq!(status, Status::Format);
     assert!(message.starts_with("not a stage file: schema: expected \"mpi_hyst/stage/1\""), "{message}");
+    let none = "not a stage file: schema: expected \"mpi_hyst/stage/1\", got none";
+    assert_eq!(read(c"{}"), (Status::Format, none.into()));
     assert_eq!(read(c"\xff").0, Status::Format);
     let negative = include_str!("../examples/stage.json").replace("\"noise\": 0.002", "\"noise\": -1.0");
     let (status, message) = read(&CString::new(negative).unwrap());

@@ -121,7 +121,7 @@ fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
     let reference: Vec<f64> = raster(0.2).iter().map(|r| r + 10.0).collect();
     let error = stage.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap_err();
     assert!(matches!(error, Error::Start { got: 10.0, .. }), "{error}");
-    assert!(error.to_string().contains("lead-in"), "{error}");
+    assert!(error.to_string().contains("give `lead_in`,"), "{error}");
     let options = PrecompensateOptions { lead_in: Some(0.05), ..PrecompensateOptions::default() };
     let found = stage.precompensate(&reference, DT, &options).unwrap();
     assert_eq!((found.lead_in_samples, found.drive.len()), (500, reference.len() + 500));

@@ -156,7 +156,7 @@ mod _core {
     #[pymodule_export]
     use crate::identify::quality::Quality;
     #[pymodule_export]
-    use crate::stage::file::{load, load_from};
+    use crate::stage::file::{load, load_from, read_bytes};
 
     #[pymodule_init]
     fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {

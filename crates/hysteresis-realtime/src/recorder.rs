@@ -92,6 +92,11 @@ impl NpyFile {
     pub fn rows(&self) -> u64 {
         self.rows
     }
+
+    /// How many of them are found under the name of the file: all, or none while it does not have it.
+    fn found(&self) -> u64 {
+        if self.unnamed.is_some() { 0 } else { self.rows }
+    }
 }
 
 /// A file that never had rows never was there.
@@ -132,27 +137,37 @@ fn header(rows: u64) -> [u8; HEADER] {
 
 /// A recorder that runs until the loop has let go of its end of the ring and all rows are written.
 #[derive(Debug)]
-pub(crate) struct Recorder(JoinHandle<io::Result<u64>>);
+pub(crate) struct Recorder(JoinHandle<Recorded>);
+
+/// What a recorder did.
+#[derive(Debug)]
+pub(crate) struct Recorded {
+    /// Rows in the file; None if nobody knows.
+    pub(crate) rows: Option<u64>,
+    /// Why the others could not be written.
+    pub(crate) error: Option<io::Error>,
+}
 
 impl Recorder {
     /// # Errors
     /// Those of the file and of the thread.
     pub(crate) fn start(path: &Path, ring: Consumer<Row>) -> io::Result<Self> {
         let mut file = NpyFile::create(path)?;
-        let record = move || drain(&mut file, ring);
+        let record = move || {
+            let error = drain(&mut file, ring).err();
+            Recorded { rows: Some(file.found()), error }
+        };
         Ok(Self(thread::Builder::new().name("hysteresis-recorder".into()).spawn(record)?))
     }
 
-    /// Waits for the last row, and returns how many were written.
-    ///
-    /// # Errors
-    /// Those of the file. Rows after such an error were not written.
-    pub(crate) fn finish(self) -> io::Result<u64> {
-        self.0.join().unwrap_or_else(|_| Err(io::Error::other("the thread of the recorder panicked")))
+    /// Waits for the last row. Rows after an error were not written.
+    pub(crate) fn finish(self) -> Recorded {
+        let panicked = || io::Error::other("the thread of the recorder panicked");
+        self.0.join().unwrap_or_else(|_| Recorded { rows: None, error: Some(panicked()) })
     }
 }
 
-fn drain(file: &mut NpyFile, mut ring: Consumer<Row>) -> io::Result<u64> {
+fn drain(file: &mut NpyFile, mut ring: Consumer<Row>) -> io::Result<()> {
     loop {
         // Asked before the last look: what came until then is written.
         let last = ring.is_abandoned();
@@ -161,7 +176,7 @@ fn drain(file: &mut NpyFile, mut ring: Consumer<Row>) -> io::Result<u64> {
             file.append((0..waiting).map_while(|_| ring.pop().ok()))?;
         }
         if last {
-            return Ok(file.rows());
+            return Ok(());
         }
         thread::sleep(PAUSE);
     }

@@ -3,6 +3,7 @@
 use hysteresis_core::Counters;
 use serde::{Deserialize, Serialize};
 
+use crate::io::UdpCounts;
 use crate::latency::Summary;
 use crate::machine::Machine;
 use crate::policy::Deadlines;
@@ -46,7 +47,7 @@ pub struct Counts {
     pub write_faults: u64,
     /// Samples of the ramp to rest.
     pub rest_samples: u64,
-    /// Rows that the recorder was too slow to take.
+    /// Rows that are not in the record: the recorder was too slow to take them or, as one of the warnings then says, could not write them.
     pub lost_rows: u64,
 }
 
@@ -55,7 +56,8 @@ pub struct Counts {
 pub struct Report {
     /// Why it went to rest, or ended.
     pub end: EndReason,
-    /// Whether the drive written last is the rest drive. False only if writing itself failed.
+    /// Whether the drive written last is the rest drive. False only if writing itself failed. Of datagrams nobody knows whether they
+    /// arrive; one of the warnings says if the rest drive was refused.
     pub at_rest: bool,
     /// The drive written last.
     pub last_drive: f64,
@@ -69,6 +71,8 @@ pub struct Report {
     pub deadlines: Deadlines,
     /// What was counted besides.
     pub counts: Counts,
+    /// What became of the datagrams; None where input and output are none.
+    pub datagrams: Option<UdpCounts>,
     /// What the controller counted.
     pub controller: Counters,
     /// How late samples began.
@@ -77,7 +81,7 @@ pub struct Report {
     pub compute: Summary,
     /// How far apart samples began.
     pub period: Summary,
-    /// Rows in the record.
+    /// Rows in the record, as many as the file has; None without a record, and if the recorder panicked.
     pub recorded_rows: Option<u64>,
     /// What was asked for.
     pub settings: Settings,

@@ -14,6 +14,7 @@ use crate::pace::Pace;
 use crate::policy::{Deadlines, MissPolicy, Schedule};
 use crate::reference::Reference;
 use crate::report::{Counts, EndReason};
+use crate::rest::Rest;
 use crate::ring::{Row, Sender};
 use crate::settings::Settings;
 use crate::stop::{Live, StopFlag};
@@ -46,7 +47,7 @@ pub(crate) struct Loop<I, C> {
     reference: Reference,
     /// How many samples early references enter.
     ahead: u64,
-    rest: (f64, f64),
+    pub(crate) rest: Rest,
     misses: MissPolicy,
     /// In nanoseconds.
     spin: u64,
@@ -70,8 +71,6 @@ pub(crate) struct Loop<I, C> {
     /// What the controller was given last.
     measurement: f64,
     write_faults: u32,
-    /// How many samples in a row the rest drive was written.
-    rested: u32,
     began_before: Option<u64>,
     observed: Observed,
 }
@@ -92,7 +91,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
         let ahead = controller.controller().preview().map_or(0, |preview| preview.ahead() as u64);
         let mut made = Self {
             ahead,
-            rest: (settings.rest_rate, settings.rest_drive),
+            rest: Rest::new(settings),
             misses: settings.misses,
             spin: nanoseconds(settings.spin),
             most_write_faults: settings.write_faults,
@@ -107,7 +106,6 @@ impl<I: Io, C: Clock> Loop<I, C> {
             missing: 0,
             measurement: f64::NAN,
             write_faults: 0,
-            rested: 0,
             began_before: None,
             observed: Observed {
                 counts: Counts::default(),
@@ -189,8 +187,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
         if self.phase != Phase::Running {
             return;
         }
-        let (rate, drive) = self.rest;
-        let stopped = self.controller.controller_mut().stop(rate, drive);
+        let stopped = self.controller.controller_mut().stop(self.rest.rate, self.rest.drive);
         // Rate and drive were checked before the start.
         self.phase = if stopped.is_ok() { Phase::Resting(reason) } else { Phase::Ended(reason) };
     }
@@ -205,9 +202,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
         let drive = self.controller.controller().drive();
         if let Phase::Resting(reason) = self.phase {
             self.observed.counts.rest_samples += 1;
-            let at_rest = self.write_faults == 0 && drive == self.rest.1;
-            self.rested = if at_rest { self.rested.saturating_add(1) } else { 0 };
-            if self.rested >= self.io.rest_writes() {
+            let written = (self.write_faults == 0).then_some(drive);
+            if self.rest.is_over(written, &self.io) {
                 self.phase = Phase::Ended(reason);
             }
         }
@@ -318,10 +314,6 @@ impl<I: Io, C: Clock> Loop<I, C> {
         self.schedule.deadlines()
     }
 
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.rested > 0
-    }
-
     /// From the first deadline until now.
     pub(crate) fn seconds(&self) -> f64 {
         seconds(self.clock.now().saturating_sub(self.start))
@@ -380,6 +372,6 @@ mod tests {
         let around = Surroundings { reference, stop: StopFlag::default(), live: Arc::default(), sender: Some(sender) };
         let mut made = Loop::new(controller, Benchmark::A1.plant(0), clock, &settings, around);
         assert_eq!(allocations::count(|| assert_eq!(made.run(), EndReason::TimeOver)), 0);
-        assert!(made.deadlines().missed > 10 && made.is_at_rest());
+        assert!(made.deadlines().missed > 10 && made.rest.is_reached());
     }
 }

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::io::Io;
 use crate::machine::Machine;
 use crate::privileges::{InForce, ask, unlock};
-use crate::recorder::Recorder;
+use crate::recorder::{Recorded, Recorder};
 use crate::reference::Reference;
 use crate::report::{Counts, Report};
 use crate::ring::ring;
@@ -167,33 +167,37 @@ struct Asked {
 fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     let end = made.run();
     let seconds = made.seconds();
-    let lost_rows = made.close_ring();
+    let mut lost_rows = made.close_ring();
     let Asked { settings, in_force, mut warnings, recorder, machine } = asked;
-    let recorded_rows = recorder.and_then(|recorder| match recorder.finish() {
-        Ok(rows) => Some(rows),
-        Err(error) => {
-            warnings.push(format!("record: rows are missing: {error}"));
-            None
-        }
-    });
-    if lost_rows > 0 {
+    let recorded = recorder.map(Recorder::finish);
+    if let Some(Recorded { rows, error: Some(error) }) = &recorded {
+        // Most of them never came to the ring, or were left in it.
+        lost_rows = made.deadlines().taken - rows.unwrap_or(0);
+        let at_most = if rows.is_none() { "up to " } else { "" };
+        warnings.push(format!("record: {at_most}{lost_rows} rows are missing: {error}"));
+    } else if lost_rows > 0 {
         warnings.push(format!("record: the recorder was too slow for {lost_rows} rows"));
+    }
+    if let Some((sent, refused)) = made.rest.refused(&made.io) {
+        let said = format!("it was sent {sent} times, and {refused} times the other side said that nobody listens");
+        warnings.push(format!("io: the rest drive may have reached nobody: {said}"));
     }
     let (observed, controller) = (made.observed(), made.controller.controller());
     let report = Report {
         end,
-        at_rest: made.is_at_rest(),
+        at_rest: made.rest.is_reached(),
         last_drive: controller.drive(),
         last_fault: observed.last_fault.map(|fault| fault.to_string()),
         seconds,
         dt: controller.options().dt,
         deadlines: made.deadlines(),
         counts: Counts { lost_rows, ..observed.counts },
+        datagrams: made.io.datagrams(),
         controller: controller.counters(),
         latency: observed.latency.summary(),
         compute: observed.compute.summary(),
         period: observed.period.summary(),
-        recorded_rows,
+        recorded_rows: recorded.and_then(|recorded| recorded.rows),
         settings,
         in_force,
         warnings,

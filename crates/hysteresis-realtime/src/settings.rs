@@ -104,13 +104,15 @@ impl Settings {
         }
         check("spin", self.spin, (0.0, LONGEST), "a time from 0 to 10 seconds")?;
         if self.write_faults == 0 {
-            return Err(CoreError::domain("write_faults", None, "a whole number from 1", 0.0).into());
+            return Err(CoreError::whole("write_faults", None, "a whole number from 1", 0).into());
         }
-        if let Some(priority) = self.fifo {
-            check("fifo", f64::from(priority), (1.0, 99.0), "a priority from 1 to 99")?;
+        if let Some(priority) = self.fifo
+            && !(1..=99).contains(&priority)
+        {
+            return Err(CoreError::whole("fifo", None, "a priority from 1 to 99", priority.into()).into());
         }
         if self.ring == 0 {
-            return Err(CoreError::domain("ring", None, "a whole number from 1", 0.0).into());
+            return Err(CoreError::whole("ring", None, "a whole number from 1", 0).into());
         }
         Ok(())
     }

@@ -196,6 +196,24 @@ fn a_recorder_that_is_too_slow_loses_rows_and_says_so() -> Result<(), Box<dyn co
 }
 
 #[test]
+fn a_record_that_cannot_be_written_is_not_one_for_which_the_recorder_was_too_slow() {
+    let folder = tempfile::tempdir().unwrap();
+    // The ring is full soon after the recorder has given up.
+    let recorded = Settings { record: Some(folder.path().join("record.npy")), ring: 8, ..settings() };
+    let mut folder = Some(folder);
+    // Before the first rows are written, which need the name of the file.
+    let io = Scripted::writing(move |_, _| {
+        drop(folder.take());
+        Ok(())
+    });
+    let report = run_with(SimulatedClock::new(), controller(), io, recorded).report;
+    let taken = report.deadlines.taken;
+    assert_eq!((report.recorded_rows, report.counts.lost_rows), (Some(0), taken));
+    let [said] = &report.warnings[..] else { panic!("{:?}", report.warnings) };
+    assert!(said.starts_with(&format!("record: {taken} rows are missing: ")), "{said}");
+}
+
+#[test]
 fn a_record_that_cannot_be_is_refused() {
     let stop = hysteresis_realtime::StopFlag::default();
     let nowhere = Settings { record: Some("no/such/folder/x.npy".into()), ..settings() };

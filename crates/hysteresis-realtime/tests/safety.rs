@@ -221,9 +221,9 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
         (watched(3.0, 2.0), "stale_after: expected a time from 0 to rest_after, got 0.00030000000000000003"),
         (watched(0.0, 0.5), "rest_after: expected a time from the sampling interval to 9e6 seconds, got 5e-5"),
         (Settings { spin: -1.0, ..settings() }, "spin: expected a time from 0 to 10 seconds, got -1.0"),
-        (Settings { fifo: Some(100), ..settings() }, "fifo: expected a priority from 1 to 99, got 100.0"),
-        (Settings { write_faults: 0, ..settings() }, "write_faults: expected a whole number from 1, got 0.0"),
-        (Settings { ring: 0, ..settings() }, "ring: expected a whole number from 1, got 0.0"),
+        (Settings { fifo: Some(100), ..settings() }, "fifo: expected a priority from 1 to 99, got 100"),
+        (Settings { write_faults: 0, ..settings() }, "write_faults: expected a whole number from 1, got 0"),
+        (Settings { ring: 0, ..settings() }, "ring: expected a whole number from 1, got 0"),
     ];
     for (settings, message) in all {
         assert_eq!(refused(settings), message);

@@ -90,6 +90,10 @@ impl Io for InStep {
         self.io.rest_writes()
     }
 
+    fn datagrams(&self) -> Option<UdpCounts> {
+        self.io.datagrams()
+    }
+
     fn write(&mut self, drive: f64) -> Result<(), Fault> {
         self.io.write(drive)?;
         self.drives.push(drive);
@@ -139,6 +143,9 @@ fn a_loop_over_datagrams_bears_losses_and_rests_when_the_plant_dies() {
     assert_eq!(thread.join().unwrap(), drives[699], "the plant had all drives until it died");
     // Drives 0 to 699 were answered, but for every 20th; the first sample needs no answer.
     assert_eq!((report.counts.fresh, outcome.io.io.counts().lost), (1 + 700 - 35, 34));
-    assert_eq!(report.counts.write_faults, 0);
+    assert_eq!((report.counts.write_faults, report.datagrams), (0, Some(outcome.io.io.counts())));
+    // The first rest drive was refused before the second one was sent, and so on; of the last one nobody asks.
+    let said = "it was sent 20 times, and 19 times the other side said that nobody listens";
+    assert_eq!(report.warnings, [format!("io: the rest drive may have reached nobody: {said}")]);
     assert!(drives[701..=740].iter().all(|drive| *drive == drives[700]), "held until the watchdog's time is over");
 }

@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import Any, NoReturn
 
 import click
+from mpi_hyst_command import NOTHING_WRITTEN, STATUS
 
 import mpi_hyst
 from mpi_hyst._cli.command_line import keep
@@ -16,7 +17,7 @@ from mpi_hyst._cli.errors import CommandError, one_line, short_line
 from mpi_hyst._cli.excite.command import excite
 from mpi_hyst._cli.export.command import export
 from mpi_hyst._cli.identify.command import identify
-from mpi_hyst._cli.interrupts import NOTHING_WRITTEN, STATUS, interrupts_restored
+from mpi_hyst._cli.interrupts import interrupts_restored
 from mpi_hyst._cli.look.command import look
 from mpi_hyst._cli.precompensate.command import precompensate
 from mpi_hyst._cli.realtime.command import realtime

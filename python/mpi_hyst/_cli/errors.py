@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 
 import click
 
 from mpi_hyst._text import printable
 
 _RECORD = re.compile(r"record (\d+): ")
+_MENTIONED = re.compile(r"`(\w+)`")
 _LONGEST = 1000  # characters; a message may quote a file of any length
 
 
@@ -40,8 +42,13 @@ def note(text: str) -> None:
     click.echo(f"mpi-hyst: note: {short_line(text)}", err=True)
 
 
-def parameter(error: BaseException) -> str:
-    """Return the name of the argument that the library refuses; empty if it names none."""
+def parameter(error: BaseException | str) -> str:
+    """Return the name of the argument that the library refuses; empty if it names none.
+
+    A warning carries no name, but its message begins with it too.
+    """
+    if isinstance(error, (Warning, str)):
+        return str(error).partition(":")[0].partition("[")[0]
     return str(getattr(error, "parameter", ""))
 
 
@@ -56,6 +63,15 @@ def renamed(message: str, argument: str, shown: str) -> str:
         return message
     sample = f", sample {index.rstrip(']')}" if index and not shown.startswith("-") else ""
     return f"{shown}{sample}{colon}{rest}"
+
+
+def with_options(message: str, argument: str, names: Mapping[str, str]) -> str:
+    """Put files and options in place of arguments, as `names` has them.
+
+    The message begins with `argument`; others that it mentions stand in backticks.
+    """
+    message = renamed(message, argument, names.get(argument, argument))
+    return _MENTIONED.sub(lambda found: names.get(found[1], found[0]), message)
 
 
 def without_record(message: str) -> tuple[int | None, str]:

@@ -8,9 +8,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-NOTHING_WRITTEN = "interrupted, nothing written"
-STATUS = 130
-
 _ENDING = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
 _SIGNALS = [number for number in _ENDING if number is not None]  # Windows has no SIGHUP
 

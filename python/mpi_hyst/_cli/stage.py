@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -10,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError, parameter, renamed
+from mpi_hyst._cli.errors import CommandError, parameter, with_options
 from mpi_hyst._core import load_from
 from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Model
@@ -25,8 +24,6 @@ _OPTIONS = {
     "limits": "--limits",
     "slew": "--slew",
 }
-
-_ROUNDED = 1e-3  # of the range that was identified
 
 
 @dataclass(frozen=True)
@@ -93,23 +90,12 @@ def of_stage(quantity: Quantity, stage: mh.Stage) -> Quantity:
     return quantity if quantity.suffix else Quantity(quantity.column, stage.units[1])
 
 
-def is_narrowed(stage: mh.Stage) -> bool:
-    """Return whether the stage by default stays within fewer drives than its limits allow.
+def why_narrowed(stage: mh.Stage) -> str:
+    """Say why a stage uses fewer drives than its limits allow, and what changes that, if it does.
 
     Those are the drives that were identified.
     """
-    if stage.identified is None:
-        return False
-    low, high = stage.identified["drive_range"]
-    least, most = stage.limits or (-math.inf, math.inf)
-    # As the library: what a converter rounds is no difference.
-    tolerance = _ROUNDED * (high - low)
-    return bool(least < low - tolerance or most > high + tolerance)
-
-
-def why_narrowed(stage: mh.Stage) -> str:
-    """Say why it does, and what changes that; nothing where it does not."""
-    if not is_narrowed(stage):
+    if not stage.is_narrowed:
         return ""
     if stage.limits is None:
         return "the records reach no further; --limits goes beyond"
@@ -124,8 +110,6 @@ def is_static(stage: mh.Stage) -> bool:
     return all(part is None for part in parts) and stage.dead_time == 0.0
 
 
-def name_options(error: Exception, others: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return the message of the library with the option or file in place of the argument."""
-    argument = parameter(error)
-    shown = {**_OPTIONS, **others}.get(argument, argument)
-    return renamed(str(error), argument, shown)
+def name_options(said: Exception | str, others: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return an error or a warning of the library with options and files in place of arguments."""
+    return with_options(str(said), parameter(said), {**_OPTIONS, **others})

@@ -78,7 +78,7 @@ impl fmt::Display for Error {
             Self::Start { position, drive, got } => write!(
                 f,
                 "reference[0]: expected the position of the stage at its start drive {drive:?}, which is {position:?}, got \
-                 {got:?}: give a lead-in, the seconds of a smooth way there, or the start drive at which the stage rests"
+                 {got:?}: give `lead_in`, the seconds of a smooth way there, or `start`, the drive at which the stage rests"
             ),
             Self::NegativeDeadTime { got } => write!(
                 f,

@@ -139,7 +139,10 @@ impl Stage {
         match header.schema.as_deref() {
             Some(SCHEMA) => serde_json::from_str::<File>(text).map_err(|error| syntax(&error))?.stage(),
             Some(schema) if schema.starts_with("mpi_hyst/model/") => Self::new(StageParts::new(hysteresis(text)?)),
-            got => Err(Error::File { message: format!("schema: expected {SCHEMA:?}, got {got:?}") }),
+            got => {
+                let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
+                Err(Error::File { message: format!("schema: expected {SCHEMA:?}, got {got}") })
+            }
         }
     }
 }

@@ -1,8 +1,7 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
 use hysteresis_control::StageController;
-use hysteresis_core::{self as core, Command, ControllerOptions, Mode};
-use numpy::PyArray1;
+use hysteresis_core::{self as core, ControllerOptions, Mode};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -15,9 +14,8 @@ use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
 use crate::convert::arguments::{numbers, pair};
 use crate::convert::errors::raise;
-use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::objects::{instance, shared};
 use crate::convert::pickling::{Reduced, reduce};
-use crate::stream::blocks::run_both;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
@@ -199,77 +197,6 @@ impl HybridController {
     #[getter]
     fn preview(&self, py: Python<'_>) -> Option<Py<Preview>> {
         self.preview.as_ref().map(|preview| preview.clone_ref(py))
-    }
-
-    /// Takes a sample and returns the drive in volts.
-    ///
-    /// `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
-    /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
-    /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
-    /// `IterativeLearning.correction`.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
-    fn step(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        feedforward: Option<f64>,
-        target: Option<f64>,
-        correction: f64,
-    ) -> PyResult<f64> {
-        Ok(exclusive(slf)?
-            .stage_controller
-            .step(Command { target, correction, feedforward, ..reference.into() }, measurement))
-    }
-
-    /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
-    #[pyo3(signature = (references, measurements, out=None))]
-    fn run<'py>(
-        slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        run_both(slf, [("references", references), ("measurements", measurements)], out, |this, x, y, drives| {
-            this.stage_controller.run(x, y, drives)
-        })
-    }
-
-    /// The drive that `step` would return, without taking the sample.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
-    fn peek(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        feedforward: Option<f64>,
-        target: Option<f64>,
-        correction: f64,
-    ) -> PyResult<f64> {
-        Ok(shared(slf)?
-            .stage_controller
-            .peek(Command { target, correction, feedforward, ..reference.into() }, measurement))
-    }
-
-    /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
-    /// leave it; memory and terms are still those of the drive that is there.
-    ///
-    /// A plan replaces the one before; any change of the controller drops it.
-    #[pyo3(signature = (reference, measurement, feedforward=None, *, target=None, correction=0.0))]
-    fn plan(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        feedforward: Option<f64>,
-        target: Option<f64>,
-        correction: f64,
-    ) -> PyResult<f64> {
-        Ok(exclusive(slf)?
-            .stage_controller
-            .plan(Command { target, correction, feedforward, ..reference.into() }, measurement))
-    }
-
-    /// Takes the sample that was planned; False if there is none.
-    fn commit(slf: &Bound<'_, Self>) -> PyResult<bool> {
-        Ok(exclusive(slf)?.stage_controller.commit())
     }
 
     /// The present drive in volts: what the amplifier has.

@@ -7,6 +7,7 @@ pub(crate) mod controller;
 mod controller_changes;
 mod controller_options;
 mod controller_parts;
+mod controller_steps;
 pub(crate) mod feedback_loop;
 pub(crate) mod filter_stream;
 pub(crate) mod filters;

@@ -8,6 +8,7 @@ use pythonize::pythonize;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
+use crate::convert::fast_number::{Drive, Measurement, Number};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
@@ -88,8 +89,8 @@ impl Observer {
     ///
     /// Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the drive that is held
     /// now: its next step goes on from that.
-    fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.observer.step(drive, measurement))
+    fn step(slf: &Bound<'_, Self>, drive: Number<Drive>, measurement: Number<Measurement>) -> PyResult<f64> {
+        Ok(exclusive(slf)?.observer.step(drive.0, measurement.0))
     }
 
     /// Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a new array.

@@ -9,6 +9,7 @@ use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncer
 use super::filters::sections;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
+use crate::convert::fast_number::{MeasuredError, Number};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
@@ -111,8 +112,8 @@ impl RepetitiveControl {
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
-    fn step(slf: &Bound<'_, Self>, error: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.control.step(error))
+    fn step(slf: &Bound<'_, Self>, error: Number<MeasuredError>) -> PyResult<f64> {
+        Ok(exclusive(slf)?.control.step(error.0))
     }
 
     /// Forgets everything learned.

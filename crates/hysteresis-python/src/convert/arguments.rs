@@ -1,10 +1,12 @@
 //! Small arguments: numbers, counts, pairs of numbers, and words to choose from.
 
-use pyo3::exceptions::PyTypeError;
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::errors::{self, unexpected};
+use super::fast_number::named;
 
 /// A number, or an optional one, that came as an argument.
 pub(crate) trait Given {
@@ -17,10 +19,7 @@ impl Given for &Bound<'_, PyAny> {
     type Number = f64;
 
     fn number(self, name: &str) -> PyResult<f64> {
-        self.extract().map_err(|error: PyErr| {
-            // Whatever else the object's __float__ raised is its own.
-            if error.is_instance_of::<PyTypeError>(self.py()) { unexpected(name, "a number", self) } else { error }
-        })
+        self.extract().map_err(|error| named(name, self, error))
     }
 }
 
@@ -99,6 +98,21 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
     }
     let got = value.repr()?;
     Err(errors::value(name, format_args!("expected {expected}, got {got}")))
+}
+
+/// True or False.
+pub(crate) fn flag(name: &str, value: Option<&Bound<'_, PyAny>>, default: bool) -> PyResult<bool> {
+    value.map_or(Ok(default), |value| value.extract().map_err(|_| unexpected(name, "True or False", value)))
+}
+
+/// The path of a file.
+pub(crate) fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    let expected = "the path of a file";
+    let path: PathBuf = value.extract().map_err(|_| unexpected(name, expected, value))?;
+    if path.as_os_str().is_empty() || path.as_os_str().as_encoded_bytes().contains(&0) {
+        return Err(errors::value(name, format_args!("expected {expected}, got {}", value.repr()?)));
+    }
+    Ok(path)
 }
 
 /// A word.

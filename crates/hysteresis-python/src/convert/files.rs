@@ -17,8 +17,12 @@ pub(crate) fn write_file(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<
 
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> PyResult<String> {
-    let shown = path.display().to_string();
-    text(path, read_file(path).map_err(|error| errors::io(&shown, &error))?)
+    text(path, bytes(path)?)
+}
+
+/// The bytes of a file.
+pub(crate) fn bytes(path: &Path) -> PyResult<Vec<u8>> {
+    read_file(path).map_err(|error| errors::io(&path.display().to_string(), &error))
 }
 
 /// The text that the bytes of a file are.

@@ -11,6 +11,7 @@ use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
+use crate::convert::fast_number::{Number, U, Y};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::{model_of, object};
@@ -104,8 +105,8 @@ impl RecursiveIdentifier {
     ///
     /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
     /// same.
-    fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.update(u, y))
+    fn update(slf: &Bound<'_, Self>, u: Number<U>, y: Number<Y>) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.update(u.0, y.0))
     }
 
     /// Takes over the drives before, oldest first: operators and dynamics move, nothing is learned.

@@ -10,6 +10,7 @@ use pythonize::pythonize;
 use crate::convert::arguments::{count, numbers, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
+use crate::convert::fast_number::{Drive, Number};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
@@ -133,8 +134,8 @@ impl Plant {
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
-    fn step(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
-        Ok(exclusive(slf)?.plant.step(drive))
+    fn step(slf: &Bound<'_, Self>, drive: Number<Drive>) -> PyResult<f64> {
+        Ok(exclusive(slf)?.plant.step(drive.0))
     }
 
     /// The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any object.
@@ -143,8 +144,8 @@ impl Plant {
     }
 
     /// Holds the drive for one sampling interval: `step` without the measurement, which `read` returns.
-    fn write(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
-        exclusive(slf)?.plant.step(drive);
+    fn write(slf: &Bound<'_, Self>, drive: Number<Drive>) -> PyResult<()> {
+        exclusive(slf)?.plant.step(drive.0);
         Ok(())
     }
 

@@ -1,9 +1,10 @@
 //! Input and output by a Python object: slower, as each call takes the interpreter.
 
 use hysteresis_realtime::io::{Fault, Io};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use crate::convert::errors::unexpected;
+use crate::convert::errors::{Place, unexpected};
 
 /// The methods `read` and `write` of an object, and the first exception that one of them raised.
 pub(super) struct ForeignIo {
@@ -32,7 +33,15 @@ impl ForeignIo {
 
 impl Io for ForeignIo {
     fn read(&mut self) -> Result<Option<f64>, Fault> {
-        self.attached(|io, py| io.read.call0(py)?.extract(py))
+        self.attached(|io, py| {
+            let read = io.read.bind(py).call0()?;
+            read.extract().map_err(|error: PyErr| {
+                // Whatever else the object's __float__ raised is its own.
+                let is_no_number = error.is_instance_of::<PyTypeError>(py);
+                let shown = Place::part("io", "io.read");
+                if is_no_number { unexpected(shown, "a number or None", &read) } else { error }
+            })
+        })
     }
 
     fn write(&mut self, drive: f64) -> Result<(), Fault> {

@@ -1,5 +1,6 @@
 //! The loop of a stage in real time.
 
+mod arguments;
 mod foreign;
 pub(crate) mod other_side;
 pub(crate) mod report;

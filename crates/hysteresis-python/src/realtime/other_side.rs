@@ -7,7 +7,7 @@ use hysteresis_realtime::io::{FunctionIo, ReadFunction, WriteFunction};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::convert::arguments::whole;
+use crate::convert::arguments::{self, whole, word};
 use crate::convert::errors::{self, unexpected};
 
 /// Two functions of C: any driver of any vendor, through ctypes.
@@ -115,7 +115,8 @@ fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
 /// `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
 /// A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
-/// So the plant needs a watchdog of its own that goes to rest when no drives come.
+/// So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams, and warns if the rest drive
+/// was refused because nobody listened: `LoopReport.to_dict()["datagrams"]`.
 ///
 /// Parameters
 /// ----------
@@ -146,14 +147,16 @@ pub(crate) struct Udp {
 impl Udp {
     #[new]
     #[pyo3(signature = (plant, *, local))]
-    fn new(plant: String, local: String) -> PyResult<Self> {
-        for (name, address) in [("plant", &plant), ("local", &local)] {
+    fn new(plant: &Bound<'_, PyAny>, local: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let checked = |name, given| {
+            let address = word(name, "\"host:port\"", given)?;
             let (host, port) = address.rsplit_once(':').unwrap_or_default();
             if host.is_empty() || port.parse::<u16>().is_err() {
                 return Err(errors::value(name, format_args!("expected \"host:port\", got {address:?}")));
             }
-        }
-        Ok(Self { plant, local })
+            Ok(address)
+        };
+        Ok(Self { plant: checked("plant", plant)?, local: checked("local", local)? })
     }
 
     fn __repr__(&self) -> String {
@@ -195,8 +198,8 @@ pub(crate) struct SharedMemory {
 #[pymethods]
 impl SharedMemory {
     #[new]
-    fn new(path: PathBuf) -> Self {
-        Self { path }
+    fn new(path: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { path: arguments::path("path", path)? })
     }
 
     fn __repr__(&self) -> String {

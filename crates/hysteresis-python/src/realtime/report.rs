@@ -103,7 +103,8 @@ result_methods!(LoopReport {
         }
     }
 
-    /// Whether the drive written last is the rest drive: False only if writing itself failed.
+    /// Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: one of
+    /// the `warnings` says if it was refused.
     #[getter]
     fn at_rest(&self) -> bool {
         self.0.at_rest
@@ -181,7 +182,8 @@ result_methods!(LoopReport {
         self.0.warnings.clone()
     }
 
-    /// Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values.
+    /// Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values. "datagrams" has, over
+    /// UDP, how many were received, lost, late, malformed and refused, else None.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(pythonize(py, self)?)
     }

@@ -1,32 +1,27 @@
 //! A loop from Python: the interpreter is free while it runs.
 
 use std::net::{SocketAddr, ToSocketAddrs};
-use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use hysteresis_control::StageController;
-use hysteresis_core::{self as core, Mode};
 use hysteresis_realtime::io::{Io, SharedMemoryIo, UdpIo};
-use hysteresis_realtime::{
-    self as realtime, Live, MissPolicy, Outcome, Reference, Session, Settings, StopFlag, WatchdogTimes,
-};
+use hysteresis_realtime::{self as realtime, Live, Outcome, Reference, Session, Settings, StopFlag};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
+use super::arguments::{checked_controller, policy, refused, watchdog_times};
 use super::foreign::ForeignIo;
 use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
-use crate::control::controller::HybridController;
 use crate::control::source::check_interval;
-use crate::convert::arguments::{OrNone, count, numbers, two, whole, whole_number};
+use crate::convert::arguments::{OrNone, flag, numbers, path, whole, whole_number};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Refusal, raise, unexpected};
-use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::objects::{exclusive, instance};
 use crate::convert::pickling::keywords;
 use crate::plant::plant::Plant;
-use crate::stage::object::Stage;
 
 /// How often signals are looked at, and `progress` is called.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -118,8 +113,8 @@ impl Refusal for realtime::Error {
 /// ('time_over', True, 0.0)
 #[pyfunction]
 #[pyo3(signature = (
-    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=true, misses="skip", most_caught_up=None,
-    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=false, record=None, progress=None,
+    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=None, misses=None, most_caught_up=None,
+    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=None, record=None, progress=None,
     stop=None
 ), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
     most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, \
@@ -133,18 +128,18 @@ pub(crate) fn run<'py>(
     rest_rate: &Bound<'py, PyAny>,
     rate: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
-    repeat: bool,
-    misses: &str,
+    repeat: Option<&Bound<'py, PyAny>>,
+    misses: Option<&Bound<'py, PyAny>>,
     most_caught_up: Option<&Bound<'py, PyAny>>,
     watchdog: OrNone<'py>,
     most_write_faults: Option<&Bound<'py, PyAny>>,
     spin: Option<&Bound<'py, PyAny>>,
     cpu: Option<&Bound<'py, PyAny>>,
     fifo: Option<&Bound<'py, PyAny>>,
-    lock_memory: bool,
-    record: Option<PathBuf>,
+    lock_memory: Option<&Bound<'py, PyAny>>,
+    record: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
-    stop: Option<&Bound<'py, Stop>>,
+    stop: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<LoopReport> {
     numbers!(rest_drive, rest_rate, rate, seconds, spin = 0.0);
     let settings = Settings {
@@ -156,8 +151,8 @@ pub(crate) fn run<'py>(
         spin,
         cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
         fifo: fifo.map(|fifo| whole_number("fifo", "a priority from 1 to 99", fifo)).transpose()?,
-        lock_memory,
-        record,
+        lock_memory: flag("lock_memory", lock_memory, false)?,
+        record: record.map(|record| path("record", record)).transpose()?,
         ..Settings::new(rest_drive, rest_rate)
     };
     if let Some(progress) = progress
@@ -166,11 +161,15 @@ pub(crate) fn run<'py>(
         return Err(unexpected("progress", "a callable or None", progress));
     }
     let positions = numbers("reference", reference)?;
+    let repeat = flag("repeat", repeat, true)?;
     let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
-    let controller = checked_controller(controller, rate)?;
+    let stop = match stop {
+        Some(stop) => instance::<Stop>("stop", "a Stop or None", stop)?.get().0.clone(),
+        None => StopFlag::default(),
+    };
+    let controller = checked_controller(controller, rate, io)?;
     // Nobody else changes the controller while it drives.
     let mut held = exclusive(&controller)?;
-    let stop = stop.map_or_else(StopFlag::default, |stop| stop.get().0.clone());
     let mut signals = Signals::end(io.py(), &stop)?;
     let start = Start { controller: held.stage_controller.clone(), reference, settings, progress, stop };
     let ended = start.on(io).map(|Ended { report, controller, raised }| {
@@ -196,55 +195,6 @@ fn with_report(py: Python<'_>, error: PyErr, report: LoopReport) -> PyErr {
     let _ = value.setattr("report", report);
     let _ = value.call_method1("add_note", (note,));
     error
-}
-
-/// A controller as it came, or one that a stage makes.
-fn checked_controller<'py>(given: &Bound<'py, PyAny>, rate: Option<f64>) -> PyResult<Bound<'py, HybridController>> {
-    if given.cast::<Stage>().is_ok() {
-        let Some(rate) = rate else {
-            return Err(errors::value("rate", "expected samples per second beside a Stage, got None"));
-        };
-        if !(rate.is_finite() && rate > 0.0) {
-            return Err(errors::value("rate", format_args!("expected a finite number above 0, got {rate:?}")));
-        }
-        let made = given.call_method1("controller", (1.0 / rate,))?;
-        return Ok(made.cast_into::<HybridController>()?);
-    }
-    let controller = instance::<HybridController>("controller", "a HybridController or a Stage", given)?;
-    let own = 1.0 / shared(controller)?.stage_controller.controller().options().dt;
-    match rate {
-        Some(rate) if (rate / own - 1.0).abs() > 1e-9 => {
-            Err(errors::value("rate", format_args!("expected {own:?}, as the controller has, got {rate:?}")))
-        }
-        _ => Ok(controller.clone()),
-    }
-}
-
-fn policy(misses: &str, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
-    match (misses, most_caught_up) {
-        ("skip", None) => Ok(MissPolicy::Skip),
-        ("stop", None) => Ok(MissPolicy::Stop),
-        ("catch_up", given) => {
-            let at_most = given.map_or(Ok(100), |given| count("most_caught_up", given))?;
-            Ok(MissPolicy::CatchUp { at_most: u32::try_from(at_most).unwrap_or(u32::MAX) })
-        }
-        ("skip" | "stop", Some(_)) => Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\"")),
-        _ => {
-            let expected = "\"skip\", \"catch_up\" or \"stop\"";
-            Err(errors::value("misses", format_args!("expected {expected}, got \"{misses}\"")))
-        }
-    }
-}
-
-fn watchdog_times(given: &OrNone<'_>) -> PyResult<Option<WatchdogTimes>> {
-    given.or(Some(WatchdogTimes { stale_after: 0.0, rest_after: 0.1 }), |times| {
-        times
-            .map(|times| {
-                let (stale_after, rest_after) = two("watchdog", "(stale_after, rest_after) or None", times)?;
-                Ok(WatchdogTimes { stale_after, rest_after })
-            })
-            .transpose()
-    })
 }
 
 /// A loop that only needs something to read from and write to.
@@ -322,30 +272,6 @@ impl Start<'_, '_> {
         // Ctrl-C has ended the loop: that is what it was for.
         let raised = raised.filter(|error| !error.is_instance_of::<PyKeyboardInterrupt>(py));
         Ok((io, Ended { report, controller, raised }))
-    }
-}
-
-fn refused(error: realtime::Error) -> PyErr {
-    match error {
-        realtime::Error::Record { path, error } => errors::io(&path.display().to_string(), &error),
-        realtime::Error::Rests(mode) => {
-            let mode = if mode == Mode::Stop { "stop" } else { "hold" };
-            let expected = "expected one that moves: set its `hold` to False";
-            errors::value("controller", format_args!("{expected}, got one in mode \"{mode}\""))
-        }
-        realtime::Error::Parameter(core::Error::Domain { parameter, index, expected, got }) => {
-            raise(core::Error::Domain { parameter: argument(parameter), index, expected, got })
-        }
-        error => raise(error),
-    }
-}
-
-/// What the argument is called that a setting comes from.
-fn argument(setting: &'static str) -> &'static str {
-    match setting {
-        "write_faults" => "most_write_faults",
-        "stale_after" | "rest_after" => "watchdog",
-        other => other,
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use hysteresis_control::stage;
 use hysteresis_core::{JsonError, Model, SCHEMA, SCHEMA_SPLIT};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use super::object::Stage;
 use crate::convert::{errors, files};
@@ -39,6 +40,12 @@ use crate::stream::array_file;
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
     loaded(py, &path, &files::read(&path)?)
+}
+
+/// The bytes of a file, and no more of them than `load` would read.
+#[pyfunction]
+pub(crate) fn read_bytes(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyBytes>> {
+    Ok(PyBytes::new(py, &py.detach(|| files::bytes(&path))?))
 }
 
 /// As `load`, of a file that was read already: a pipe can be read only once.

@@ -59,7 +59,7 @@ pub(crate) fn precompensate(
         warn(
             py,
             &format!(
-                "reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give a lead-in"
+                "reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give `lead_in`"
             ),
         )?;
     }

@@ -147,6 +147,25 @@ impl Stage {
         self.0.drive_range()
     }
 
+    /// Whether `drive_range` is what was identified, as the limits reach beyond it or there are none. What a converter rounds does not
+    /// count.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> drive = mh.signals.decaying_triangle(100.0, 1.0, cycles=5, rate=1000)  # V
+    /// >>> position = mh.paper.table_1().forward().run(drive)  # um
+    /// >>> found = mh.identify(drive, position, operators=10)
+    /// >>> wide = found.stage.replace(limits=(-500.0, 500.0))
+    /// >>> wide.drive_range, wide.is_narrowed
+    /// ((-100.0, 100.0), True)
+    /// >>> wide.replace(limits=(-80.0, 80.0)).is_narrowed
+    /// False
+    #[getter]
+    fn is_narrowed(&self) -> bool {
+        self.0.is_narrowed()
+    }
+
     /// The lowest and the highest position between these drives, or None.
     #[getter]
     fn position_range(&self) -> Option<(f64, f64)> {

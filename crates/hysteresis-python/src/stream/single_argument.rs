@@ -13,6 +13,7 @@ use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
+use crate::convert::fast_number::named;
 use crate::convert::objects::{exclusive, shared};
 
 /// A class around a process.
@@ -77,10 +78,11 @@ unsafe fn call<C: Stepper>(
     // SAFETY: as above. The conversion may run Python code, so it comes before the instance is borrowed.
     unsafe {
         let x = ffi::PyFloat_AsDouble(sample);
+        let py = Python::assume_attached();
         if x == -1.0 && !ffi::PyErr_Occurred().is_null() {
+            named("sample", &Borrowed::from_ptr(py, sample), PyErr::fetch(py)).restore(py);
             return std::ptr::null_mut();
         }
-        let py = Python::assume_attached();
         let instance = Borrowed::from_ptr(py, instance).cast_unchecked::<C>();
         match method(&instance, x) {
             Ok(output) => ffi::PyFloat_FromDouble(output),

@@ -46,6 +46,11 @@ pub trait Io: Send {
         1
     }
 
+    /// What became of the datagrams until now, where these are what is read and written.
+    fn datagrams(&self) -> Option<UdpCounts> {
+        None
+    }
+
     /// Holds a drive, in volts, until the next one.
     ///
     /// # Errors

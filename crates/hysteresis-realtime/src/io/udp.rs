@@ -6,6 +6,8 @@
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
+use serde::{Deserialize, Serialize};
+
 use super::{Fault, Io};
 
 /// Bytes of a datagram.
@@ -52,7 +54,7 @@ impl Packet {
 }
 
 /// What became of datagrams.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UdpCounts {
     /// Measurements that were received and used, or replaced by a newer one at once.
     pub received: u64,
@@ -71,7 +73,7 @@ pub struct UdpCounts {
 /// The newest measurement counts. A plant that starts again with lower sequence numbers is not listened to: the watchdog ends the loop.
 /// A drive counts as written when the network has taken it: whether it arrives is the plant's to watch. The rest drive is sent 20 times, a
 /// sample after the other, so that a lost datagram does not leave the amplifier where it was. That nobody listens is
-/// no fault of a write, as it is said of an earlier datagram; the watchdog sees to it, as no measurement comes.
+/// no fault of a write, as it is said of an earlier datagram; the watchdog sees to it, as no measurement comes. If it is said of the rest drive, the report warns.
 #[derive(Debug)]
 pub struct UdpIo {
     socket: UdpSocket,
@@ -159,6 +161,10 @@ impl Io for UdpIo {
 
     fn rest_writes(&self) -> u32 {
         REST_WRITES
+    }
+
+    fn datagrams(&self) -> Option<UdpCounts> {
+        Some(self.counts)
     }
 
     fn write(&mut self, drive: f64) -> Result<(), Fault> {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from mpi_hyst._cli.errors import CommandError, parameter, renamed
+from mpi_hyst._cli.errors import CommandError, parameter, with_options
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._text import printable
 
@@ -16,6 +16,7 @@ _OF_EXPERIMENTS = (
     *("fast_rate", "frequencies", "rest"),
     *("fast_signal", "fast_amplitude", "fast_frequency"),
 )
+_NAMES = {name: f"--{name.replace('_', '-')}" for name in (*_SHARED, *_OF_EXPERIMENTS)}
 
 
 @dataclass(frozen=True)
@@ -69,18 +70,10 @@ class Request:
         if self.column != printable(self.column).strip():
             raise CommandError(f"--column: expected a printable name, got {self.column!r}")
         if self.demagnetize and (others := self._given(_OF_EXPERIMENTS)):
-            raise CommandError(f"{_option(next(iter(others)))}: not with --demagnetize")
+            raise CommandError(f"{_NAMES[next(iter(others))]}: not with --demagnetize")
 
     def explain(self, error: Exception) -> CommandError:
         """Return the error of the library with the option in front, or in place of the argument."""
         argument = parameter(error)
-        if argument in ("low", "high"):
-            return CommandError(f"--limits: {error}")
-        if argument in (*_SHARED, *_OF_EXPERIMENTS):
-            message = str(error).replace("of fast_rate =", "of --fast-rate")
-            return CommandError(renamed(message, argument, _option(argument)))
-        return CommandError(str(error))
-
-
-def _option(argument: str) -> str:
-    return f"--{argument.replace('_', '-')}"
+        message = with_options(str(error), argument, _NAMES)
+        return CommandError(f"--limits: {message}" if argument in ("low", "high") else message)

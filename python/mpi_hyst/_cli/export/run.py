@@ -12,12 +12,11 @@ from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import interval_of_rate
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, load_stage, name_options
-from mpi_hyst._core import c_header_text, c_name
+from mpi_hyst._core import c_header_text, c_name, read_bytes
 from mpi_hyst._fmu.pack import packed
 from mpi_hyst._text import digits, text_pairs
 
 _ENDINGS = {"--fmu": ".fmu", "--c": ".h", "--bytes": ".bin"}
-_MAX_BYTES = 1 << 30
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,8 @@ def run(request: Request) -> str:
     dt = request.interval()
     path = request.result_path or Path(request.stage_path.stem + _ENDINGS[made])
     check_outputs([path], [request.stage_path])
-    data = _read(request.stage_path)
+    # Once, as it may be a pipe.
+    data = read_bytes(request.stage_path)
     stage = load_stage(request.stage_path, request.stage, data)
     try:
         if request.limits is not None:
@@ -85,15 +85,6 @@ def run(request: Request) -> str:
         raise CommandError(name_options(error, names)) from error
     write_outputs([Output.of(path, content)])
     return f"{request.stage_path}\n\n{text_pairs(facts)}\n\nwritten  {path}"
-
-
-def _read(path: Path) -> bytes:
-    """Read a file once, as it may be a pipe, and no more of it than `mpi_hyst.load` would."""
-    with path.open("rb") as file:
-        data = file.read(_MAX_BYTES + 1)
-    if len(data) > _MAX_BYTES:
-        raise CommandError(f"{path}: expected a file of at most 1 GiB")
-    return data
 
 
 def _check_options(request: Request, made: str) -> None:

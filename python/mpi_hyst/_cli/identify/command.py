@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 import click
+from mpi_hyst_command import STATUS
 
-from mpi_hyst._cli.interrupts import STATUS
 from mpi_hyst._cli.options import (
     FILE,
     limits,

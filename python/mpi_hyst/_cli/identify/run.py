@@ -15,7 +15,6 @@ from mpi_hyst._cli.identify.read import read
 from mpi_hyst._cli.identify.request import Kind, Request
 from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.progress import Progress, progress_bar
-from mpi_hyst._cli.stage import is_narrowed
 from mpi_hyst._cli.terminal import require_report_packages
 from mpi_hyst._files import write_file
 from mpi_hyst._report import provenance
@@ -200,7 +199,7 @@ def _saved(found: mh.results.Identification, stage: mh.Stage | None, request: Re
     if stage is None:
         lines.append("not saved: add -o stage.json to save the stage")
     else:
-        if stage.limits is not None and is_narrowed(stage):
+        if stage.limits is not None and stage.is_narrowed:
             lines.append(_unreached(found, stage, stage.limits))
         lines.append(f"stage   {request.stage_path}{_left_out(found)}")
     if request.report_path is not None:

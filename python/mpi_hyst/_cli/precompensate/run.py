@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -12,7 +11,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
-from mpi_hyst._cli.errors import CommandError, renamed
+from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import known_interval, sampling_interval, trajectory, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import (
@@ -27,7 +26,7 @@ from mpi_hyst._cli.stage import (
 from mpi_hyst._csv import write_table
 from mpi_hyst._quantity import Quantity, drive_with_unit
 from mpi_hyst._report.stage import linear_parts
-from mpi_hyst._text import digits, in_unit, text_pairs
+from mpi_hyst._text import in_unit, span, text_pairs, without_noise
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
@@ -123,12 +122,8 @@ def _design(
     except mh.NotInvertibleError as error:
         raise CommandError(f"{request.stage_path}: {error}") from error
     except (ValueError, TypeError) as error:
-        message = name_options(error, names)
-        message = message.replace("a lead-in,", "--lead-in,").replace(
-            "the start drive at", "--start, the drive at"
-        )
-        raise CommandError(message) from error
-    notes = [f"warning: {_named(str(one.message), names)}" for one in caught]
+        raise CommandError(name_options(error, names)) from error
+    notes = [f"warning: {name_options(one.message, names)}" for one in caught]
     worst = int(residual.argmax())
     if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
         miss = in_unit(float(residual[worst]), unit, 3)
@@ -157,13 +152,6 @@ def _start(stage: mh.Stage, request: Request) -> float:
     return min(max(0.0, low), high)
 
 
-def _named(warning: str, names: Mapping[str, str]) -> str:
-    """Name files and options in a warning, which begins with the name of an argument."""
-    for argument, shown in {**names, "limits": "--limits"}.items():
-        warning = renamed(warning, argument, shown)
-    return warning.replace("`limits`", "--limits").replace("give a lead-in", "give --lead-in")
-
-
 def _summary(
     request: Request,
     stage: mh.Stage,
@@ -175,15 +163,17 @@ def _summary(
     unit, _ = stage.units
     start, before = _start(stage, request), drive.size - residual.size
     last = request.history[-1] if request.history else start
-    low, high = digits(float(drive.min())), digits(float(drive.max()))
-    step = in_unit(float(drive[0]) - last, unit)
+    low, high = float(drive.min()), float(drive.max())
+    scale = max(map(abs, (low, high, *(request.limits or stage.drive_range or ()))))
+    low, high = without_noise(low, scale), without_noise(high, scale)
+    step = without_noise(float(drive[0]) - last, scale)
     pairs = [
         ("samples", f"{residual.size}{rate}"),
         ("before", _before(request, start, unit)),
         *([("lead-in", f"{before} rows in front of the samples")] if before else []),
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
-        ("drive", f"{low} to {high} {unit}".rstrip()),
-        ("first step", step),
+        ("drive", span(low, high, unit)),
+        ("first step", in_unit(step, unit)),
         ("limits", _limits(request, stage, drive)),
         *([] if stage.slew is None else [("slew rate", f"{stage.slew:g} {unit}/s")]),
         ("max |model - target|", in_unit(float(residual.max()), quantity.unit, 3)),

@@ -12,7 +12,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli import lead_in
 from mpi_hyst._cli.command_line import command_line
-from mpi_hyst._cli.errors import CommandError, renamed
+from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import sampling_interval, trajectory, with_time_unit
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.progress import fraction_bar
@@ -93,7 +93,7 @@ def run(request: Request) -> str:
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(facts(simulation)), text_table(*errors(simulation)) + f"\n  {BASE}"]
     # A controller that is copied warns again.
-    told = dict.fromkeys(renamed(str(one.message), "limits", "--limits") for one in caught)
+    told = dict.fromkeys(name_options(one.message) for one in caught)
     told |= {} if simulation.jump is None else {_jump(simulation, request): None}
     notes = [f"warning: {one}" for one in told]
     written = (f"written  {output.path}" for output in outputs)

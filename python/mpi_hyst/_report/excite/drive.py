@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._text import digits, in_unit
+from mpi_hyst._text import digits, in_unit, span
 from mpi_hyst._types import Samples
 
 
@@ -34,7 +34,7 @@ def facts(drive: Drive) -> list[tuple[str, str]]:
     return [
         ("samples", f"{values.size} at {digits(drive.rate)} Hz"),
         ("duration", f"{digits(seconds)} s"),
-        ("range", f"{digits(float(values.min()))} to {in_unit(float(values.max()), unit)}"),
+        ("range", span(float(values.min()), float(values.max()), unit)),
         ("start and end", in_unit(float(values[0]), unit)),
         ("largest step", _largest_step(drive)),
         ("reversals", f"{2 * drive.cycles + 1}, {2 * drive.cycles - 1} of them decaying"),

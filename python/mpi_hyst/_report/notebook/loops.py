@@ -6,7 +6,7 @@ import mpi_hyst as mh
 from mpi_hyst._report.notebook.box import Box
 from mpi_hyst._report.page import Table
 from mpi_hyst._report.realtime import facts, times
-from mpi_hyst._text import digits
+from mpi_hyst._text import digits, span
 
 
 def tuning(made: mh.control.Tuning) -> Box:
@@ -51,7 +51,7 @@ def run(made: mh.plant.Run) -> Box:
         ("rms error of the position", digits(metrics.position_rmse, 3)),
         ("largest error of the position", digits(metrics.max_position_error, 3)),
         ("range of the reference", digits(metrics.range)),
-        ("drive", f"{digits(metrics.drive_low)} to {digits(metrics.drive_high)}"),
+        ("drive", span(metrics.drive_low, metrics.drive_high, "")),
         ("samples at a limit", str(metrics.saturated_count)),
         ("samples without a reading", str(metrics.missing_count)),
     ]

@@ -11,7 +11,7 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._text import digits, in_unit
+from mpi_hyst._text import digits, in_unit, span
 from mpi_hyst._types import Samples
 
 BASE = "% of the base: the peak-to-peak range of the reference"
@@ -97,7 +97,7 @@ def facts(simulation: Simulation) -> list[tuple[str, str]]:
         ("stage", ", ".join([setup.plant, *setup.linear_parts, *_noise(simulation)])),
         ("feed-forward", feedforward),
         ("gains", ", ".join([*gains, "tuned" if setup.tuned else "given"])),
-        ("drive", f"{digits(metrics.drive_low)} to {in_unit(metrics.drive_high, unit)}"),
+        ("drive", span(metrics.drive_low, metrics.drive_high, unit)),
         (
             "saturated",
             f"{metrics.saturated_count} of {len(run)} samples{_at((low, high), unit)}"
@@ -111,7 +111,7 @@ def _of_run(simulation: Simulation) -> list[tuple[str, str]]:
     at = "" if run.limits is None else _at(run.limits, unit)
     return [
         ("samples", f"{len(run)} at {1.0 / simulation.dt:.6g} Hz"),
-        ("drive", f"{digits(metrics.drive_low)} to {in_unit(metrics.drive_high, unit)}"),
+        ("drive", span(metrics.drive_low, metrics.drive_high, unit)),
         ("saturated", f"{metrics.saturated_count} of {len(run)} samples{at}"),
         ("without a reading", f"{metrics.missing_count} of {len(run)} samples"),
     ]

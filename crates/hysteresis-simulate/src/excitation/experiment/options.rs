@@ -137,7 +137,7 @@ impl ExperimentOptions {
         check_positive("fast_rate", self.fast_rate)?;
         let least = MIN_FAST_CYCLES / fast_seconds(self.fast_rate);
         if !(least <= self.fast_frequency && self.fast_frequency <= 0.5 * self.fast_rate) {
-            let expected = format!("a number from {least:?} to half of fast_rate = {:?} Hz", self.fast_rate);
+            let expected = format!("a number from {least:?} to half of `fast_rate`, {:?} Hz", self.fast_rate);
             return Err(Error::domain("fast_frequency", expected, self.fast_frequency));
         }
         let most = 0.5 * (self.high - self.low);

@@ -81,7 +81,7 @@ fn what_no_experiment_can_have_is_named() {
     assert_eq!(frequencies((1.0, f64::NAN)), format!("{expected}NaN"));
     assert_eq!(frequencies((f64::INFINITY, f64::INFINITY)), format!("{expected}inf"));
     let fast = |fast_frequency| named(ExperimentOptions { fast_frequency, ..options() });
-    let expected = "fast_frequency: expected a number from 4.0 to half of fast_rate = 10000.0 Hz, got ";
+    let expected = "fast_frequency: expected a number from 4.0 to half of `fast_rate`, 10000.0 Hz, got ";
     assert_eq!(fast(5001.0), format!("{expected}5001.0"));
     assert_eq!(fast(3.9), format!("{expected}3.9"));
     let expected = "fast_amplitude: expected a number above 0, at most half of the range, 75.0, got ";

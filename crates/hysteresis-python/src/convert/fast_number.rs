@@ -1,0 +1,59 @@
+//! Numbers of calls that are made for every sample: as fast as `f64`, whose own error does not name the argument.
+
+use std::marker::PhantomData;
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use super::errors::unexpected;
+
+/// A number that came as the argument N.
+pub(crate) struct Number<N>(pub(crate) f64, PhantomData<N>);
+
+/// What an argument is called.
+pub(crate) trait Name {
+    const NAME: &'static str;
+}
+
+impl<'py, N: Name> FromPyObject<'_, 'py> for Number<N> {
+    type Error = PyErr;
+
+    #[inline]
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match value.extract() {
+            Ok(number) => Ok(Self(number, PhantomData)),
+            Err(error) => Err(named(N::NAME, &value, error)),
+        }
+    }
+}
+
+/// What was raised, or that the argument is no number.
+#[cold]
+pub(crate) fn named(name: &str, value: &Bound<'_, PyAny>, error: PyErr) -> PyErr {
+    // Whatever else the object's __float__ raised is its own.
+    if error.is_instance_of::<PyTypeError>(value.py()) { unexpected(name, "a number", value) } else { error }
+}
+
+macro_rules! names {
+    ($($type:ident = $name:literal),+ $(,)?) => {
+        $(
+            pub(crate) struct $type;
+
+            impl Name for $type {
+                const NAME: &'static str = $name;
+            }
+        )+
+    };
+}
+
+names!(
+    Correction = "correction",
+    Drive = "drive",
+    Feedforward = "feedforward",
+    Measurement = "measurement",
+    MeasuredError = "error",
+    Reference = "reference",
+    Target = "target",
+    U = "u",
+    Y = "y",
+);
