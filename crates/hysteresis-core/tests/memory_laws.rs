@@ -75,12 +75,14 @@ proptest! {
             forward.reset();
             prop_assert_eq!(forward.state(), new.state());
             prop_assert_eq!(run(&mut forward, &y), run(&mut new, &y));
+            prop_assert_eq!(forward.state(), new.state());
         }
         for (mut inverse, mut new) in inverses(&model, limits).into_iter().zip(inverses(&model, limits)) {
             run(&mut inverse, &x);
             inverse.reset();
             prop_assert_eq!(inverse.state(), new.state());
             prop_assert_eq!(run(&mut inverse, &y), run(&mut new, &y));
+            prop_assert_eq!(inverse.state(), new.state());
         }
     }
 
