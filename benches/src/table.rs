@@ -59,7 +59,7 @@ pub fn brief(results: &Results) -> String {
     let sections = [
         machine(&results.machine),
         streams(&results.cases, &signals, &OPERATORS),
-        runs(&results.cases, &signals, &[20, 1_000]),
+        runs(&results.cases, &signals, &[20, 100, 1_000]),
         counts(&results.cases, &signals, &[20, 1_000]),
         array(&results.cases, &[Signal::SlowSine]),
         individual(&results.cases),
