@@ -349,3 +349,25 @@ fn what_cannot_be_inverted_is_named() {
     assert_eq!(preview(&|o| o.band = Some(5001.0)), format!("{band} 5001.0"));
     assert_eq!(preview(&|o| o.band = Some(f64::NAN)), format!("{band} NaN"));
 }
+
+/// What is smooth at its end goes on with its acceleration, and what jumps there stays: as if those samples had come.
+#[test]
+fn the_end_of_a_reference_is_as_it_says() {
+    let parabola = |k: u32| 3.0 + 2e-3 * f64::from(k) + 1e-6 * f64::from(k * k);
+    let smooth: Vec<f64> = (0..2000).map(parabola).collect();
+    let falling: Vec<f64> = smooth.iter().map(|r| -r).collect();
+    let mut jumps = smooth.clone();
+    jumps[1199..].fill(9.0);
+    let mut rests = smooth.clone();
+    rests[1100..].fill(smooth[1100]);
+    for dynamics in [resonance(400.0, 0.95).into(), resonance(800.0, 0.1).into(), lag(279.0).then(delay(2.0))] {
+        let inverse = DynamicsInverse::new(&dynamics, DT).unwrap();
+        for (name, reference) in [("smooth", &smooth), ("falling", &falling), ("jumps", &jumps), ("rests", &rests)] {
+            let cut = inverse.invert(&reference[..1200], None).unwrap();
+            let whole = inverse.invert(reference, None).unwrap();
+            let worst = cut.iter().zip(&whole).map(|(cut, whole)| (cut - whole).abs()).fold(0.0, f64::max);
+            // Of what lies farther ahead than it looks, some 1e-6 is left.
+            assert!(worst < 1e-5, "{name}: {worst}");
+        }
+    }
+}

@@ -148,3 +148,29 @@ fn repetitive_control_finds_its_bandwidth() {
     let wider = RepetitiveControl::new(&light, 1000, &wider).unwrap();
     assert!(members.iter().any(|member| wider.convergence_rate(member).unwrap() > 1.0));
 }
+
+/// A proportional gain below 0 damps, but only behind filters; nothing else may be below 0.
+#[test]
+fn what_a_loop_must_not_have_below_0_is_named() {
+    let plain = open(a1());
+    let filters = sections(&[Notch::new(800.0, 0.0, 1.5).unwrap().into()], DT).unwrap();
+    let filtered = FeedbackLoop { filters, ..plain.clone() };
+    assert!(FeedbackLoop { kp: -0.1, ..filtered.clone() }.impulse_response(1000).is_ok());
+    for (feedback, parameter) in [
+        (FeedbackLoop { kp: -0.1, ..plain.clone() }, "kp"),
+        (FeedbackLoop { ki: -0.1, ..plain.clone() }, "ki"),
+        (FeedbackLoop { slope: -0.1, ..plain.clone() }, "slope"),
+        (FeedbackLoop { ki: -0.1, ..filtered.clone() }, "ki"),
+        (FeedbackLoop { slope: -0.1, ..filtered.clone() }, "slope"),
+    ] {
+        let refused = feedback.impulse_response(1000).unwrap_err().to_string();
+        assert_eq!(refused, format!("{parameter}: expected a finite number >= 0 (at most 1e100), got -0.1"));
+    }
+    for (feedback, parameter) in [
+        (FeedbackLoop { kp: f64::INFINITY, ..filtered.clone() }, "kp"),
+        (FeedbackLoop { ki: f64::NAN, ..plain.clone() }, "ki"),
+        (FeedbackLoop { slope: 1e200, ..plain }, "slope"),
+    ] {
+        assert_eq!(feedback.impulse_response(1000).unwrap_err().parameter(), Some(parameter));
+    }
+}

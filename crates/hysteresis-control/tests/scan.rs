@@ -258,6 +258,34 @@ proptest! {
     }
 }
 
+/// Jerks that jump where a part begins or ends are the differences of the acceleration within each part.
+#[test]
+fn jerks_are_the_derivatives_of_the_acceleration_within_each_part() {
+    let figure = Lissajous::new((3.0, 2.0), (7.0, 5.0), 0.4, 0.5, 0.3, (1.0, -2.0)).unwrap();
+    let plain = RasterOptions::new(10.0, 8.0, 4, 5.0);
+    let ramp = Raster::new(plain).unwrap();
+    let steps = Raster::new(RasterOptions { has_steps: true, ..plain }).unwrap();
+    // The second sweep is the retrace of the first line, after which the slow axis steps.
+    let step = steps.sweep(1).unwrap().1;
+    let in_steps: Vec<f64> = [0.1, 0.3, 0.7, 0.9].map(|share| step + share * 0.2 * 0.1).to_vec();
+    let in_ramp: Vec<f64> = [0.2, 0.4, 0.8].map(|share| share * ramp.sweep(0).unwrap().0).to_vec();
+    let in_figure = vec![0.05, 0.11, 0.2, 0.28, 0.4, 0.61, 0.83, 0.9, 1.0, 1.07];
+    let axes: [(&str, Box<dyn Trajectory>, Vec<f64>); 4] = [
+        ("x of a figure", Box::new(figure.x()), in_figure.clone()),
+        ("y of a figure", Box::new(figure.y()), in_figure),
+        ("steps", Box::new(steps.y()), in_steps),
+        ("ramp", Box::new(ramp.y()), in_ramp),
+    ];
+    for (name, axis, times) in axes {
+        let largest = times.iter().map(|t| axis.at(*t).jerk.abs()).fold(0.0, f64::max);
+        for t in times {
+            let (h, here) = (1e-6, axis.at(t).jerk);
+            let slope = (axis.at(t + h).acceleration - axis.at(t - h).acceleration) / (2.0 * h);
+            assert!(largest > 1.0 && (slope - here).abs() < 1e-5 * largest, "{name} at {t} s: {slope} {here}");
+        }
+    }
+}
+
 /// Positions about another point.
 trait Moved {
     fn moved_by(self, by: f64) -> Self;

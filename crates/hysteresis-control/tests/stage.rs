@@ -146,6 +146,24 @@ fn drives_keep_limits_and_slew() {
     }
 }
 
+/// At the limit itself a target is reached but for rounding, whether it is a large number or a small one.
+#[test]
+fn targets_beyond_the_limits_are_counted_and_those_at_them_are_not() {
+    for slope in [1.0 / 3.0, 1e-4 / 3.0, 1e4 / 3.0] {
+        let rigid = ModifiedPrandtlIshlinskii::from_ratios(&[slope], &[0.0], Ratios::PAPER, Offsets::default());
+        let stage = Stage::new(StageParts { limits: Some((-10.0, 150.0)), ..StageParts::new(rigid.unwrap()) }).unwrap();
+        for (beyond, counted) in [(0.0, 0), (1e-12, 0), (1e-6 + 1e-6 / slope, 7), (0.5, 7)] {
+            let highest = slope * 150.0 * (1.0 + beyond);
+            // A tenth of a second up and down, and seven samples at the top.
+            let up: Vec<f64> = (0..1000).map(|k| slope * 149.0 * f64::from(k) / 1000.0).collect();
+            let reference: Vec<f64> = up.iter().copied().chain([highest; 7]).chain(up.iter().rev().copied()).collect();
+            let found = stage.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap();
+            assert_eq!(found.saturated_count, counted, "{slope} {beyond}");
+            assert_eq!(found.drive.iter().filter(|drive| **drive == 150.0).count(), 7);
+        }
+    }
+}
+
 #[test]
 fn a_stage_file_reads_back_bit_for_bit() {
     let dynamics = LinearDynamics::from(FirstOrder::new(3000.0).unwrap()).then(SecondOrder::new(800.0, 0.02).unwrap());

@@ -1,6 +1,9 @@
 //! Laws of trajectories.
 
-use hysteresis_control::trajectory::{Motion, MotionLimits, PointToPoint, RoundedTriangle, Sine, Trajectory};
+use hysteresis_control::trajectory::{
+    Axis, Lissajous, Motion, MotionLimits, PointToPoint, Raster, RasterOptions, RoundedTriangle, Scan, Sine, Spiral,
+    SpiralRate, Trajectory,
+};
 use proptest::prelude::*;
 
 fn sines() -> impl Strategy<Value = Sine> {
@@ -168,4 +171,35 @@ fn what_no_trajectory_can_have_is_named() {
     assert!(moves(&[-1e308, 1e308], limits, 0.0).starts_with("points: expected a number that leaves"));
     assert!(moves(&[0.0], limits, -1.0).starts_with("dwell: expected a number of seconds"));
     assert!(moves(&[0.0], MotionLimits { jerk: 0.0, ..limits }, 0.0).starts_with("jerk: expected a finite number"));
+}
+
+/// Numbers that appear nowhere else, so that none stands for another.
+#[test]
+fn trajectories_tell_what_they_were_made_of() {
+    let sine = Sine::new(3.0, 2.0, 7.0).unwrap();
+    assert_eq!((sine.amplitude(), sine.frequency(), sine.offset(), sine.duration()), (3.0, 2.0, 7.0, 0.5));
+    let triangle = RoundedTriangle::new(3.0, 2.0, 0.125, 7.0).unwrap();
+    assert_eq!((triangle.amplitude(), triangle.frequency(), triangle.corner()), (3.0, 2.0, 0.125));
+    assert_eq!((triangle.offset(), triangle.duration()), (7.0, 0.5));
+    assert!(sine.is_periodic() && triangle.is_periodic());
+    let limits = MotionLimits { velocity: 1e2, acceleration: 1e4, jerk: 1e6 };
+    let moves = PointToPoint::new(&[4.0, 3.0, 9.0], limits, 0.25).unwrap();
+    assert_eq!((moves.points(), moves.limits(), moves.dwell()), (&[4.0, 3.0, 9.0][..], limits, 0.25));
+    assert!(!moves.is_periodic());
+    let figure = Lissajous::new((3.0, 4.0), (7.0, 5.0), 0.375, 2.5, 0.75, (8.0, 9.0)).unwrap();
+    assert_eq!((figure.amplitudes(), figure.frequencies(), figure.center()), ((3.0, 4.0), (7.0, 5.0), (8.0, 9.0)));
+    assert_eq!((figure.phase(), figure.seconds(), figure.lead_in()), (0.375, 2.5, 0.75));
+    assert_eq!((figure.steady(), Scan::duration(&figure)), ((0.75, 3.25), 4.0));
+    assert_eq!((Lissajous::default_lead_in((8.0, 4.0)), Lissajous::default_lead_in((4.0, 8.0))), (0.5, 0.5));
+    let rate = SpiralRate::Angular { frequency: 4.0 };
+    let spiral = Spiral::new(8.0, 0.5, rate, 2.5, (3.0, 9.0)).unwrap();
+    assert_eq!((spiral.radius(), spiral.pitch(), spiral.rate()), (8.0, 0.5, rate));
+    assert_eq!((spiral.inner_radius(), spiral.center()), (2.5, (3.0, 9.0)));
+    let options = RasterOptions { turnaround: 0.25, center: (3.0, 9.0), ..RasterOptions::new(12.0, 8.0, 16, 4.0) };
+    let raster = Raster::new(options).unwrap();
+    // A sweep of 1/8 s, a quarter of which is the turn.
+    assert_eq!((raster.options(), raster.speed(), raster.line_duration()), (options, 128.0, 0.09375));
+    assert_eq!((raster.overscan(), raster.acceleration()), (1.375, 15360.0));
+    assert!(!figure.x().is_periodic());
+    assert_eq!((figure.x().scan(), figure.y().axis()), (figure, Axis::Y));
 }

@@ -1,7 +1,7 @@
 //! What the gains of the feedback keep.
 
 use hysteresis_control::filters::FeedbackFilter;
-use hysteresis_control::linear::{Delay, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
+use hysteresis_control::linear::{Block, Delay, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::tuning::{LoopFamily, ModeUncertainty, Structure, TuningOptions, loop_margins, tune};
 use proptest::prelude::*;
 
@@ -61,6 +61,25 @@ fn margins_of_an_integrator_are_those_of_the_textbook() {
     assert!((margins.crossover * core::f64::consts::TAU * dt - crossover).abs() < 1e-9);
     assert!((margins.phase_margin - phase_margin).abs() < 1e-6, "{margins:?}");
     assert!((margins.gain_margin - gain_margin).abs() < 1e-9, "{margins:?}");
+}
+
+/// What white noise becomes is the energy of the answer to one wrong measurement (Parseval), here in the steepest loop.
+#[test]
+fn the_noise_bandwidth_is_that_of_the_loop_in_time() {
+    for chain in [a1(), a1().then(Delay::new(3e-4).unwrap()), FirstOrder::new(300.0).unwrap().into()] {
+        let options = options();
+        let tuning = tune(&chain, &options).unwrap();
+        let mut plant = chain.block(options.dt).unwrap();
+        let (mut energy, mut integral, mut position) = (0.0, 0.0, 0.0);
+        for k in 0..100_000 {
+            let error = if k == 0 { 1.0 } else { 0.0 } - position;
+            integral += tuning.ki * options.dt * error;
+            position = plant.advance(options.slopes.1 * (tuning.kp * error + integral));
+            energy += position * position;
+        }
+        let expected = 0.5 * energy / options.dt;
+        assert!((tuning.noise_bandwidth / expected - 1.0).abs() < 1e-3, "{} {expected}", tuning.noise_bandwidth);
+    }
 }
 
 /// What a gain in the dynamics does, a gain of the hysteresis does too; and time has a unit.

@@ -111,3 +111,38 @@ fn mean_and_variance(responses: &[Vec<Complex64>], open: &[Complex64]) -> Vec<Pr
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half of what passes at rest passes up to 10: known to a share of 0.1 up to 3, not at all from 7 on.
+    #[test]
+    fn the_unmodelled_share_grows_beyond_what_the_dynamics_pass() {
+        let open: Vec<Complex64> = (0..=20).map(|j| Complex64::new(0.0, if j <= 10 { 4.0 } else { 1.9 })).collect();
+        let found = mean_and_variance(&[vec![Complex64::new(2.0, 0.0); 21]], &open);
+        let expected = [
+            (0, 0.01),
+            (1, 0.01),
+            (3, 0.01),
+            (4, 0.1_f64.powf(1.5)),
+            (5, 0.1),
+            (6, 0.1_f64.powf(0.5)),
+            (7, 1.0),
+            (20, 1.0),
+        ];
+        for (j, share) in expected {
+            assert_eq!(found[j].response, Complex64::new(2.0, 0.0));
+            assert!((found[j].variance - 4.0 * share).abs() < 1e-12, "{j}: {}", found[j].variance);
+        }
+    }
+
+    /// Members 1 apart from their mean, and what no mode explains.
+    #[test]
+    fn the_spread_of_the_members_is_variance() {
+        let member = |re, im| vec![Complex64::new(re, im); 3];
+        let found = mean_and_variance(&[member(3.0, 2.0), member(1.0, 2.0), member(2.0, 2.0)], &member(1.0, 0.0));
+        assert_eq!(found[0].response, Complex64::new(2.0, 2.0));
+        assert!((found[0].variance - (2.0 / 3.0 + 0.01 * 8.0)).abs() < 1e-12, "{}", found[0].variance);
+    }
+}

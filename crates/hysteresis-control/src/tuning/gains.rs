@@ -81,3 +81,39 @@ impl GainSearch<'_> {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_core::Sections;
+
+    use super::*;
+    use crate::filters::{FeedbackFilter, LowPass, sections};
+    use crate::linear::{LinearDynamics, SecondOrder};
+    use crate::tuning::open_loop::OpenLoop;
+    use crate::tuning::response::response;
+
+    const DT: f64 = 1e-4;
+
+    fn members(mode: (f64, f64), filters: &[FeedbackFilter]) -> Vec<Vec<FrequencyPoint>> {
+        let dynamics = LinearDynamics::from(SecondOrder::new(mode.0, mode.1).unwrap());
+        let filters = if filters.is_empty() { Sections::default() } else { sections(filters, DT).unwrap() };
+        vec![response(&OpenLoop { filters, transfer: dynamics.pulse_transfer(DT).unwrap() }, 1.0)]
+    }
+
+    /// Of 200 proportional gains, evenly, none admits a greater integral gain than the one that is found.
+    #[test]
+    fn the_gains_of_a_sign_are_those_with_the_greatest_integral_gain() {
+        let low_pass = FeedbackFilter::from(LowPass::new(320.0, None).unwrap());
+        let slopes = Slopes { min: 0.7, max: 1.0 };
+        for (members, sign) in [(members((400.0, 0.95), &[]), 1.0), (members((800.0, 0.02), &[low_pass]), -1.0)] {
+            let search = GainSearch { slopes, static_gain: 1.0, members: &members, limit: 1.7 };
+            let highest = greatest_near(0.1, |kp| search.admits(sign * kp, TINY));
+            let integral = |i: u32| greatest(|ki_dt| search.admits(sign * highest * f64::from(i) / 200.0, ki_dt));
+            let best = (0..=200).map(integral).fold(0.0, f64::max);
+            let found = search.with_sign(sign);
+            assert!(found.ki_dt > best * (1.0 - 1e-3), "{sign}: {} {best}", found.ki_dt);
+            assert!(search.admits(found.kp, found.ki_dt * (1.0 - 1e-9)));
+            assert!(found.kp * sign > 0.0);
+        }
+    }
+}
