@@ -115,8 +115,15 @@ fn limits_that_are_none_are_named() {
 #[test]
 fn a_sample_is_judged_as_it_comes_not_relative_to_the_offset() {
     let far = Offsets { input: 9e99, output: -9e99 };
-    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], far).unwrap();
-    let (mut forward, mut inverse) = (model.forward(), model.inverse(None).unwrap());
+    let model = CompiledModel::new(&(&PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], far).unwrap()).into());
+    for method in [Method::TurningPoints, Method::Bank] {
+        judges_samples_as_they_come(&model, method);
+    }
+}
+
+fn judges_samples_as_they_come(model: &CompiledModel, method: Method) {
+    let (mut forward, mut inverse) =
+        (Forward::with_method(model, method).unwrap(), Inverse::with_method(model, None, method).unwrap());
     for (sample, is_taken) in [
         (9.5e99, true),
         (1e100, true),
@@ -132,7 +139,7 @@ fn a_sample_is_judged_as_it_comes_not_relative_to_the_offset() {
         let more = (forward.rejected() - rejected.0, inverse.rejected() - rejected.1);
         assert_eq!(more, if is_taken { (0, 0) } else { (1, 1) }, "{sample}");
         assert_eq!((forward.output(), inverse.reached()) != before, is_taken, "{sample}");
-        let mut other = model.forward();
+        let mut other = Forward::with_method(model, method).unwrap();
         other.set_state(&forward.state()).unwrap();
         assert_eq!(other.output(), forward.output());
     }

@@ -30,8 +30,8 @@ pub enum Method {
     /// smooth drive.
     TurningPoints,
     /// A loop over all operators: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive that
-    /// jumps. A sample costs the same on any drive. On x86-64-v3 its sums are fused, so the last bit of an output may depend
-    /// on the processor; what the operators remember does not.
+    /// jumps. What a sample costs hardly depends on the drive. With the feature `simd`, sums are fused on x86-64-v3. So outputs may
+    /// differ in their last bits from those on another processor, and of an inverse the drives, and what is remembered of them.
     Bank,
 }
 

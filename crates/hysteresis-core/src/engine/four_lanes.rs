@@ -20,7 +20,7 @@ pub(crate) trait FourLanes: Copy {
     fn splat(self, number: f64) -> Self::Numbers;
     fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
-    /// a b + c, rounded once where the processor can, else twice.
+    /// a b + c, rounded once on x86-64-v3, else twice.
     fn mul_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
     /// The smaller; b where neither is.
     fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;

@@ -44,8 +44,8 @@ impl Forward {
         Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] where few operators are driven by jumps or noise,
-    /// which it takes several times as fast.
+    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] for long runs of few operators along jumps or
+    /// noise (with the feature `simd`).
     ///
     /// # Errors
     /// [`Error::Domain`] that names the first threshold that is not nested, for [`Method::TurningPoints`].

@@ -24,8 +24,8 @@ pub(crate) struct Segment<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// The segment at the input `last`, inputs being relative to `origin`. It ends where admissible inputs may end, so that no other
-    /// is ever on it.
+    /// The segment at the input `last`, inputs being relative to `origin`. It ends where admissible inputs may end, so that
+    /// none beyond is on it: the last one was admissible.
     #[inline]
     pub(super) fn new(piece: Piece<T>, last: T, origin: T) -> Self {
         let sign: T = piece.direction.sign();

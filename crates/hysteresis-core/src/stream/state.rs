@@ -1,7 +1,7 @@
 use crate::engine::MemoryState;
 use crate::error::{Bound, Error, is_admissible};
 
-/// Everything that a stream remembers: restored, it continues bit for bit.
+/// Everything that a stream remembers: restored, it continues bit for bit; by a bank, on a processor of the same kind.
 ///
 /// ```
 /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};

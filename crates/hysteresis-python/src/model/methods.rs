@@ -56,7 +56,7 @@ pub(super) fn inverse(
     Ok(Inverse { stream: stream.map_err(raise)?, made })
 }
 
-/// The method that an argument names; initial outputs leave the bank alone.
+/// The method that an argument names; with initial outputs only the bank is possible.
 fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Option<Method>> {
     let Some(word) = method else { return Ok(None) };
     let expected = if has_initial { "\"bank\" or None beside initial" } else { "\"turning_points\", \"bank\" or None" };
@@ -123,8 +123,9 @@ macro_rules! model_methods {
             /// The forward model as a stream, at rest or from the operator outputs `initial`.
             ///
             /// `method` None takes "turning_points" where it can: it costs next to nothing on a smooth drive, whatever the number
-            /// of operators is. "bank" computes all operators for every sample: for up to a hundred or so of them it is faster
-            /// in `run` where the drive jumps or is noise. Both give the same outputs, to 1e-12 of the range.
+            /// of operators is. "bank" computes all operators for every sample. In `run`, with AVX2, it is faster for some tens of
+            /// operators where a drive has noise, and for a hundred where every sample is a jump. Both give the same outputs, to
+            /// 1e-12 of the range.
             ///
             /// Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
             #[pyo3(signature = (initial=None, *, method=None))]

@@ -26,7 +26,7 @@ impl Push {
     }
 }
 
-/// How often the input turned round of late: where it often does, a processor cannot guess the next direction, and for few operators
+/// How often the input turned round of late: where it turns often, a processor cannot guess the next direction, and for few operators
 /// both bounds cost less than a wrong guess.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turns {

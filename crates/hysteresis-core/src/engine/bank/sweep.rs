@@ -110,7 +110,8 @@ impl<W: Weights> FourLaneLoop for Run<'_, W> {
     }
 }
 
-/// The output at the input `x` and the slope from there on, every operator coming from its last output.
+/// The output at the input `x` and the slope from there on, every operator coming from its last output. Of a split operator at zero
+/// it is that below zero: a search then takes a look more.
 pub(super) struct SlopeSweep<'a, B, W> {
     pub(super) blocks: &'a [Block],
     pub(super) outputs: &'a [Lanes],
