@@ -1,6 +1,8 @@
 //! Four operators side by side, and which of their bounds push them.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
+use core::array;
+
 use super::super::four_lanes::{FourLanes, LANES, Lanes};
 use super::members::SplitWeight;
 use crate::operator::CoupledPlay;
@@ -26,6 +28,14 @@ impl Block {
             (block.above[lane], block.below[lane]) = (weight.above, weight.below);
         }
         block
+    }
+
+    /// The operators with their weights, and after them what the lanes that are left over hold.
+    pub(super) fn operators(&self) -> [(SplitWeight, CoupledPlay); LANES] {
+        array::from_fn(|lane| {
+            let weight = SplitWeight { above: self.above[lane], below: self.below[lane] };
+            (weight, CoupledPlay::of_checked(self.r[lane], self.ra[lane], self.rb[lane], self.rc[lane]))
+        })
     }
 
     /// lo(x) of equation (5): what the outputs cannot be below.

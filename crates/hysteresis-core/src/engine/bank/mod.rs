@@ -67,7 +67,7 @@ impl Bank {
 
     /// Whether a move of the input to `input` changes no operator.
     pub(crate) fn is_at(&self, input: f64) -> bool {
-        self.members.all.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z)
+        self.members.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z)
     }
 
     /// The operator outputs z_i.
@@ -82,7 +82,7 @@ impl Bank {
             return Err(Error::State { expected: "one finite output for each operator" });
         }
         let (mut sum, mut scale) = (0.0, 0.0);
-        for ((weight, _), z) in self.members.all.iter().zip(outputs) {
+        for ((weight, _), z) in self.members.iter().zip(outputs) {
             sum += weight.at(*z) * z;
             scale += weight.magnitude() * (z.abs() + input.abs() + f64::MIN_POSITIVE);
         }
@@ -265,9 +265,8 @@ mod tests {
     /// The bank of every model on this processor and on any, from rest and from outputs that no input has led to.
     fn banks() -> impl Iterator<Item = Bank> {
         models().flat_map(|model| {
-            let portable = Members { processor: Processor::portable(), ..Members::of(&model) };
-            [Members::of(&model), portable].into_iter().flat_map(|members| {
-                let members = Arc::new(members);
+            [Processor::here(), Processor::portable()].into_iter().flat_map(move |processor| {
+                let members = Arc::new(Members::on(processor, &model));
                 let odd: Vec<f64> = (0..members.len()).map(|i| if i % 2 == 0 { 700.0 } else { -900.0 }).collect();
                 [Bank::at_rest(members.clone()), Bank::new(members, &odd).unwrap()]
             })
@@ -282,10 +281,10 @@ mod tests {
 
     impl OneByOne<'_> {
         fn step(&mut self, x: f64) -> f64 {
-            for (z, (_, operator)) in self.z.iter_mut().zip(&self.members.all) {
+            for (z, (_, operator)) in self.z.iter_mut().zip(self.members.iter()) {
                 *z = operator.next(*z, x);
             }
-            self.members.all.iter().zip(&self.z).map(|((weight, _), z)| weight.at(*z) * z).sum()
+            self.members.iter().zip(&self.z).map(|((weight, _), z)| weight.at(*z) * z).sum()
         }
     }
 
