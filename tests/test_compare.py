@@ -257,7 +257,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "creep": ({"creep": "much", "dt": DT}, "expected None"),
     "skip": ({"skip": U.size}, "expected"),
     "smoothness": ({"smoothness": -1.0}, ">= 0"),
-    "progress": ({"progress": 3}, "expected a callable, got 3"),
+    "progress": ({"progress": 3}, "expected a callable or None, got 3"),
     "y": ({"y": U[:5]}, f"expected {U.size} samples, got 5"),
 }
 

@@ -143,7 +143,7 @@ def test_a_stage_file_reads_back_bit_for_bit(tmp_path: Path) -> None:
 def test_a_reference_that_begins_elsewhere_needs_a_lead_in() -> None:
     stage, reference = lightly_damped(), 10.0 + raster(0.2)
     with pytest.raises(
-        ValueError, match=r"reference\[0\]: expected the position .* lead-in"
+        ValueError, match=r"reference\[0\]: expected the position .* `lead_in`"
     ) as raised:
         stage.precompensate(reference, DT)
     assert parameter_of(raised.value) == "reference"

@@ -280,7 +280,7 @@ def test_an_interrupt_among_the_operators_keeps_those_it_began_with() -> None:
 
 
 def test_progress_that_cannot_be_called_is_refused_by_name() -> None:
-    with pytest.raises(TypeError, match="progress: expected a callable, got 3"):
+    with pytest.raises(TypeError, match="progress: expected a callable or None, got 3"):
         mh.identify(DRIVE, measured(DRIVE, 11), progress=3)  # type: ignore[arg-type]
 
 

@@ -30,6 +30,14 @@ _BINARY = getattr(os, "O_BINARY", 0)  # Windows would change the ends of lines
 _COPY = re.compile(r"\.mpi_hyst-[0-9a-f]{16}\.tmp")
 
 
+def path_of(path: str | os.PathLike[str]) -> Path:
+    """Return where a file is, or refuse what names none."""
+    try:
+        return Path(path)
+    except TypeError as error:
+        raise TypeError(f"path: expected the name of a file, got {path!r}") from error
+
+
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file completely or not at all; a replaced file passes on its permissions.
 

@@ -7,11 +7,10 @@ C++. Both files appear only when they are complete. A stage as bytes is `stage.t
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Literal
 
 from mpi_hyst._core import Stage, c_header_text, c_name
-from mpi_hyst._files import write_file
+from mpi_hyst._files import path_of, write_file
 from mpi_hyst._fmu.pack import packed
 
 __all__ = ["c_header", "fmu"]
@@ -68,7 +67,7 @@ def fmu(
     True
 
     """
-    path = Path(path)
+    path = path_of(path)
     called = path.stem if name is None else name
     write_file(path, packed(stage, kind, called, dt=dt, feedforward=feedforward, gains=gains))
 
@@ -114,5 +113,5 @@ def c_header(
     True
 
     """
-    path = Path(path)
+    path = path_of(path)
     write_file(path, c_header_text(stage, c_name(path.stem) if name is None else name, dt))

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy.typing as npt
 
 from mpi_hyst._core import Identification, Run
+from mpi_hyst._files import path_of, write_file
 from mpi_hyst.plot._arguments import Units, drawing, expect, interval, quantities
 
 __all__ = ["identification", "run"]
@@ -87,11 +87,11 @@ def identification(
         expect("beside", beside, (Identification,))
     if validate is not None and u is None:
         raise TypeError("validate: expected None without the records u and y that were fitted")
-    place, named = _place(path), quantities(units)
+    place, named = path_of(path), quantities(units)
     with drawing("a report"):
         from mpi_hyst._report.identify import python as page
     records = page.records(found, u, y, skip, names, validate)
-    _write(place, page.report(found, records, named, beside))
+    write_file(place, page.report(found, records, named, beside))
 
 
 def run(
@@ -142,22 +142,9 @@ def run(
     expect("run", run, (Run,))
     if not isinstance(name, str):
         raise TypeError(f"name: expected a text, got {name!r}")
-    place, named, known = _place(path), quantities(units), interval(dt)
+    place, named, known = path_of(path), quantities(units), interval(dt)
     if known is None:
         raise TypeError("dt: expected a number of seconds, got None")
     with drawing("a report"):
         from mpi_hyst._report.simulate import python as page
-    _write(place, page.report(run, known, name, named))
-
-
-def _place(path: str | os.PathLike[str]) -> Path:
-    try:
-        return Path(path)
-    except TypeError as error:
-        raise TypeError(f"path: expected the name of a file, got {path!r}") from error
-
-
-def _write(path: Path, text: str) -> None:
-    from mpi_hyst._files import write_file
-
-    write_file(path, text)
+    write_file(place, page.report(run, known, name, named))

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pythonize::pythonize;
 
 use super::array_controller::ArrayController;
-use crate::convert::arguments::{numbers, whole};
+use crate::convert::arguments::{flag, numbers, whole};
 use crate::convert::arrays::each;
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
@@ -45,12 +45,13 @@ impl ArrayController {
     }
 
     #[setter]
-    fn set_hold(&mut self, hold: bool) {
-        if hold {
-            self.controller.hold();
+    fn set_hold(slf: &Bound<'_, Self>, hold: &Bound<'_, PyAny>) -> PyResult<()> {
+        if flag("hold", Some(hold), false)? {
+            exclusive(slf)?.controller.hold();
         } else {
-            self.controller.release();
+            exclusive(slf)?.controller.release();
         }
+        Ok(())
     }
 
     /// Ramps the drives to `rest_drive` (V), one for all or one for each, at `rate` (V/s), or at the slew if that is slower, and

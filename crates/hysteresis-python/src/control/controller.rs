@@ -5,16 +5,16 @@ use hysteresis_core::{self as core, ControllerOptions, Mode};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::controller_options::{Given, as_keywords, mode_name, mode_of};
+use super::controller_options::{Given, MODES, as_keywords, mode_name, mode_of};
 use super::filters::as_tuple;
 use super::observer::Observer;
 use super::preview::Preview;
 use super::repetitive::RepetitiveControl;
 use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::{flag, numbers, pair, word};
 use crate::convert::errors::raise;
-use crate::convert::objects::{instance, shared};
+use crate::convert::objects::{exclusive, instance, shared};
 use crate::convert::pickling::{Reduced, reduce};
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
@@ -149,8 +149,8 @@ impl HybridController {
         dt: &Bound<'py, PyAny>,
         limits: &Bound<'py, PyAny>,
         slew: Option<Bound<'py, PyAny>>,
-        law: Option<String>,
-        anti_windup: Option<String>,
+        law: Option<Bound<'py, PyAny>>,
+        anti_windup: Option<Bound<'py, PyAny>>,
         tracking_time: Option<Bound<'py, PyAny>>,
         bumpless_time: Option<Bound<'py, PyAny>>,
         max_missing: Option<Bound<'py, PyAny>>,
@@ -220,8 +220,9 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_mode(&mut self, mode: &str) -> PyResult<()> {
-        self.controller_mut().set_mode(mode_of("mode", mode)?).map_err(raise)
+    fn set_mode(slf: &Bound<'_, Self>, mode: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mode = mode_of("mode", &word("mode", MODES, mode)?)?;
+        exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
 
     /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
@@ -232,12 +233,13 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_hold(&mut self, hold: bool) {
-        if hold {
-            self.controller_mut().hold();
+    fn set_hold(slf: &Bound<'_, Self>, hold: &Bound<'_, PyAny>) -> PyResult<()> {
+        if flag("hold", Some(hold), false)? {
+            exclusive(slf)?.controller_mut().hold();
         } else {
-            self.controller_mut().release();
+            exclusive(slf)?.controller_mut().release();
         }
+        Ok(())
     }
 
     /// For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of the

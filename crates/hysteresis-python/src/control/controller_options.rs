@@ -5,15 +5,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::filters::{as_tuple, sections};
-use crate::convert::arguments::{numbers, pair, unknown, whole};
+use crate::convert::arguments::{numbers, pair, unknown, whole, word};
 use crate::convert::errors::{self, Place};
 use crate::convert::pickling::keywords;
 
-fn law(name: &str) -> PyResult<Law> {
-    match name {
+fn law(name: &Bound<'_, PyAny>) -> PyResult<Law> {
+    let expected = "\"positional\" or \"incremental\"";
+    match word("law", expected, name)?.as_str() {
         "positional" => Ok(Law::Positional),
         "incremental" => Ok(Law::Incremental),
-        _ => unknown("law", "\"positional\" or \"incremental\"", name),
+        got => unknown("law", expected, got),
     }
 }
 
@@ -24,15 +25,17 @@ fn law_name(law: Law) -> &'static str {
     }
 }
 
-fn anti_windup(name: &str, tracking_time: Option<f64>) -> PyResult<AntiWindup> {
-    match (name, tracking_time) {
+fn anti_windup(name: Option<&Bound<'_, PyAny>>, tracking_time: Option<f64>) -> PyResult<AntiWindup> {
+    let words = "\"conditional\" or \"back_calculation\"";
+    let name = name.map_or_else(|| Ok("conditional".to_owned()), |name| word("anti_windup", words, name))?;
+    match (name.as_str(), tracking_time) {
         ("conditional", None) => Ok(AntiWindup::Conditional),
         ("conditional", Some(time)) => {
             let expected = "None unless anti_windup=\"back_calculation\"";
             Err(errors::value("tracking_time", format_args!("expected {expected}, got {time:?}")))
         }
         ("back_calculation", tracking_time) => Ok(AntiWindup::BackCalculation { tracking_time }),
-        _ => unknown("anti_windup", "\"conditional\" or \"back_calculation\"", name),
+        (got, _) => unknown("anti_windup", words, got),
     }
 }
 
@@ -61,8 +64,8 @@ pub(super) const MODES: &str = "\"run\", \"feedforward\" or \"hold\"";
 #[derive(FromPyObject)]
 pub(super) struct Given<'py> {
     pub(super) slew: Option<Bound<'py, PyAny>>,
-    pub(super) law: Option<String>,
-    pub(super) anti_windup: Option<String>,
+    pub(super) law: Option<Bound<'py, PyAny>>,
+    pub(super) anti_windup: Option<Bound<'py, PyAny>>,
     pub(super) tracking_time: Option<Bound<'py, PyAny>>,
     pub(super) bumpless_time: Option<Bound<'py, PyAny>>,
     pub(super) max_missing: Option<Bound<'py, PyAny>>,
@@ -84,7 +87,7 @@ impl Given<'_> {
         Ok(ControllerOptions {
             slew: slew.or(options.slew),
             law: law.map_or(Ok(options.law), |name| self::law(&name))?,
-            anti_windup: self::anti_windup(anti_windup.as_deref().unwrap_or("conditional"), tracking_time)?,
+            anti_windup: self::anti_windup(anti_windup.as_ref(), tracking_time)?,
             bumpless_time: bumpless_time.unwrap_or(options.bumpless_time),
             max_missing: max_missing.map_or(Ok(options.max_missing), |number| whole("max_missing", &number))?,
             measurement_range: range.or(options.measurement_range),

@@ -8,7 +8,7 @@ use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::convert::arguments::numbers;
+use crate::convert::arguments::{numbers, two};
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -232,7 +232,9 @@ filter_methods!(Lead, |this| [this.zero(), this.pole()], {
 
 filter_methods!(Biquad, |this| this.numerator().into_iter().chain(this.denominator()), {
     #[new]
-    fn new(b: [f64; 3], a: [f64; 2]) -> PyResult<Self> {
+    fn new(b: &Bound<'_, PyAny>, a: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let b: [f64; 3] = b.extract().map_err(|_| unexpected("b", "three numbers (b0, b1, b2)", b))?;
+        let a: [f64; 2] = two("a", "(a1, a2)", a)?.into();
         core::Biquad::new(b, a).map(Self).map_err(raise)
     }
 

@@ -9,6 +9,7 @@ use super::reference::positions;
 use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 use crate::convert::memory::{PASS, check_room};
+use crate::convert::objects::instance;
 use crate::stage::object::Stage;
 use crate::stage::precompensate::{Keywords, precompensate as drives};
 
@@ -99,7 +100,7 @@ pub(crate) fn invert_dynamics<'py>(
 #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
 pub(crate) fn precompensate<'py>(
     py: Python<'py>,
-    stage: &Bound<'py, Stage>,
+    stage: &Bound<'py, PyAny>,
     reference: &Bound<'py, PyAny>,
     dt: &Bound<'py, PyAny>,
     limits: Option<Bound<'py, PyAny>>,
@@ -108,6 +109,7 @@ pub(crate) fn precompensate<'py>(
     lead_in: Option<Bound<'py, PyAny>>,
 ) -> Vector<'py> {
     numbers!(dt);
+    let stage = instance::<Stage>("stage", "a mh.Stage", stage)?;
     let found = drives(&stage.get().0, reference, dt, &Keywords { limits, start, history, lead_in })?;
     Ok(PyArray1::from_vec(py, found.drive))
 }

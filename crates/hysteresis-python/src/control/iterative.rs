@@ -8,7 +8,7 @@ use pythonize::pythonize;
 
 use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncertainty_keywords};
 use super::filters::sections;
-use crate::convert::arguments::{numbers, pair, whole};
+use crate::convert::arguments::{OrDefault, numbers, pair, whole};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::memory::{FIT, check_room};
@@ -113,7 +113,7 @@ impl IterativeLearning {
     #[new]
     #[pyo3(signature = (target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, min_gain=None,
         target_limits=None, filters=None, noise=None, frequency_uncertainty=None, damping_uncertainty=None,
-        slope_uncertainty=None, settle=None, on_demand=false),
+        slope_uncertainty=None, settle=None, on_demand=OrDefault(None)),
         text_signature = "(target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, min_gain=0.15, \
         target_limits=None, filters=(), noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
         slope_uncertainty=1.0, settle=0, on_demand=False)")]
@@ -135,7 +135,7 @@ impl IterativeLearning {
         damping_uncertainty: Option<&Bound<'_, PyAny>>,
         slope_uncertainty: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
-        on_demand: bool,
+        on_demand: OrDefault<'_>,
     ) -> PyResult<Self> {
         numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain, noise);
         numbers!(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
@@ -148,7 +148,7 @@ impl IterativeLearning {
             noise,
             uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty),
             settle: settle.map_or(Ok(0), |settle| whole("settle", settle))?,
-            on_demand,
+            on_demand: on_demand.flag("on_demand")?,
         };
         Self::of(feedback, target, options)
     }

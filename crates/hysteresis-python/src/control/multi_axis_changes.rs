@@ -11,7 +11,7 @@ use super::controller_options::{MODES, mode_name, mode_of};
 use super::filters::sections;
 use super::multi_axis::{MultiAxisController, one_each};
 use super::source::source;
-use crate::convert::arguments::{numbers, whole};
+use crate::convert::arguments::{flag, numbers, whole};
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{exclusive, shared};
 use crate::model::object::compiled_of;
@@ -118,12 +118,13 @@ impl MultiAxisController {
     }
 
     #[setter]
-    fn set_hold(&mut self, hold: bool) {
-        if hold {
-            self.controller.hold();
+    fn set_hold(slf: &Bound<'_, Self>, hold: &Bound<'_, PyAny>) -> PyResult<()> {
+        if flag("hold", Some(hold), false)? {
+            exclusive(slf)?.controller.hold();
         } else {
-            self.controller.release();
+            exclusive(slf)?.controller.release();
         }
+        Ok(())
     }
 
     /// Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that is slower, and

@@ -59,6 +59,29 @@ impl<'py> OrNone<'py> {
     }
 }
 
+/// An argument whose default is not None: not given, or a value, of which None is a wrong one.
+pub(crate) struct OrDefault<'py>(pub(crate) Option<Bound<'py, PyAny>>);
+
+impl<'py> FromPyObject<'_, 'py> for OrDefault<'py> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self(Some(value.to_owned())))
+    }
+}
+
+impl OrDefault<'_> {
+    /// True or False, which is the default.
+    pub(crate) fn flag(&self, name: &str) -> PyResult<bool> {
+        flag(name, self.0.as_ref(), false)
+    }
+
+    /// A word, or the default.
+    pub(crate) fn word(&self, name: &str, expected: &str, default: &str) -> PyResult<String> {
+        self.0.as_ref().map_or_else(|| Ok(default.to_owned()), |value| word(name, expected, value))
+    }
+}
+
 /// Makes numbers of arguments, each under its own name: `numbers!(kp, slew, dwell = 0.0)`, the last one with a default.
 macro_rules! numbers {
     ($($name:ident $(= $default:expr)?),+) => {
@@ -103,6 +126,14 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
 /// True or False.
 pub(crate) fn flag(name: &str, value: Option<&Bound<'_, PyAny>>, default: bool) -> PyResult<bool> {
     value.map_or(Ok(default), |value| value.extract().map_err(|_| unexpected(name, "True or False", value)))
+}
+
+/// What can be called, or None.
+pub(crate) fn callable(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    match value {
+        Some(value) if !value.is_callable() => Err(unexpected(name, "a callable or None", value)),
+        _ => Ok(()),
+    }
 }
 
 /// The path of a file.

@@ -14,8 +14,8 @@ use super::options::{
     placed, setting, smooth,
 };
 use super::records::{checked, signals, skips};
-use crate::convert::arguments::OrNone;
-use crate::convert::errors::{self, unexpected};
+use crate::convert::arguments::{OrNone, callable};
+use crate::convert::errors;
 
 /// Fits several models to the same records and judges each on held-out stretches: what does each buy on these data?
 ///
@@ -93,7 +93,7 @@ pub(crate) fn compare(
     y: Option<&Bound<'_, PyAny>>,
     dt: Option<&Bound<'_, PyAny>>,
     operators: Option<&Bound<'_, PyAny>>,
-    weights: Option<&str>,
+    weights: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
@@ -106,13 +106,11 @@ pub(crate) fn compare(
     output_map: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
-    loss: Option<&str>,
+    loss: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Comparison> {
-    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
-        return Err(unexpected("progress", "a callable", got));
-    }
+    callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let intervals = Intervals::from_python(dt, signals.len())?;

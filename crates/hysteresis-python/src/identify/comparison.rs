@@ -10,7 +10,7 @@ use super::intervals::Intervals;
 use super::options::law_name;
 use super::quality::Quality;
 use super::records::{checked, signals};
-use crate::convert::arguments::whole;
+use crate::convert::arguments::{OrDefault, whole};
 use crate::convert::errors;
 use crate::convert::pickling::result_methods;
 
@@ -198,9 +198,9 @@ result_methods!(Comparison {
     /// All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
     ///
     /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.
-    #[pyo3(signature = (unit=""))]
-    fn table(&self, unit: &str) -> String {
-        self.0.table(unit)
+    #[pyo3(signature = (unit=OrDefault(None)), text_signature = "($self, unit='')")]
+    fn table(&self, unit: OrDefault<'_>) -> PyResult<String> {
+        Ok(self.0.table(&unit.word("unit", "a text", "")?))
     }
 
     fn __repr__(&self) -> String {

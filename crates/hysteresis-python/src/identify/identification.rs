@@ -13,7 +13,7 @@ use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::numbers;
+use crate::convert::arguments::{OrDefault, numbers};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
 use crate::convert::pickling::result_methods;
@@ -300,15 +300,16 @@ result_methods!(Identification {
     /// >>> predicted, std = found.predict(u, return_std=True)
     /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
     /// (True, True)
-    #[pyo3(signature = (u, *, dt=None, return_std=false))]
+    #[pyo3(signature = (u, *, dt=None, return_std=OrDefault(None)), text_signature = "($self, u, *, dt=None, return_std=False)")]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         u: &Bound<'py, PyAny>,
         dt: Option<&Bound<'py, PyAny>>,
-        return_std: bool,
+        return_std: OrDefault<'_>,
     ) -> PyResult<Bound<'py, PyAny>> {
         numbers!(dt);
+        let return_std = return_std.flag("return_std")?;
         check_prediction(dt, return_std)?;
         let input = vector("u", u)?;
         let input = input.as_slice()?;

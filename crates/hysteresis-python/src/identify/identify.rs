@@ -14,8 +14,8 @@ use super::options::{
     placed, setting, smooth,
 };
 use super::records::{self, HeldOut, at_times, signals, skips};
-use crate::convert::arguments::OrNone;
-use crate::convert::errors::{self, one_record, unexpected};
+use crate::convert::arguments::{OrDefault, OrNone, callable};
+use crate::convert::errors::{self, one_record};
 
 /// Fits a model to measured records.
 ///
@@ -120,7 +120,7 @@ use crate::convert::errors::{self, one_record, unexpected};
 #[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
         dead_time=None, dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
         amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
-        loss=None, skip=None, validate=None, progress=None, keep_partial=false),
+        loss=None, skip=None, validate=None, progress=None, keep_partial=OrDefault(None)),
     text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=None, weights='auto', ratios='fit', \
         input_offset='fit', dead_time='fit', dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', \
         input_map='auto', output_map='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, validate=None, \
@@ -132,9 +132,9 @@ pub(crate) fn identify(
     y: Option<&Bound<'_, PyAny>>,
     dt: Option<&Bound<'_, PyAny>>,
     times: Option<&Bound<'_, PyAny>>,
-    model: Option<&str>,
+    model: Option<&Bound<'_, PyAny>>,
     operators: Option<&Bound<'_, PyAny>>,
-    weights: Option<&str>,
+    weights: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
@@ -147,15 +147,14 @@ pub(crate) fn identify(
     output_map: OrNone<'_>,
     thresholds: Option<&Bound<'_, PyAny>>,
     smoothness: Option<&Bound<'_, PyAny>>,
-    loss: Option<&str>,
+    loss: Option<&Bound<'_, PyAny>>,
     skip: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
-    keep_partial: bool,
+    keep_partial: OrDefault<'_>,
 ) -> PyResult<Identification> {
-    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
-        return Err(unexpected("progress", "a callable", got));
-    }
+    callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
+    let keep_partial = keep_partial.flag("keep_partial")?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let times = records::times(times, signals.len())?;

@@ -12,7 +12,7 @@ use super::intervals::duration;
 use super::many_result::ManyIdentifications;
 use super::many_tasks::Tasks;
 use super::options::{kind, law, placed, setting, smooth};
-use crate::convert::arguments::{Given, count};
+use crate::convert::arguments::{Given, callable, count};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, raise, record, unexpected};
 use crate::convert::memory::{FIT, check_room};
@@ -91,9 +91,9 @@ pub(crate) fn identify_many(
     u: &Bound<'_, PyAny>,
     Y: &Bound<'_, PyAny>,
     dt: Option<&Bound<'_, PyAny>>,
-    model: Option<&str>,
+    model: Option<&Bound<'_, PyAny>>,
     operators: Option<&Bound<'_, PyAny>>,
-    weights: Option<&str>,
+    weights: Option<&Bound<'_, PyAny>>,
     ratios: Option<&Bound<'_, PyAny>>,
     input_offset: Option<&Bound<'_, PyAny>>,
     dead_time: Option<&Bound<'_, PyAny>>,
@@ -104,9 +104,7 @@ pub(crate) fn identify_many(
     executor: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<ManyIdentifications> {
-    if let Some(got) = progress.as_ref().map(|progress| progress.bind(py)).filter(|progress| !progress.is_callable()) {
-        return Err(unexpected("progress", "a callable", got));
-    }
+    callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
     let dt = dt.number("dt")?;
     let default = Options::default();
     let options = Options {

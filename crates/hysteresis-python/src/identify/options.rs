@@ -7,28 +7,27 @@ use hysteresis_identify::{
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::convert::arguments::{count, is_word};
+use crate::convert::arguments::{count, is_word, unknown, word};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
 
-pub(crate) fn kind(model: &str) -> PyResult<ModelKind> {
-    match model {
+pub(crate) fn kind(model: &Bound<'_, PyAny>) -> PyResult<ModelKind> {
+    let expected = "\"modified\" or \"conventional\"";
+    match word("model", expected, model)?.as_str() {
         "modified" => Ok(ModelKind::Modified),
         "conventional" => Ok(ModelKind::Conventional),
-        _ => Err(errors::value("model", format_args!("expected \"modified\" or \"conventional\", got \"{model}\""))),
+        got => unknown("model", expected, got),
     }
 }
 
-pub(crate) fn law(weights: &str) -> PyResult<WeightLaw> {
-    match weights {
+pub(crate) fn law(weights: &Bound<'_, PyAny>) -> PyResult<WeightLaw> {
+    let expected = "\"auto\", \"free\", \"quadratic\" or \"split\"";
+    match word("weights", expected, weights)?.as_str() {
         "auto" => Ok(WeightLaw::Auto),
         "free" => Ok(WeightLaw::Free),
         "quadratic" => Ok(WeightLaw::Quadratic),
         "split" => Ok(WeightLaw::Split),
-        _ => {
-            let expected = "\"auto\", \"free\", \"quadratic\" or \"split\"";
-            Err(errors::value("weights", format_args!("expected {expected}, got \"{weights}\"")))
-        }
+        got => unknown("weights", expected, got),
     }
 }
 
@@ -41,15 +40,13 @@ pub(crate) fn law_name(weights: WeightLaw) -> &'static str {
     }
 }
 
-pub(crate) fn loss(loss: &str) -> PyResult<Loss> {
-    match loss {
+pub(crate) fn loss(loss: &Bound<'_, PyAny>) -> PyResult<Loss> {
+    let expected = "\"auto\", \"squares\" or \"robust\"";
+    match word("loss", expected, loss)?.as_str() {
         "auto" => Ok(Loss::Auto),
         "squares" => Ok(Loss::Squares),
         "robust" => Ok(Loss::Robust),
-        _ => {
-            let expected = "\"auto\", \"squares\" or \"robust\"";
-            Err(errors::value("loss", format_args!("expected {expected}, got \"{loss}\"")))
-        }
+        got => unknown("loss", expected, got),
     }
 }
 

@@ -1,7 +1,5 @@
 //! The conventional model: immutable, comparable, hashable, picklable, and a file each.
 
-use std::path::PathBuf;
-
 use hysteresis_core::{self as core, Offsets};
 use numpy::PyArray1;
 use pyo3::prelude::*;

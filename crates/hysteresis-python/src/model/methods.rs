@@ -1,12 +1,10 @@
 //! The methods that both models have.
 
-use std::path::PathBuf;
-
 use hysteresis_core::{self as core, CompiledModel, Method, Model, Offsets};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::convert::arguments::{is_word, pair, unknown};
+use crate::convert::arguments::{self, is_word, pair, unknown};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::files::write_file;
@@ -71,7 +69,8 @@ fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Opt
     }
 }
 
-pub(super) fn save(py: Python<'_>, model: &Model, path: PathBuf) -> PyResult<()> {
+pub(super) fn save(py: Python<'_>, model: &Model, path: &Bound<'_, PyAny>) -> PyResult<()> {
+    let path = arguments::path("path", path)?;
     let mut text = model.to_json();
     text.push('\n');
     write_file(py, path, &text)
@@ -161,7 +160,7 @@ macro_rules! model_methods {
             }
 
             /// Writes the model to a JSON file; the file appears only when it is complete.
-            fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+            fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
                 $crate::model::methods::save(py, &self.model.clone().into(), path)
             }
 

@@ -1,7 +1,5 @@
 //! The modified model: immutable, comparable, hashable, picklable, and a file each.
 
-use std::path::PathBuf;
-
 use hysteresis_core::{self as core, CoupledPlay, Offsets, Ratios};
 use numpy::PyArray1;
 use pyo3::prelude::*;

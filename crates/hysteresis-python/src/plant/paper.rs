@@ -4,8 +4,7 @@ use hysteresis_simulate::paper::{self, Benchmark};
 use pyo3::prelude::*;
 
 use super::plant::Plant;
-use crate::convert::arguments::whole;
-use crate::convert::errors;
+use crate::convert::arguments::{unknown, whole, word};
 use crate::model::object::ModifiedPrandtlIshlinskii;
 
 /// Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
@@ -48,9 +47,11 @@ pub(crate) fn table_2() -> ModifiedPrandtlIshlinskii {
     paper::table_2().into()
 }
 
-fn benchmark(name: &str) -> PyResult<Benchmark> {
+fn benchmark(name: &Bound<'_, PyAny>) -> PyResult<Benchmark> {
+    let expected = "\"A1\" or \"P3\"";
+    let name = word("name", expected, name)?;
     let found = Benchmark::ALL.into_iter().find(|benchmark| benchmark.name() == name);
-    found.ok_or_else(|| errors::value("name", format_args!("expected \"A1\" or \"P3\", got \"{name}\"")))
+    found.map_or_else(|| unknown("name", expected, &name), Ok)
 }
 
 /// A plant that reproduces the published errors: the recovered weights, +-560 V, 10 kHz, noise, and linear dynamics.
@@ -86,7 +87,7 @@ fn benchmark(name: &str) -> PyResult<Benchmark> {
 /// True
 #[pyfunction]
 #[pyo3(signature = (name, seed=None), text_signature = "(name, seed=0)")]
-pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Plant> {
+pub(crate) fn plant(name: &Bound<'_, PyAny>, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Plant> {
     let seed = seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?;
     Plant::of_seed(&benchmark(name)?.stage(), seed)
 }
@@ -104,7 +105,7 @@ pub(crate) fn plant(name: &str, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Pla
 /// >>> mh.paper.gains("A1")
 /// (60.0, 6000.0)
 #[pyfunction]
-pub(crate) fn gains(name: &str) -> PyResult<(f64, f64)> {
+pub(crate) fn gains(name: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     let gains = benchmark(name)?.gains();
     Ok((gains.kp, gains.ki))
 }

@@ -19,7 +19,7 @@ use crate::control::controller::HybridController;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
 use crate::control::source::check_interval;
-use crate::convert::arguments::{count, numbers};
+use crate::convert::arguments::{callable, count, numbers};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::memory::{PASS, check_room};
@@ -155,7 +155,7 @@ pub(crate) fn simulate<'py>(
     let repetitive = repetitive.map(|given| instance("repetitive", expected, given)).transpose()?;
     let expected = "a mh.RecursiveIdentifier";
     let identifier = identifier.map(|given| instance("identifier", expected, given)).transpose()?;
-    let watch = watch(plant.py(), reference.len(), progress);
+    let watch = watch(plant.py(), reference.len(), progress)?;
     let observer = observer.map(exclusive).transpose()?;
     let repetitive = repetitive.map(exclusive).transpose()?;
     let identifier = identifier.map(exclusive).transpose()?;
@@ -333,9 +333,10 @@ pub(crate) fn watch<'py>(
     py: Python<'py>,
     samples: usize,
     progress: Option<&'py Bound<'py, PyAny>>,
-) -> impl FnMut(usize) -> PyResult<()> + 'py {
-    move |k| {
+) -> PyResult<impl FnMut(usize) -> PyResult<()> + 'py> {
+    callable("progress", progress)?;
+    Ok(move |k| {
         py.check_signals()?;
         progress.map_or(Ok(()), |progress| progress.call1((k as f64 / samples as f64,)).map(drop))
-    }
+    })
 }

@@ -76,7 +76,7 @@ pub(super) fn simulate_axes<'py>(
     let (reference, axes) = rows("reference", reference, axes)?;
     let task = MultiAxisTask::new(&reference, axes, period).map_err(raise)?;
     let target = target.map(|target| checked_target(target, &reference, axes)).transpose()?;
-    let watch = watch(py, reference.len() / axes.max(1), progress);
+    let watch = watch(py, reference.len() / axes.max(1), progress)?;
     let parts = Parts { controller, hybrid, task, axes, target };
     let runs = if let Some(plant) = own {
         let plant = &mut exclusive(plant)?.plant;

@@ -16,9 +16,9 @@ use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
 use crate::control::source::check_interval;
-use crate::convert::arguments::{OrNone, flag, numbers, path, whole, whole_number};
+use crate::convert::arguments::{OrNone, callable, flag, numbers, path, whole, whole_number};
 use crate::convert::arrays::numbers;
-use crate::convert::errors::{self, Refusal, raise, unexpected};
+use crate::convert::errors::{self, Refusal, raise};
 use crate::convert::objects::{exclusive, instance};
 use crate::convert::pickling::keywords;
 use crate::plant::plant::Plant;
@@ -155,11 +155,7 @@ pub(crate) fn run<'py>(
         record: record.map(|record| path("record", record)).transpose()?,
         ..Settings::new(rest_drive, rest_rate)
     };
-    if let Some(progress) = progress
-        && !progress.is_callable()
-    {
-        return Err(unexpected("progress", "a callable or None", progress));
-    }
+    callable("progress", progress)?;
     let positions = numbers("reference", reference)?;
     let repeat = flag("repeat", repeat, true)?;
     let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;

@@ -5,8 +5,8 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::signals::{RATE, Samples};
-use crate::convert::arguments::numbers;
-use crate::convert::errors::{self, raise};
+use crate::convert::arguments::{OrDefault, numbers, unknown};
+use crate::convert::errors::raise;
 
 /// A sine whose frequency sweeps: center + amplitude w(t / T) sin(phi(t)), from center to center without a jump.
 ///
@@ -39,7 +39,7 @@ use crate::convert::errors::{self, raise};
 /// >>> u.shape, float(u[0]), float(u[-1]), round(float(u.max()), 3)
 /// ((20000,), 5.0, 5.0, 7.0)
 #[pyfunction]
-#[pyo3(signature = (amplitude, start_frequency, stop_frequency, *, seconds, rate=None, center=None, sweep="linear", taper=None),
+#[pyo3(signature = (amplitude, start_frequency, stop_frequency, *, seconds, rate=None, center=None, sweep=OrDefault(None), taper=None),
     text_signature = "(amplitude, start_frequency, stop_frequency, *, seconds, rate=10000.0, center=0.0, \
         sweep='linear', taper=0.05)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
@@ -51,17 +51,15 @@ pub(crate) fn chirp<'py>(
     seconds: &Bound<'py, PyAny>,
     rate: Option<&Bound<'py, PyAny>>,
     center: Option<&Bound<'py, PyAny>>,
-    sweep: &str,
+    sweep: OrDefault<'_>,
     taper: Option<&Bound<'py, PyAny>>,
 ) -> Samples<'py> {
     numbers!(amplitude, start_frequency, stop_frequency, seconds, rate = RATE, center = 0.0, taper = Chirp::TAPER);
-    let sweep = match sweep {
+    let expected = "\"linear\" or \"logarithmic\"";
+    let sweep = match sweep.word("sweep", expected, "linear")?.as_str() {
         "linear" => Sweep::Linear,
         "logarithmic" => Sweep::Logarithmic,
-        _ => {
-            let expected = "\"linear\" or \"logarithmic\"";
-            return Err(errors::value("sweep", format_args!("expected {expected}, got \"{sweep}\"")));
-        }
+        got => return unknown("sweep", expected, got),
     };
     let chirp = Chirp { amplitude, center, start_frequency, stop_frequency, seconds, rate, sweep, taper };
     py.detach(|| chirp.sample()).map(|samples| PyArray1::from_vec(py, samples)).map_err(raise)

@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::signals::RATE;
-use crate::convert::arguments::{count, numbers};
+use crate::convert::arguments::{OrDefault, count, numbers, unknown};
 use crate::convert::arrays::read_only;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::raise;
 use crate::convert::pickling::result_methods;
 
 /// An input to identify from: made by `excitation`.
@@ -100,7 +100,7 @@ result_methods!(Excitation {
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
     text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn excitation(
@@ -110,12 +110,12 @@ pub(crate) fn excitation(
     slew: &Bound<'_, PyAny>,
     rate: Option<&Bound<'_, PyAny>>,
     cycles: Option<&Bound<'_, PyAny>>,
-    shape: &str,
+    shape: OrDefault<'_>,
     center: Option<&Bound<'_, PyAny>>,
     start: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Excitation> {
     numbers!(low, high, slew, rate = RATE, center, start);
-    let options = options((low, high), slew, rate, cycles, shape, (center, start))?;
+    let options = options((low, high), slew, rate, cycles, &shape, (center, start))?;
     py.detach(|| options.excitation()).map(Excitation::from).map_err(raise)
 }
 
@@ -159,7 +159,7 @@ pub(crate) fn excitation(
 /// >>> bool(abs(stream.step(0.0)) < 0.001 * left)
 /// True
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
     text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
 pub(crate) fn demagnetize<'py>(
@@ -169,12 +169,12 @@ pub(crate) fn demagnetize<'py>(
     slew: &Bound<'py, PyAny>,
     rate: Option<&Bound<'py, PyAny>>,
     cycles: Option<&Bound<'py, PyAny>>,
-    shape: &str,
+    shape: OrDefault<'_>,
     center: Option<&Bound<'py, PyAny>>,
     start: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     numbers!(low, high, slew, rate = RATE, center, start);
-    let options = options((low, high), slew, rate, cycles, shape, (center, start))?;
+    let options = options((low, high), slew, rate, cycles, &shape, (center, start))?;
     py.detach(|| options.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
 }
 
@@ -183,7 +183,7 @@ fn options(
     slew: f64,
     rate: f64,
     cycles: Option<&Bound<'_, PyAny>>,
-    shape: &str,
+    shape: &OrDefault<'_>,
     (center, start): (Option<f64>, Option<f64>),
 ) -> PyResult<ExcitationOptions> {
     let shape = shape_of(shape)?;
@@ -201,13 +201,11 @@ fn options(
     })
 }
 
-pub(crate) fn shape_of(name: &str) -> PyResult<Shape> {
-    match name {
+pub(crate) fn shape_of(shape: &OrDefault<'_>) -> PyResult<Shape> {
+    let expected = "\"triangle\" or \"sine\"";
+    match shape.word("shape", expected, "triangle")?.as_str() {
         "triangle" => Ok(Shape::Triangle),
         "sine" => Ok(Shape::Sine),
-        _ => {
-            let expected = "\"triangle\" or \"sine\"";
-            Err(errors::value("shape", format_args!("expected {expected}, got \"{name}\"")))
-        }
+        got => unknown("shape", expected, got),
     }
 }

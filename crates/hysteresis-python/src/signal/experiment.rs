@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::excitation::shape_of;
-use crate::convert::arguments::{count, numbers, pair};
+use crate::convert::arguments::{OrDefault, count, numbers, pair, unknown};
 use crate::convert::arrays::read_only;
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::raise;
 use crate::convert::pickling::result_methods;
 
 /// A stretch of a drive with a purpose of its own.
@@ -179,8 +179,8 @@ result_methods!(ExperimentPart {
 /// >>> print(*(segment.name for segment in loops.segments), sep=", ")
 /// start, settle, major, decaying, growing, inner, rests, fast major, fast decaying, return, end
 #[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate, fast_rate=None, frequencies=None, cycles=None, shape="triangle", center=None,
-        start=None, rest=None, fast_signal="chirp", fast_amplitude=None, fast_frequency=None, joined=false),
+#[pyo3(signature = (low, high, *, slew, rate, fast_rate=None, frequencies=None, cycles=None, shape=OrDefault(None), center=None,
+        start=None, rest=None, fast_signal=OrDefault(None), fast_amplitude=None, fast_frequency=None, joined=OrDefault(None)),
     text_signature = "(low, high, *, slew, rate, fast_rate=None, frequencies=(1.0, 10.0), cycles=20, shape='triangle', \
         center=None, start=None, rest=10.0, fast_signal='chirp', fast_amplitude=None, fast_frequency=None, joined=False)")]
 #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
@@ -193,14 +193,14 @@ pub(crate) fn experiment(
     fast_rate: Option<&Bound<'_, PyAny>>,
     frequencies: Option<&Bound<'_, PyAny>>,
     cycles: Option<&Bound<'_, PyAny>>,
-    shape: &str,
+    shape: OrDefault<'_>,
     center: Option<&Bound<'_, PyAny>>,
     start: Option<&Bound<'_, PyAny>>,
     rest: Option<&Bound<'_, PyAny>>,
-    fast_signal: &str,
+    fast_signal: OrDefault<'_>,
     fast_amplitude: Option<&Bound<'_, PyAny>>,
     fast_frequency: Option<&Bound<'_, PyAny>>,
-    joined: bool,
+    joined: OrDefault<'_>,
 ) -> PyResult<Vec<ExperimentPart>> {
     numbers!(low, high, slew, rate, fast_rate, center, start, rest, fast_amplitude, fast_frequency);
     let fast_rate = fast_rate.unwrap_or(rate);
@@ -211,15 +211,16 @@ pub(crate) fn experiment(
         cycles: cycles.map_or(Ok(default.cycles), |cycles| {
             count("cycles", cycles).map(|cycles| u32::try_from(cycles).unwrap_or(u32::MAX))
         })?,
-        shape: shape_of(shape)?,
+        shape: shape_of(&shape)?,
         center: center.unwrap_or(default.center),
         start: start.unwrap_or(default.start),
         rest: rest.unwrap_or(default.rest),
-        fast_signal: signal_of(fast_signal)?,
+        fast_signal: signal_of(&fast_signal)?,
         fast_amplitude: fast_amplitude.unwrap_or(default.fast_amplitude),
         fast_frequency: fast_frequency.unwrap_or_else(|| ExperimentOptions::default_fast_frequency(fast_rate)),
         ..default
     };
+    let joined = joined.flag("joined")?;
     let parts = py.detach(|| {
         let made = options.experiment()?;
         if joined { made.joined().map(|part| vec![part]) } else { Ok(made.parts) }
@@ -227,13 +228,11 @@ pub(crate) fn experiment(
     Ok(parts.map_err(raise)?.into_iter().map(ExperimentPart::from).collect())
 }
 
-fn signal_of(name: &str) -> PyResult<FastSignal> {
-    match name {
+fn signal_of(signal: &OrDefault<'_>) -> PyResult<FastSignal> {
+    let expected = "\"chirp\" or \"multisine\"";
+    match signal.word("fast_signal", expected, "chirp")?.as_str() {
         "chirp" => Ok(FastSignal::Chirp),
         "multisine" => Ok(FastSignal::Multisine),
-        _ => {
-            let expected = "\"chirp\" or \"multisine\"";
-            Err(errors::value("fast_signal", format_args!("expected {expected}, got \"{name}\"")))
-        }
+        got => unknown("fast_signal", expected, got),
     }
 }

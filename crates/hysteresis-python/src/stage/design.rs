@@ -9,7 +9,7 @@ use hysteresis_simulate::closed_loop::TrackingTask;
 use hysteresis_simulate::tracking::Tracking;
 use pyo3::prelude::*;
 
-use super::made_controller::{Wishes, both};
+use super::made_controller::{SOURCES, Wishes, both};
 use super::object::Stage;
 use super::precompensate::checked_limits;
 use crate::control::controller::HybridController;
@@ -22,8 +22,8 @@ use crate::control::reference;
 use crate::control::repetitive::RepetitiveControl;
 use crate::control::tune::Demands;
 use crate::control::tuning::Tuning;
-use crate::convert::arguments::{count, numbers, pair, samples, whole};
-use crate::convert::errors::{self, raise};
+use crate::convert::arguments::{OrDefault, count, numbers, pair, samples, unknown, whole};
+use crate::convert::errors::raise;
 use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
@@ -150,15 +150,16 @@ impl Stage {
     /// >>> worst = abs(run.position - wave).reshape(10, 500).max(axis=1)
     /// >>> bool(worst[0] > 2e-3), bool(worst[8] < 1e-4)  # um, in the first and the ninth period
     /// (True, True)
-    #[pyo3(signature = (dt, limits=None, feedforward="inverse", *, kp=None, ki=None, ahead=None, smoothing=None, drift=None,
-        period=None))]
+    #[pyo3(signature = (dt, limits=None, feedforward=OrDefault(None), *, kp=None, ki=None, ahead=None, smoothing=None, drift=None,
+        period=None), text_signature = "($self, dt, limits=None, feedforward='inverse', *, kp=None, ki=None, ahead=None, \
+        smoothing=None, drift=None, period=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn controller(
         &self,
         py: Python<'_>,
         dt: &Bound<'_, PyAny>,
         limits: Option<&Bound<'_, PyAny>>,
-        feedforward: &str,
+        feedforward: OrDefault<'_>,
         kp: Option<&Bound<'_, PyAny>>,
         ki: Option<&Bound<'_, PyAny>>,
         ahead: Option<&Bound<'_, PyAny>>,
@@ -175,7 +176,8 @@ impl Stage {
             period: period.map(|period| count("period", period)).transpose()?,
         };
         let limits = checked_limits(&self.0, limits)?;
-        self.made_controller(py, dt, limits, feedforward, wishes)
+        let feedforward = feedforward.word("feedforward", SOURCES, "inverse")?;
+        self.made_controller(py, dt, limits, &feedforward, wishes)
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -193,7 +195,7 @@ impl Stage {
     /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
     /// any of the hysteresis.
     #[pyo3(signature = (target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=None, target_limits=None, noise=None,
-        frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=false),
+        frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=OrDefault(None)),
         text_signature = "($self, target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=0.15, target_limits=None, \
         noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, settle=None, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
@@ -210,8 +212,9 @@ impl Stage {
         frequency_uncertainty: Option<&Bound<'_, PyAny>>,
         damping_uncertainty: Option<&Bound<'_, PyAny>>,
         settle: Option<&Bound<'_, PyAny>>,
-        on_demand: bool,
+        on_demand: OrDefault<'_>,
     ) -> PyResult<IterativeLearning> {
+        let on_demand = on_demand.flag("on_demand")?;
         numbers!(dt, bandwidth, kp, ki, min_gain, noise, frequency_uncertainty, damping_uncertainty);
         let options = LearningOptions {
             bandwidth,
@@ -279,7 +282,7 @@ impl Stage {
     /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
     ///
     /// `period` of the reference in samples makes `settled` of the run leave out the first.
-    #[pyo3(signature = (reference, dt, *, limits=None, feedforward="preview", kp=None, ki=None, seed=None, period=None,
+    #[pyo3(signature = (reference, dt, *, limits=None, feedforward=OrDefault(None), kp=None, ki=None, seed=None, period=None,
         progress=None),
         text_signature = "($self, reference, dt, *, limits=None, feedforward='preview', kp=None, ki=None, seed=0, \
         period=None, progress=None)")]
@@ -290,7 +293,7 @@ impl Stage {
         reference: &Bound<'_, PyAny>,
         dt: &Bound<'_, PyAny>,
         limits: Option<&Bound<'_, PyAny>>,
-        feedforward: &str,
+        feedforward: OrDefault<'_>,
         kp: Option<&Bound<'_, PyAny>>,
         ki: Option<&Bound<'_, PyAny>>,
         seed: Option<&Bound<'_, PyAny>>,
@@ -301,15 +304,17 @@ impl Stage {
         let limits = checked_limits(&self.0, limits)?;
         let reference = reference::samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
+        let expected = "\"inverse\" or \"preview\"";
+        let feedforward = feedforward.word("feedforward", expected, "preview")?;
         if feedforward == "given" {
-            return Err(errors::value("feedforward", "expected \"inverse\" or \"preview\", got \"given\""));
+            return unknown("feedforward", expected, &feedforward);
         }
         let mut controller =
-            self.made_controller(py, dt, limits, feedforward, Wishes { gains: (kp, ki), ..Wishes::default() })?;
+            self.made_controller(py, dt, limits, &feedforward, Wishes { gains: (kp, ki), ..Wishes::default() })?;
         let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
         let mut plant = Plant::of(&self.0, dt, &none)?;
         let tracking = Tracking::of(&mut controller.stage_controller);
-        tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
+        tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)?).map(Run)
     }
 
     /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.

@@ -8,7 +8,8 @@ use pyo3::types::{PyBytes, PyType};
 
 use super::object::Stage;
 use crate::convert::arguments::{numbers, two, word};
-use crate::convert::errors::raise;
+use crate::convert::errors::{raise, unexpected};
+use crate::convert::objects::instance;
 
 #[pymethods]
 impl Stage {
@@ -28,7 +29,8 @@ impl Stage {
     ///
     /// Raises ValueError for bytes that are cut off, changed, longer, of something else or of another release.
     #[classmethod]
-    fn from_bytes(_: &Bound<'_, PyType>, bytes: &[u8]) -> PyResult<Self> {
+    fn from_bytes(_: &Bound<'_, PyType>, bytes: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let bytes = bytes.extract().map_err(|_| unexpected("bytes", "the bytes that `to_bytes` gave", bytes))?;
         stage::Stage::from_bytes(bytes).map(Self).map_err(raise)
     }
 }
@@ -37,13 +39,14 @@ impl Stage {
 #[pyfunction]
 #[pyo3(signature = (stage, name, dt=None, sha256=None))]
 pub(crate) fn c_header_text(
-    stage: &Stage,
-    name: &str,
+    stage: &Bound<'_, PyAny>,
+    name: &Bound<'_, PyAny>,
     dt: Option<&Bound<'_, PyAny>>,
     sha256: Option<&str>,
 ) -> PyResult<String> {
     numbers!(dt);
-    hysteresis_export::c_header(&stage.0, &HeaderOptions { name, dt, sha256 }).map_err(raise)
+    let (stage, name) = (instance::<Stage>("stage", "a mh.Stage", stage)?, &word("name", "a text", name)?);
+    hysteresis_export::c_header(&stage.get().0, &HeaderOptions { name, dt, sha256 }).map_err(raise)
 }
 
 /// A name of C made of any text: letters, digits and underscores, no digit first.
@@ -56,7 +59,7 @@ pub(crate) fn c_name(text: &str) -> String {
 #[pyfunction]
 #[pyo3(signature = (stage, kind, name, dt, feedforward, gains=None))]
 pub(crate) fn fmu_texts(
-    stage: &Stage,
+    stage: &Bound<'_, PyAny>,
     kind: &Bound<'_, PyAny>,
     name: &Bound<'_, PyAny>,
     dt: &Bound<'_, PyAny>,
@@ -69,6 +72,7 @@ pub(crate) fn fmu_texts(
     let feedforward = Source::of(&word("feedforward", "\"inverse\" or \"preview\"", feedforward)?).map_err(raise)?;
     let name = word("name", "a text", name)?;
     let settings = Settings { feedforward, gains, ..Settings::new(kind, dt) };
-    let unit = MockUp::new(&stage.0, &settings, &name).map_err(raise)?;
+    let stage = instance::<Stage>("stage", "a mh.Stage", stage)?;
+    let unit = MockUp::new(&stage.get().0, &settings, &name).map_err(raise)?;
     Ok((unit.identifier, unit.description, unit.settings, unit.stage))
 }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use super::object::Stage;
-use crate::convert::{errors, files};
+use crate::convert::{arguments, errors, files};
 use crate::model::object::object;
 use crate::stream::array_file;
 
@@ -38,7 +38,8 @@ use crate::stream::array_file;
 /// >>> mh.load(path) == mh.paper.table_1()
 /// True
 #[pyfunction]
-pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
+pub(crate) fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+    let path = arguments::path("path", path)?;
     loaded(py, &path, &files::read(&path)?)
 }
 

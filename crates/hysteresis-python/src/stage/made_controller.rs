@@ -11,8 +11,11 @@ use crate::control::controller::HybridController;
 use crate::control::feedback_loop::uncertainty;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
-use crate::convert::arguments::numbers;
+use crate::convert::arguments::{numbers, unknown};
 use crate::convert::errors::{self, raise, unexpected};
+
+/// The words for the feed-forward of a controller.
+pub(super) const SOURCES: &str = "\"inverse\", \"preview\" or \"given\"";
 
 impl Stage {
     pub(super) fn made_controller(
@@ -44,10 +47,7 @@ impl Stage {
                 Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
             }
             "given" => PyString::new(py, "given").into_any(),
-            other => {
-                let expected = "\"inverse\", \"preview\" or \"given\"";
-                return Err(errors::value("feedforward", format_args!("expected {expected}, got \"{other}\"")));
-            }
+            other => return unknown("feedforward", SOURCES, other),
         };
         let preview = match feedforward {
             "preview" => {

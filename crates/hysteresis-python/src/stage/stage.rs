@@ -1,7 +1,5 @@
 //! The class `Stage`.
 
-use std::path::PathBuf;
-
 use hysteresis_control::stage::{self, Identified, RecordSource};
 use numpy::PyArray1;
 use pyo3::intern;
@@ -16,8 +14,8 @@ use super::precompensate::{Keywords, checked_limits, precompensate};
 use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::numbers;
-use crate::convert::errors::raise;
+use crate::convert::arguments::{self, numbers};
+use crate::convert::errors::{raise, unexpected};
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
@@ -268,7 +266,8 @@ impl Stage {
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        let path = arguments::path("path", path)?;
         let mut text = self.0.to_json();
         text.push('\n');
         files::write_file(py, path, &text)
@@ -302,9 +301,12 @@ impl Stage {
     }
 
     /// A copy that says from which records it was identified: a list of (name, SHA-256 or None).
-    fn with_records(&self, records: Vec<(String, Option<String>)>) -> Self {
+    fn with_records(&self, records: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let expected = "a list of (name, SHA-256 or None)";
+        let records: Vec<(String, Option<String>)> =
+            records.extract().map_err(|_| unexpected("records", expected, records))?;
         let records = records.into_iter().map(|(name, sha256)| RecordSource { name, sha256 }).collect();
-        Self(self.0.clone().with_records(records))
+        Ok(Self(self.0.clone().with_records(records)))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -1,7 +1,5 @@
 //! Arrays of actuators: the models, each compiled once for all its streams.
 
-use std::path::PathBuf;
-
 use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, StreamArray};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
@@ -11,6 +9,7 @@ use pyo3::types::{PyDict, PySlice, PyTuple};
 
 use super::array_file;
 use super::stream_arrays::{ForwardArray, InverseArray, MadeOf};
+use crate::convert::arguments::path as path_of;
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
@@ -178,7 +177,8 @@ impl ActuatorArray {
     }
 
     /// Writes the models to a JSON file, each model once; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        let path = path_of("path", path)?;
         let models =
             self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
         write_file(py, path, &array_file::text(&models))
@@ -188,7 +188,8 @@ impl ActuatorArray {
     ///
     /// Raises OSError if the file cannot be read, ValueError if it is no such file.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+    fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let path = path_of("path", path)?;
         let models = array_file::models(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
         let models = models.into_iter().map(|model| object(py, model)).collect::<PyResult<Vec<_>>>()?;
         Self::new(PyTuple::new(py, models)?.as_any())

@@ -10,7 +10,7 @@ use pythonize::pythonize;
 
 use super::actuators::{ActuatorArray, Limits};
 use super::stream_arrays::{MadeOf, columns, in_state, states};
-use crate::convert::arguments::{count, numbers};
+use crate::convert::arguments::{OrDefault, count, numbers};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
@@ -228,7 +228,7 @@ impl ActuatorArray {
     /// >>> drives, left = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
     /// >>> bool((left < 0.02 * mirror.bracket(limits).width).all())
     /// True
-    #[pyo3(signature = (limits, *, slew, rate=None, cycles=None, shape="triangle", center=None, start=None),
+    #[pyo3(signature = (limits, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
         text_signature = "($self, limits, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
     #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
     fn demagnetize<'py>(
@@ -237,7 +237,7 @@ impl ActuatorArray {
         slew: &Bound<'py, PyAny>,
         rate: Option<&Bound<'py, PyAny>>,
         cycles: Option<&Bound<'py, PyAny>>,
-        shape: &str,
+        shape: OrDefault<'_>,
         center: Option<&Bound<'py, PyAny>>,
         start: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<DrivesAndLeft<'py>> {
@@ -249,7 +249,7 @@ impl ActuatorArray {
         let center = center.map(|center| each("center", center, actuators)).transpose()?;
         let start = start.map(|start| each("start", start, actuators)).transpose()?;
         let cycles = cycles.map_or(Ok(20), |cycles| count("cycles", cycles))?;
-        let shape = shape_of(shape)?;
+        let shape = shape_of(&shape)?;
         let drive = |(m, (low, high)): (usize, &(f64, f64))| ActuatorDrive {
             low: *low,
             high: *high,

@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::axis::{center_of, scan_methods};
-use crate::convert::arguments::{count, numbers};
+use crate::convert::arguments::{OrDefault, count, numbers};
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -62,7 +62,8 @@ pub(crate) struct Raster(pub(super) trajectory::Raster);
 
 scan_methods!(Raster {
     #[new]
-    #[pyo3(signature = (width, height, lines, *, line_rate, turnaround=None, bidirectional=false, steps=false, center=None),
+    #[pyo3(signature = (width, height, lines, *, line_rate, turnaround=None, bidirectional=OrDefault(None),
+        steps=OrDefault(None), center=None),
         text_signature = "(width, height, lines, *, line_rate, turnaround=0.2, bidirectional=False, steps=False, center=(0.0, 0.0))")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
@@ -71,15 +72,16 @@ scan_methods!(Raster {
         lines: &Bound<'_, PyAny>,
         line_rate: &Bound<'_, PyAny>,
         turnaround: Option<&Bound<'_, PyAny>>,
-        bidirectional: bool,
-        steps: bool,
+        bidirectional: OrDefault<'_>,
+        steps: OrDefault<'_>,
         center: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         numbers!(width, height, line_rate, turnaround);
         let lines = u32::try_from(count("lines", lines)?).unwrap_or(u32::MAX);
         let plain = RasterOptions::new(width, height, lines, line_rate);
         let turnaround = turnaround.unwrap_or(plain.turnaround);
-        let (is_bidirectional, has_steps, center) = (bidirectional, steps, center_of(center)?);
+        let (is_bidirectional, has_steps) = (bidirectional.flag("bidirectional")?, steps.flag("steps")?);
+        let center = center_of(center)?;
         let options = RasterOptions { turnaround, is_bidirectional, has_steps, center, ..plain };
         trajectory::Raster::new(options).map(Self).map_err(raise)
     }
@@ -159,15 +161,15 @@ scan_methods!(Raster {
     /// The line on which each sample of `x.sample(dt)` lies, counted from 0, and -1 for none: an array of integers.
     ///
     /// With `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster has no retrace.
-    #[pyo3(signature = (dt, *, retrace=false))]
+    #[pyo3(signature = (dt, *, retrace=OrDefault(None)), text_signature = "($self, dt, *, retrace=False)")]
     fn line_index<'py>(
         &self,
         py: Python<'py>,
         dt: &Bound<'py, PyAny>,
-        retrace: bool,
+        retrace: OrDefault<'_>,
     ) -> PyResult<Bound<'py, PyArray1<i64>>> {
         numbers!(dt);
-        let lines = self.0.line_index(dt, retrace).map_err(raise)?;
+        let lines = self.0.line_index(dt, retrace.flag("retrace")?).map_err(raise)?;
         Ok(PyArray1::from_iter(py, lines.into_iter().map(|line| line.map_or(-1, i64::from))))
     }
 
