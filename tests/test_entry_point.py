@@ -111,6 +111,28 @@ def test_an_interrupt_that_is_ignored_stays_so() -> None:
     assert mh.__version__ in ended.stdout
 
 
+def test_the_command_runs_in_another_thread() -> None:
+    code = ["import threading", "thread = threading.Thread(target=main)", "thread.start()"]
+    ended = python("package = None", *ENTRY, *code, "thread.join()")
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert mh.__version__ in ended.stdout
+
+
+def test_an_interrupt_behind_the_imports_is_not_taken_for_one_of_them() -> None:
+    ended = python(
+        "package = None",
+        *ENTRY,
+        "from mpi_hyst._cli.commands import _Commands",
+        "def leak(*_, **__):",
+        "    print('said', end='')",
+        "    raise KeyboardInterrupt",
+        "_Commands.main = leak",
+        "main()",
+    )
+    assert "KeyboardInterrupt" in ended.stderr and "nothing written" not in ended.stderr
+    assert ended.stdout == "said"
+
+
 def test_the_command_begins_outside_of_the_package() -> None:
     # What is inside is imported behind the whole package.
     (script,) = importlib.metadata.entry_points(group="console_scripts", name="mpi-hyst")

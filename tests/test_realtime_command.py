@@ -143,6 +143,16 @@ def test_the_status_says_that_something_else_ended_it(here: Path) -> None:
     assert "warning: io: the rest drive may have reached nobody: it was sent" in result.stdout
 
 
+def test_the_status_says_that_the_rest_drive_may_have_reached_nobody(here: Path) -> None:
+    # Over before the watchdog's time is.
+    nobody = ["--udp", "127.0.0.1:9", "--local", "127.0.0.1:0", "--seconds", "0.03"]
+    result = run(*REALTIME, *nobody, "--json", "x.json")
+    report = json.loads((here / "x.json").read_text())
+    assert (report["end"], report["at_rest"]) == ("time_over", True)
+    assert report["rest_refused"] > 0
+    assert result.exit_code == 3
+
+
 @pytest.mark.usefixtures("here")
 def test_what_the_loop_did_is_said_where_it_cannot_be_written(
     monkeypatch: pytest.MonkeyPatch,

@@ -6775,8 +6775,14 @@ class LoopReport:
         """
     @property
     def at_rest(self) -> bool:
-        """Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: one of
-        the `warnings` says if it was refused.
+        """Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: see
+        `rest_refused`.
+        """
+    @property
+    def rest_refused(self) -> int:
+        """How often the other side of UDP said that nobody listens, since the last measurement came or since the rest drive was written first,
+        whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the `warnings` says so. A computer that is off says
+        nothing: 0 is no proof.
         """
     @property
     def last_drive(self) -> float:
@@ -6875,8 +6881,9 @@ class Udp:
     A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
     `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
     A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
-    So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams, and warns if the rest drive
-    was refused because nobody listened: `LoopReport.to_dict()["datagrams"]`.
+    So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams:
+    `LoopReport.to_dict()["datagrams"]`. It warns that the rest drive may have reached nobody, but only if the other computer says that nobody
+    listens: `LoopReport.rest_refused`. One that is off says nothing.
 
     Parameters
     ----------

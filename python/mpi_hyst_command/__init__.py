@@ -1,7 +1,7 @@
 """The entry point of `mpi-hyst`: Ctrl-C while Python imports the command ends it with one line.
 
 It stands beside the package `mpi_hyst`, because all that is in the package can only be imported
-behind the package itself and numpy: a fifth of a second in which Ctrl-C would be a traceback.
+after the package itself and numpy: until then Ctrl-C would be a traceback.
 """
 
 NOTHING_WRITTEN = "interrupted, nothing written"
@@ -12,9 +12,14 @@ def main() -> None:
     """Import the command line and run it."""
     try:
         import signal
+        import threading
 
         # Where Ctrl-C is ignored, as in the background, it stays so.
-        is_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        # Only the main thread may change that.
+        is_default = (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        )
         if is_default:
             # Not as an exception: imports have places where Python drops one and goes on.
             signal.signal(signal.SIGINT, _end)
@@ -23,9 +28,10 @@ def main() -> None:
         commands = imported()
         if is_default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        commands.main(prog_name="mpi-hyst", ends_process=True)
     except KeyboardInterrupt:
         _end()
+    # Behind the imports: a command may have written, and says itself how it ended.
+    commands.main(prog_name="mpi-hyst", ends_process=True)
 
 
 def _end(*_: object) -> None:

@@ -25,7 +25,7 @@
 //! | input or output panics | caught; to rest | [`EndReason::Panicked`] |
 //! | Ctrl-C, [`StopFlag`]; time or reference over | to rest | [`EndReason`] |
 //! | a read or a write that does not return | nothing, until it does: the drive stays, and no request to end is seen | [`Live::taken`] stands still |
-//! | datagrams: some are lost, or nobody listens | a drive counts as written, as nobody confirms it; measurements are missing | [`Report::datagrams`]; a warning if the rest drive is refused |
+//! | datagrams: some are lost, or nobody listens | a drive counts as written, as nobody confirms it; measurements are missing | [`Report::datagrams`], [`Report::rest_refused`]; a warning if the other computer says that nobody listens |
 //! | shared memory: another process makes the file shorter | the system ends this process, the drive stays | nothing |
 //!
 //! A controller with an [`Observer`](hysteresis_control::Observer) does not hold the drive during these `max_missing`

@@ -62,7 +62,9 @@ impl NpyFile {
     /// What was there under its name is replaced.
     fn take_name(&mut self) -> io::Result<()> {
         if let Some((copy, place)) = &self.unnamed {
-            fs::rename(copy, place)?;
+            let kept =
+                |error: io::Error| io::Error::new(error.kind(), format!("{error}: its rows are in {}", copy.display()));
+            fs::rename(copy, place).map_err(kept)?;
             self.unnamed = None;
         }
         Ok(())
@@ -93,7 +95,7 @@ impl NpyFile {
         self.rows
     }
 
-    /// How many of them are found under the name of the file: all, or none while it does not have it.
+    /// How many of them are found under the name of the file: 0 until the file has its name.
     fn found(&self) -> u64 {
         if self.unnamed.is_some() { 0 } else { self.rows }
     }

@@ -57,7 +57,7 @@ pub struct Report {
     /// Why it went to rest, or ended.
     pub end: EndReason,
     /// Whether the drive written last is the rest drive. False only if writing itself failed. Of datagrams nobody knows whether they
-    /// arrive; one of the warnings says if the rest drive was refused.
+    /// arrive: see [`rest_refused`](Self::rest_refused).
     pub at_rest: bool,
     /// The drive written last.
     pub last_drive: f64,
@@ -71,8 +71,12 @@ pub struct Report {
     pub deadlines: Deadlines,
     /// What was counted besides.
     pub counts: Counts,
-    /// What became of the datagrams; None where input and output are none.
+    /// What became of the datagrams; None if the loop does not run over UDP.
     pub datagrams: Option<UdpCounts>,
+    /// How often the other side said that nobody listens, since the last measurement came or since the rest drive was written first,
+    /// whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the warnings says so. A computer that is off
+    /// says nothing: 0 is no proof.
+    pub rest_refused: u64,
     /// What the controller counted.
     pub controller: Counters,
     /// How late samples began.

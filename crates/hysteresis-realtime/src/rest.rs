@@ -13,11 +13,19 @@ pub(crate) struct Rest {
     written: u32,
     /// How many datagrams had been refused when it was written first.
     refused_before: u64,
+    /// How many datagrams had been refused before the last measurement came.
+    refused_before_measurement: u64,
 }
 
 impl Rest {
     pub(crate) fn new(settings: &Settings) -> Self {
-        Self { drive: settings.rest_drive, rate: settings.rest_rate, written: 0, refused_before: 0 }
+        Self {
+            drive: settings.rest_drive,
+            rate: settings.rest_rate,
+            written: 0,
+            refused_before: 0,
+            refused_before_measurement: 0,
+        }
     }
 
     /// Takes what a sample wrote, if its write succeeded. True if that is enough.
@@ -34,13 +42,28 @@ impl Rest {
         self.written > 0
     }
 
-    /// How often the rest drive was written, and how often the other side has said meanwhile that nobody listens, if it has.
-    pub(crate) fn refused(&self, io: &impl Io) -> Option<(u32, u64)> {
-        let refused = refused(io) - self.refused_before;
-        (self.is_reached() && refused > 0).then_some((self.written, refused))
+    /// For how many samples in a row the rest drive was written.
+    pub(crate) fn written(&self) -> u32 {
+        self.written
+    }
+
+    /// A measurement came, and so many datagrams had been refused before it was read.
+    #[inline]
+    pub(crate) fn take_measurement(&mut self, refused_before: u64) {
+        self.refused_before_measurement = refused_before;
+    }
+
+    /// How often the other side has said that nobody listens: since the last measurement came or since the rest drive was written
+    /// first, whichever is longer ago. Computers bound how often they say so, so the rest drive alone may not be answered. 0 if the rest
+    /// drive was not written.
+    pub(crate) fn refused(&self, io: &impl Io) -> u64 {
+        let before = self.refused_before.min(self.refused_before_measurement);
+        if self.is_reached() { refused(io).saturating_sub(before) } else { 0 }
     }
 }
 
-fn refused(io: &impl Io) -> u64 {
+/// How many datagrams have been refused.
+#[inline]
+pub(crate) fn refused(io: &impl Io) -> u64 {
     io.datagrams().map_or(0, |counts| counts.refused)
 }

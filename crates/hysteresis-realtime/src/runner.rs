@@ -14,7 +14,7 @@ use crate::pace::Pace;
 use crate::policy::{Deadlines, MissPolicy, Schedule};
 use crate::reference::Reference;
 use crate::report::{Counts, EndReason};
-use crate::rest::Rest;
+use crate::rest::{Rest, refused};
 use crate::ring::{Row, Sender};
 use crate::settings::Settings;
 use crate::stop::{Live, StopFlag};
@@ -217,6 +217,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
     /// What the controller is given for a measurement.
     #[inline]
     fn measure(&mut self, now: u64) -> f64 {
+        let refused_before = refused(&self.io);
         let came = match guarded(|| self.io.read()) {
             Ok(came) => came,
             Err(fault) => {
@@ -225,6 +226,9 @@ impl<I: Io, C: Clock> Loop<I, C> {
                 None
             }
         };
+        if came.is_some() {
+            self.rest.take_measurement(refused_before);
+        }
         let controller = self.controller.controller();
         let believed = came.is_some_and(|came| is_admissible(came) && controller.believes(came));
         let judged = self.watchdog.judge(now, came, believed);

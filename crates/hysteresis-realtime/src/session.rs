@@ -173,13 +173,15 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     if let Some(Recorded { rows, error: Some(error) }) = &recorded {
         // Most of them never came to the ring, or were left in it.
         lost_rows = made.deadlines().taken - rows.unwrap_or(0);
-        let at_most = if rows.is_none() { "up to " } else { "" };
-        warnings.push(format!("record: {at_most}{lost_rows} rows are missing: {error}"));
+        let up_to = if rows.is_none() { "up to " } else { "" };
+        warnings.push(format!("record: {up_to}{lost_rows} rows are missing: {error}"));
     } else if lost_rows > 0 {
         warnings.push(format!("record: the recorder was too slow for {lost_rows} rows"));
     }
-    if let Some((sent, refused)) = made.rest.refused(&made.io) {
-        let said = format!("it was sent {sent} times, and {refused} times the other side said that nobody listens");
+    let (sent, rest_refused) = (made.rest.written(), made.rest.refused(&made.io));
+    if rest_refused > 0 {
+        let said =
+            format!("it was sent {sent} times, and {rest_refused} times the other side said that nobody listens");
         warnings.push(format!("io: the rest drive may have reached nobody: {said}"));
     }
     let (observed, controller) = (made.observed(), made.controller.controller());
@@ -193,6 +195,7 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
         deadlines: made.deadlines(),
         counts: Counts { lost_rows, ..observed.counts },
         datagrams: made.io.datagrams(),
+        rest_refused,
         controller: controller.counters(),
         latency: observed.latency.summary(),
         compute: observed.compute.summary(),

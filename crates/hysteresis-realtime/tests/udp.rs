@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use hysteresis_realtime::clock::SimulatedClock;
 use hysteresis_realtime::io::{Fault, Io, Packet, UdpCounts, UdpIo};
-use hysteresis_realtime::{EndReason, Settings, StopFlag, WatchdogTimes, run_on};
+use hysteresis_realtime::{EndReason, Report, Settings, StopFlag, WatchdogTimes, run_on};
 use hysteresis_simulate::paper::Benchmark;
 use setup::{REST, SLEW, controller, settings, sine};
 
@@ -64,6 +64,41 @@ fn drives_are_counted_and_a_plant_that_is_gone_is_no_fault() {
         assert_eq!(io.read(), Ok(None));
     }
     assert!(io.counts().refused > 0, "the system said that nobody listens");
+}
+
+/// Measurements until `dies_at`, of which each was refused once before; then one more refusal, and silence.
+struct Limited {
+    reads: u64,
+    dies_at: u64,
+    refuses: bool,
+}
+
+impl Io for Limited {
+    fn read(&mut self) -> Result<Option<f64>, Fault> {
+        self.reads += 1;
+        Ok((self.reads <= self.dies_at).then_some(0.0))
+    }
+
+    fn datagrams(&self) -> Option<UdpCounts> {
+        let refused = if self.refuses { self.reads.min(self.dies_at + 1) } else { self.reads.min(self.dies_at - 1) };
+        Some(UdpCounts { refused, ..UdpCounts::default() })
+    }
+
+    fn write(&mut self, _: f64) -> Result<(), Fault> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_refusal_after_the_last_measurement_warns_although_the_rest_drive_is_not_answered() {
+    for (refuses, refused) in [(true, 2), (false, 0)] {
+        let io = Limited { reads: 0, dies_at: 100, refuses };
+        let watchdog = Some(WatchdogTimes { stale_after: 0.0, rest_after: 50e-4 });
+        let asked = Settings { watchdog, seconds: None, ..settings() };
+        let outcome = run_on(SimulatedClock::new(), controller(), io, sine(), asked, &StopFlag::default()).unwrap();
+        let Report { at_rest, rest_refused, warnings, .. } = outcome.report;
+        assert_eq!((at_rest, rest_refused, warnings.len()), (true, refused, usize::from(refuses)), "{warnings:?}");
+    }
 }
 
 /// The loop waits until the plant has dealt with the last drive, as long as there is a plant: so the test does not depend on time.
@@ -144,8 +179,10 @@ fn a_loop_over_datagrams_bears_losses_and_rests_when_the_plant_dies() {
     // Drives 0 to 699 were answered, but for every 20th; the first sample needs no answer.
     assert_eq!((report.counts.fresh, outcome.io.io.counts().lost), (1 + 700 - 35, 34));
     assert_eq!((report.counts.write_faults, report.datagrams), (0, Some(outcome.io.io.counts())));
-    // The first rest drive was refused before the second one was sent, and so on; of the last one nobody asks.
-    let said = "it was sent 20 times, and 19 times the other side said that nobody listens";
+    // Drive 700 ended the plant. Every one after it was refused before the next one was sent; of the last one nobody asks.
+    let refused = drives.len() as u64 - 702;
+    assert_eq!((report.rest_refused, outcome.io.io.counts().refused), (refused, refused));
+    let said = format!("it was sent 20 times, and {refused} times the other side said that nobody listens");
     assert_eq!(report.warnings, [format!("io: the rest drive may have reached nobody: {said}")]);
     assert!(drives[701..=740].iter().all(|drive| *drive == drives[700]), "held until the watchdog's time is over");
 }

@@ -18,7 +18,7 @@ impl HybridController {
     /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
     /// `IterativeLearning.correction`.
     #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=None),
+        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
         text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
     )]
     fn step(
@@ -27,7 +27,7 @@ impl HybridController {
         measurement: Number<Measurement>,
         feedforward: Option<Number<Feedforward>>,
         target: Option<Number<Target>>,
-        correction: Option<Number<Correction>>,
+        correction: Number<Correction>,
     ) -> PyResult<f64> {
         let command = command(&reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.step(command, measurement.0))
@@ -48,7 +48,7 @@ impl HybridController {
 
     /// The drive that `step` would return, without taking the sample.
     #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=None),
+        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
         text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
     )]
     fn peek(
@@ -57,7 +57,7 @@ impl HybridController {
         measurement: Number<Measurement>,
         feedforward: Option<Number<Feedforward>>,
         target: Option<Number<Target>>,
-        correction: Option<Number<Correction>>,
+        correction: Number<Correction>,
     ) -> PyResult<f64> {
         let command = command(&reference, feedforward, target, correction);
         Ok(shared(slf)?.stage_controller.peek(command, measurement.0))
@@ -68,7 +68,7 @@ impl HybridController {
     ///
     /// A plan replaces the one before; any change of the controller drops it.
     #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=None),
+        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
         text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
     )]
     fn plan(
@@ -77,7 +77,7 @@ impl HybridController {
         measurement: Number<Measurement>,
         feedforward: Option<Number<Feedforward>>,
         target: Option<Number<Target>>,
-        correction: Option<Number<Correction>>,
+        correction: Number<Correction>,
     ) -> PyResult<f64> {
         let command = command(&reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.plan(command, measurement.0))
@@ -94,11 +94,11 @@ fn command(
     reference: &Number<Reference>,
     feedforward: Option<Number<Feedforward>>,
     target: Option<Number<Target>>,
-    correction: Option<Number<Correction>>,
+    correction: Number<Correction>,
 ) -> Command {
     Command {
         target: target.map(|target| target.0),
-        correction: correction.map_or(0.0, |correction| correction.0),
+        correction: correction.0,
         feedforward: feedforward.map(|feedforward| feedforward.0),
         ..reference.0.into()
     }

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::errors::{self, unexpected};
-use super::fast_number::named;
+use super::errors::{self, not_converted, unexpected};
 
 /// A number, or an optional one, that came as an argument.
 pub(crate) trait Given {
@@ -19,7 +18,7 @@ impl Given for &Bound<'_, PyAny> {
     type Number = f64;
 
     fn number(self, name: &str) -> PyResult<f64> {
-        self.extract().map_err(|error| named(name, self, error))
+        self.extract().map_err(|error| not_converted(name, "a number", self, error))
     }
 }
 
@@ -34,14 +33,14 @@ impl Given for Option<&Bound<'_, PyAny>> {
 /// An argument whose default is not None: not given, or None, or a value.
 pub(crate) enum OrNone<'py> {
     NotGiven,
-    Is(Option<Bound<'py, PyAny>>),
+    Is(Bound<'py, PyAny>),
 }
 
 impl<'py> FromPyObject<'_, 'py> for OrNone<'py> {
     type Error = PyErr;
 
     fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        Ok(Self::Is((!value.is_none()).then(|| value.to_owned())))
+        Ok(Self::Is(value.to_owned()))
     }
 }
 
@@ -54,7 +53,19 @@ impl<'py> OrNone<'py> {
     ) -> PyResult<T> {
         match self {
             Self::NotGiven => Ok(default),
-            Self::Is(value) => convert(value.as_ref()),
+            Self::Is(value) => convert(Some(value).filter(|value| !value.is_none())),
+        }
+    }
+
+    /// What `convert` makes of the argument, or the default. None is not the default: `convert` refuses it.
+    pub(crate) fn or_refused<T>(
+        &self,
+        default: T,
+        convert: impl FnOnce(&Bound<'py, PyAny>) -> PyResult<T>,
+    ) -> PyResult<T> {
+        match self {
+            Self::NotGiven => Ok(default),
+            Self::Is(value) => convert(value),
         }
     }
 }
@@ -124,8 +135,10 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
 }
 
 /// True or False.
-pub(crate) fn flag(name: &str, value: Option<&Bound<'_, PyAny>>, default: bool) -> PyResult<bool> {
-    value.map_or(Ok(default), |value| value.extract().map_err(|_| unexpected(name, "True or False", value)))
+pub(crate) fn flag(name: &str, value: &OrNone<'_>, default: bool) -> PyResult<bool> {
+    value.or_refused(default, |value| {
+        value.extract().map_err(|error| not_converted(name, "True or False", value, error))
+    })
 }
 
 /// What can be called, or None.
@@ -139,7 +152,7 @@ pub(crate) fn callable(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult
 /// The path of a file.
 pub(crate) fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     let expected = "the path of a file";
-    let path: PathBuf = value.extract().map_err(|_| unexpected(name, expected, value))?;
+    let path: PathBuf = value.extract().map_err(|error| not_converted(name, expected, value, error))?;
     if path.as_os_str().is_empty() || path.as_os_str().as_encoded_bytes().contains(&0) {
         return Err(errors::value(name, format_args!("expected {expected}, got {}", value.repr()?)));
     }
@@ -148,7 +161,7 @@ pub(crate) fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 
 /// A word.
 pub(crate) fn word(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
-    value.extract().map_err(|_| unexpected(name, expected, value))
+    value.extract().map_err(|error| not_converted(name, expected, value, error))
 }
 
 /// Limits from any two numbers.

@@ -12,7 +12,9 @@ use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
 use hysteresis_simulate::plant;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{
+    PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyUnicodeEncodeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -90,6 +92,24 @@ pub(crate) fn unexpected<'a>(place: impl Into<Place<'a>>, expected: impl Display
         Ok(got) => wrong_type(place, format_args!("expected {expected}, got {got}")),
         Err(error) => error,
     }
+}
+
+/// What to raise where an argument could not be converted: that it is not what was expected, caused by the TypeError or by the text that
+/// cannot be encoded. Whatever else was raised is of the object's own methods, and stays.
+#[cold]
+pub(crate) fn not_converted<'a>(
+    place: impl Into<Place<'a>>,
+    expected: impl Display,
+    got: &Bound<'_, PyAny>,
+    error: PyErr,
+) -> PyErr {
+    let py = got.py();
+    if !(error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyUnicodeEncodeError>(py)) {
+        return error;
+    }
+    let refused = unexpected(place, expected, got);
+    refused.set_cause(py, Some(error));
+    refused
 }
 
 /// An object or array that a call uses which has not returned: of another thread, or of a function that this call calls.

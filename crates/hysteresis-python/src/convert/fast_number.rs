@@ -2,13 +2,19 @@
 
 use std::marker::PhantomData;
 
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::errors::unexpected;
+use super::errors::not_converted;
 
 /// A number that came as the argument N.
 pub(crate) struct Number<N>(pub(crate) f64, PhantomData<N>);
+
+/// A default.
+impl<N> From<f64> for Number<N> {
+    fn from(number: f64) -> Self {
+        Self(number, PhantomData)
+    }
+}
 
 /// What an argument is called.
 pub(crate) trait Name {
@@ -22,16 +28,9 @@ impl<'py, N: Name> FromPyObject<'_, 'py> for Number<N> {
     fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         match value.extract() {
             Ok(number) => Ok(Self(number, PhantomData)),
-            Err(error) => Err(named(N::NAME, &value, error)),
+            Err(error) => Err(not_converted(N::NAME, "a number", &value, error)),
         }
     }
-}
-
-/// What was raised, or that the argument is no number.
-#[cold]
-pub(crate) fn named(name: &str, value: &Bound<'_, PyAny>, error: PyErr) -> PyErr {
-    // Whatever else the object's __float__ raised is its own.
-    if error.is_instance_of::<PyTypeError>(value.py()) { unexpected(name, "a number", value) } else { error }
 }
 
 macro_rules! names {

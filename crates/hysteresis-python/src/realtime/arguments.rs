@@ -63,12 +63,9 @@ fn about_rate(py: Python<'_>, error: PyErr) -> PyErr {
     }
 }
 
-pub(super) fn policy(
-    misses: Option<&Bound<'_, PyAny>>,
-    most_caught_up: Option<&Bound<'_, PyAny>>,
-) -> PyResult<MissPolicy> {
+pub(super) fn policy(misses: &OrNone<'_>, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
     let expected = "\"skip\", \"catch_up\" or \"stop\"";
-    let misses = misses.map_or(Ok("skip".to_owned()), |misses| word("misses", expected, misses))?;
+    let misses = misses.or_refused("skip".to_owned(), |misses| word("misses", expected, misses))?;
     match (&misses[..], most_caught_up) {
         ("skip", None) => Ok(MissPolicy::Skip),
         ("stop", None) => Ok(MissPolicy::Stop),

@@ -1,10 +1,9 @@
 //! Input and output by a Python object: slower, as each call takes the interpreter.
 
 use hysteresis_realtime::io::{Fault, Io};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use crate::convert::errors::{Place, unexpected};
+use crate::convert::errors::{Place, not_converted, unexpected};
 
 /// The methods `read` and `write` of an object, and the first exception that one of them raised.
 pub(super) struct ForeignIo {
@@ -35,12 +34,8 @@ impl Io for ForeignIo {
     fn read(&mut self) -> Result<Option<f64>, Fault> {
         self.attached(|io, py| {
             let read = io.read.bind(py).call0()?;
-            read.extract().map_err(|error: PyErr| {
-                // Whatever else the object's __float__ raised is its own.
-                let is_no_number = error.is_instance_of::<PyTypeError>(py);
-                let shown = Place::part("io", "io.read");
-                if is_no_number { unexpected(shown, "a number or None", &read) } else { error }
-            })
+            let place = Place::part("io", "io.read");
+            read.extract().map_err(|error| not_converted(place, "a number or None", &read, error))
         })
     }
 

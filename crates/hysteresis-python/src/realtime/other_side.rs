@@ -115,8 +115,9 @@ fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
 /// `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
 /// A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
-/// So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams, and warns if the rest drive
-/// was refused because nobody listened: `LoopReport.to_dict()["datagrams"]`.
+/// So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams:
+/// `LoopReport.to_dict()["datagrams"]`. It warns that the rest drive may have reached nobody, but only if the other computer says that nobody
+/// listens: `LoopReport.rest_refused`. One that is off says nothing.
 ///
 /// Parameters
 /// ----------

@@ -103,11 +103,19 @@ result_methods!(LoopReport {
         }
     }
 
-    /// Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: one of
-    /// the `warnings` says if it was refused.
+    /// Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: see
+    /// `rest_refused`.
     #[getter]
     fn at_rest(&self) -> bool {
         self.0.at_rest
+    }
+
+    /// How often the other side of UDP said that nobody listens, since the last measurement came or since the rest drive was written first,
+    /// whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the `warnings` says so. A computer that is off says
+    /// nothing: 0 is no proof.
+    #[getter]
+    fn rest_refused(&self) -> u64 {
+        self.0.rest_refused
     }
 
     /// The drive written last, V.

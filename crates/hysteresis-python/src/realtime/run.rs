@@ -113,8 +113,8 @@ impl Refusal for realtime::Error {
 /// ('time_over', True, 0.0)
 #[pyfunction]
 #[pyo3(signature = (
-    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=None, misses=None, most_caught_up=None,
-    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=None, record=None, progress=None,
+    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=OrNone::NotGiven, misses=OrNone::NotGiven, most_caught_up=None,
+    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=OrNone::NotGiven, record=None, progress=None,
     stop=None
 ), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
     most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, \
@@ -128,15 +128,15 @@ pub(crate) fn run<'py>(
     rest_rate: &Bound<'py, PyAny>,
     rate: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
-    repeat: Option<&Bound<'py, PyAny>>,
-    misses: Option<&Bound<'py, PyAny>>,
+    repeat: OrNone<'py>,
+    misses: OrNone<'py>,
     most_caught_up: Option<&Bound<'py, PyAny>>,
     watchdog: OrNone<'py>,
     most_write_faults: Option<&Bound<'py, PyAny>>,
     spin: Option<&Bound<'py, PyAny>>,
     cpu: Option<&Bound<'py, PyAny>>,
     fifo: Option<&Bound<'py, PyAny>>,
-    lock_memory: Option<&Bound<'py, PyAny>>,
+    lock_memory: OrNone<'py>,
     record: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
     stop: Option<&Bound<'py, PyAny>>,
@@ -144,20 +144,20 @@ pub(crate) fn run<'py>(
     numbers!(rest_drive, rest_rate, rate, seconds, spin = 0.0);
     let settings = Settings {
         seconds,
-        misses: policy(misses, most_caught_up)?,
+        misses: policy(&misses, most_caught_up)?,
         watchdog: watchdog_times(&watchdog)?,
         write_faults: most_write_faults
             .map_or(Ok(100), |given| whole_number("most_write_faults", "a whole number from 1 to 4294967295", given))?,
         spin,
         cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
         fifo: fifo.map(|fifo| whole_number("fifo", "a priority from 1 to 99", fifo)).transpose()?,
-        lock_memory: flag("lock_memory", lock_memory, false)?,
+        lock_memory: flag("lock_memory", &lock_memory, false)?,
         record: record.map(|record| path("record", record)).transpose()?,
         ..Settings::new(rest_drive, rest_rate)
     };
     callable("progress", progress)?;
     let positions = numbers("reference", reference)?;
-    let repeat = flag("repeat", repeat, true)?;
+    let repeat = flag("repeat", &repeat, true)?;
     let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
     let stop = match stop {
         Some(stop) => instance::<Stop>("stop", "a Stop or None", stop)?.get().0.clone(),

@@ -13,7 +13,7 @@ use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
-use crate::convert::fast_number::named;
+use crate::convert::errors::not_converted;
 use crate::convert::objects::{exclusive, shared};
 
 /// A class around a process.
@@ -75,12 +75,19 @@ unsafe fn call<C: Stepper>(
     sample: *mut ffi::PyObject,
     method: impl FnOnce(&Bound<'_, C>, f64) -> PyResult<f64>,
 ) -> *mut ffi::PyObject {
-    // SAFETY: as above. The conversion may run Python code, so it comes before the instance is borrowed.
+    // SAFETY: both pointers are lent for the call and the thread is attached, which all of these functions need. The type of the
+    // instance was checked. An error is matched and fetched only where one is set, and null is returned only with one set. The conversion
+    // may run Python code, so it comes before the instance is borrowed.
     unsafe {
         let x = ffi::PyFloat_AsDouble(sample);
         let py = Python::assume_attached();
         if x == -1.0 && !ffi::PyErr_Occurred().is_null() {
-            named("sample", &Borrowed::from_ptr(py, sample), PyErr::fetch(py)).restore(py);
+            // What else was raised stays set. Only a TypeError is fetched: to fetch a PanicException goes on with its panic, which
+            // would end the process here.
+            if ffi::PyErr_ExceptionMatches(ffi::PyExc_TypeError) != 0 {
+                let error = PyErr::fetch(py);
+                not_converted("sample", "a number", &Borrowed::from_ptr(py, sample), error).restore(py);
+            }
             return std::ptr::null_mut();
         }
         let instance = Borrowed::from_ptr(py, instance).cast_unchecked::<C>();

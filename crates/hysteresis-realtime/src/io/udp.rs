@@ -72,8 +72,11 @@ pub struct UdpCounts {
 ///
 /// The newest measurement counts. A plant that starts again with lower sequence numbers is not listened to: the watchdog ends the loop.
 /// A drive counts as written when the network has taken it: whether it arrives is the plant's to watch. The rest drive is sent 20 times, a
-/// sample after the other, so that a lost datagram does not leave the amplifier where it was. That nobody listens is
-/// no fault of a write, as it is said of an earlier datagram; the watchdog sees to it, as no measurement comes. If it is said of the rest drive, the report warns.
+/// sample after the other, so that a lost datagram does not leave the amplifier where it was.
+///
+/// The other computer may say that nobody listens. This refuses an earlier datagram, so the present write has not failed. No
+/// measurement comes then either, and the watchdog ends the loop. The report warns if datagrams were refused after the last
+/// measurement, or after the rest drive was written first. It can only warn if the other computer says so: one that is off says nothing.
 #[derive(Debug)]
 pub struct UdpIo {
     socket: UdpSocket,

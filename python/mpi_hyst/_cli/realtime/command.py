@@ -102,7 +102,8 @@ def realtime(**given: Any) -> None:
     drive within the slew rate: after --seconds, at Ctrl-C, and when measurements are missing.
 
     The exit status is 0 if it ended as it was asked to, and 3 if the watchdog, a missed deadline or
-    input and output ended it, if the drive is not at rest, or if rows of the record are missing.
+    input and output ended it, if the drive is not at rest or the other side of UDP says that nobody
+    listens, or if rows of the record are missing.
     """
     from mpi_hyst._cli.realtime.run import Request, run
 

@@ -31,7 +31,7 @@ _WAITS = 1.0  # seconds without a sample that are worth a word
 _FASTEST, _SLOWEST = 1e6, 0.1  # Hz
 _AS_ASKED = ("time_over", "reference_over", "requested")
 NOT_AS_ASKED = 3
-"""The exit status when something else ended the loop, rows are missing, or the drive is up."""
+"""The exit status when something else ended the loop, rows are missing, or the drive may be up."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,8 @@ def run(request: Request) -> int:
         say(_summary(report, request, []))
         raise
     say(_summary(report, request, [output.path for output in outputs]))
-    as_asked = report.end in _AS_ASKED and report.at_rest and _is_recorded(report, request)
+    rests = report.at_rest and report.rest_refused == 0
+    as_asked = report.end in _AS_ASKED and rests and _is_recorded(report, request)
     return 0 if as_asked else NOT_AS_ASKED
 
 
