@@ -56,18 +56,6 @@ impl<'py> OrNone<'py> {
             Self::Is(value) => convert(Some(value).filter(|value| !value.is_none())),
         }
     }
-
-    /// What `convert` makes of the argument, or the default. None is not the default: `convert` refuses it.
-    pub(crate) fn or_refused<T>(
-        &self,
-        default: T,
-        convert: impl FnOnce(&Bound<'py, PyAny>) -> PyResult<T>,
-    ) -> PyResult<T> {
-        match self {
-            Self::NotGiven => Ok(default),
-            Self::Is(value) => convert(value),
-        }
-    }
 }
 
 /// An argument whose default is not None: not given, or a value, of which None is a wrong one.
@@ -135,10 +123,9 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
 }
 
 /// True or False.
-pub(crate) fn flag(name: &str, value: &OrNone<'_>, default: bool) -> PyResult<bool> {
-    value.or_refused(default, |value| {
-        value.extract().map_err(|error| not_converted(name, "True or False", value, error))
-    })
+pub(crate) fn flag(name: &str, value: Option<&Bound<'_, PyAny>>, default: bool) -> PyResult<bool> {
+    let Some(value) = value else { return Ok(default) };
+    value.extract().map_err(|error| not_converted(name, "True or False", value, error))
 }
 
 /// What can be called, or None.

@@ -5,7 +5,7 @@ use hysteresis_realtime::{self as realtime, MissPolicy, WatchdogTimes};
 use pyo3::prelude::*;
 
 use crate::control::controller::HybridController;
-use crate::convert::arguments::{OrNone, count, two, word};
+use crate::convert::arguments::{OrDefault, OrNone, count, two};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{instance, shared};
 use crate::plant::plant::Plant;
@@ -63,9 +63,9 @@ fn about_rate(py: Python<'_>, error: PyErr) -> PyErr {
     }
 }
 
-pub(super) fn policy(misses: &OrNone<'_>, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
+pub(super) fn policy(misses: &OrDefault<'_>, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
     let expected = "\"skip\", \"catch_up\" or \"stop\"";
-    let misses = misses.or_refused("skip".to_owned(), |misses| word("misses", expected, misses))?;
+    let misses = misses.word("misses", expected, "skip")?;
     match (&misses[..], most_caught_up) {
         ("skip", None) => Ok(MissPolicy::Skip),
         ("stop", None) => Ok(MissPolicy::Stop),

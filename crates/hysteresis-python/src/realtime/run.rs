@@ -16,7 +16,7 @@ use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
 use crate::control::source::check_interval;
-use crate::convert::arguments::{OrNone, callable, flag, numbers, path, whole, whole_number};
+use crate::convert::arguments::{OrDefault, OrNone, callable, flag, numbers, path, whole, whole_number};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Refusal, raise};
 use crate::convert::objects::{exclusive, instance};
@@ -113,8 +113,8 @@ impl Refusal for realtime::Error {
 /// ('time_over', True, 0.0)
 #[pyfunction]
 #[pyo3(signature = (
-    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=OrNone::NotGiven, misses=OrNone::NotGiven, most_caught_up=None,
-    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=OrNone::NotGiven, record=None, progress=None,
+    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=OrDefault(None), misses=OrDefault(None), most_caught_up=None,
+    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=OrDefault(None), record=None, progress=None,
     stop=None
 ), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
     most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, \
@@ -128,15 +128,15 @@ pub(crate) fn run<'py>(
     rest_rate: &Bound<'py, PyAny>,
     rate: Option<&Bound<'py, PyAny>>,
     seconds: Option<&Bound<'py, PyAny>>,
-    repeat: OrNone<'py>,
-    misses: OrNone<'py>,
+    repeat: OrDefault<'py>,
+    misses: OrDefault<'py>,
     most_caught_up: Option<&Bound<'py, PyAny>>,
     watchdog: OrNone<'py>,
     most_write_faults: Option<&Bound<'py, PyAny>>,
     spin: Option<&Bound<'py, PyAny>>,
     cpu: Option<&Bound<'py, PyAny>>,
     fifo: Option<&Bound<'py, PyAny>>,
-    lock_memory: OrNone<'py>,
+    lock_memory: OrDefault<'py>,
     record: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
     stop: Option<&Bound<'py, PyAny>>,
@@ -151,13 +151,13 @@ pub(crate) fn run<'py>(
         spin,
         cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
         fifo: fifo.map(|fifo| whole_number("fifo", "a priority from 1 to 99", fifo)).transpose()?,
-        lock_memory: flag("lock_memory", &lock_memory, false)?,
+        lock_memory: lock_memory.flag("lock_memory")?,
         record: record.map(|record| path("record", record)).transpose()?,
         ..Settings::new(rest_drive, rest_rate)
     };
     callable("progress", progress)?;
     let positions = numbers("reference", reference)?;
-    let repeat = flag("repeat", &repeat, true)?;
+    let repeat = flag("repeat", repeat.0.as_ref(), true)?;
     let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
     let stop = match stop {
         Some(stop) => instance::<Stop>("stop", "a Stop or None", stop)?.get().0.clone(),
