@@ -189,7 +189,7 @@ def test_a_record_that_could_not_be_written_is_told(here: Path) -> None:
         text=True,
         check=False,
         # The header fits, the first rows do not.
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300)),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (290, 290)),
     )
     assert done.returncode == 3, done.stderr
     assert "rows are missing: File too large" in done.stdout
