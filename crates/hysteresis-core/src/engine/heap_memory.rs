@@ -1,4 +1,4 @@
-//! The memory of a stream on the heap: turning points where the thresholds are nested, else a bank of operators.
+//! The memory of a stream on the heap: turning points where the thresholds are nested; else, or if asked for, a bank of operators.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;

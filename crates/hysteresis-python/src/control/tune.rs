@@ -3,11 +3,10 @@
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::Structure;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 
 use super::tuning::Tuning;
-use crate::convert::arguments::{is_word, numbers, unknown};
-use crate::convert::errors::{raise, unexpected, wrong_type};
+use crate::convert::arguments::{numbers, unknown, word};
+use crate::convert::errors::{raise, wrong_type};
 use crate::convert::objects::shared;
 use crate::plant::plant::Plant;
 use crate::stage::parts::StageKeywords;
@@ -33,17 +32,12 @@ impl Demands<'_, '_> {
     }
 }
 
-fn structure_named(word: &Bound<'_, PyAny>) -> PyResult<Structure> {
-    let found = Structure::ALL.into_iter().find(|structure| is_word(word, structure.name()));
-    let Some(structure) = found else {
-        let [names @ .., last] = Structure::ALL.map(|structure| format!("{:?}", structure.name()));
-        let expected = format!("{} or {last}", names.join(", "));
-        return match word.cast::<PyString>() {
-            Ok(got) => unknown("structure", &expected, got.to_str()?),
-            Err(_) => Err(unexpected("structure", expected, word)),
-        };
-    };
-    Ok(structure)
+fn structure_named(structure: &Bound<'_, PyAny>) -> PyResult<Structure> {
+    let [names @ .., last] = Structure::ALL.map(|structure| format!("{:?}", structure.name()));
+    let expected = format!("{} or {last}", names.join(", "));
+    let got = word("structure", &expected, structure)?;
+    let found = Structure::ALL.into_iter().find(|structure| structure.name() == got);
+    found.map_or_else(|| unknown("structure", &expected, &got), Ok)
 }
 
 /// Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.

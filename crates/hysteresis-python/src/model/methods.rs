@@ -2,11 +2,10 @@
 
 use hysteresis_core::{self as core, CompiledModel, Method, Model, Offsets};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 
-use crate::convert::arguments::{self, is_word, pair, unknown};
+use crate::convert::arguments::{self, pair, unknown, word};
 use crate::convert::arrays::numbers;
-use crate::convert::errors::{raise, unexpected};
+use crate::convert::errors::raise;
 use crate::convert::files::write_file;
 use crate::stream::made::Made;
 use crate::stream::streams::{Forward, Inverse, method_name};
@@ -56,17 +55,12 @@ pub(super) fn inverse(
 
 /// The method that an argument names; with initial outputs only the bank is possible.
 fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Option<Method>> {
-    let Some(word) = method else { return Ok(None) };
+    let Some(method) = method else { return Ok(None) };
     let expected = if has_initial { "\"bank\" or None beside initial" } else { "\"turning_points\", \"bank\" or None" };
-    let known = [Method::TurningPoints, Method::Bank].into_iter().find(|method| is_word(word, method_name(*method)));
-    match known {
-        Some(method) if method == Method::Bank || !has_initial => Ok(Some(method)),
-        Some(_) => unknown("method", expected, word.cast::<PyString>()?.to_str()?),
-        None => match word.cast::<PyString>() {
-            Ok(got) => unknown("method", expected, got.to_str()?),
-            Err(_) => Err(unexpected("method", expected, word)),
-        },
-    }
+    let possible: &[Method] = if has_initial { &[Method::Bank] } else { &[Method::TurningPoints, Method::Bank] };
+    let got = word("method", expected, method)?;
+    let found = possible.iter().find(|method| method_name(**method) == got);
+    found.map_or_else(|| unknown("method", expected, &got), |method| Ok(Some(*method)))
 }
 
 pub(super) fn save(py: Python<'_>, model: &Model, path: &Bound<'_, PyAny>) -> PyResult<()> {
