@@ -283,10 +283,13 @@ fn the_memory_of_a_bank_comes_back() {
     );
     let stage = Stage::new(StageParts::new(model.unwrap())).unwrap();
     let mut forward = stage.forward(DT).unwrap();
-    forward.step(5.0);
-    let state = Sampled { dt: DT, stream: forward.state() };
-    assert!(format!("{state:?}").contains("Bank"), "{state:?}");
-    assert_eq!(Sampled::from_bytes(&state.to_bytes()), Ok(state));
+    // After the small move it is on a line.
+    for (drive, line) in [(5.0, "line: None"), (4.99, "line: Some(Falling)")] {
+        forward.step(drive);
+        let state = Sampled { dt: DT, stream: forward.state() };
+        assert!(format!("{state:?}").contains("Bank") && format!("{state:?}").contains(line), "{state:?}");
+        assert_eq!(Sampled::from_bytes(&state.to_bytes()), Ok(state));
+    }
 }
 
 #[test]

@@ -50,7 +50,7 @@ pub use control::{
     AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState, PreviewState,
 };
 #[cfg(feature = "alloc")]
-pub use engine::{CompiledModel, FamilyState, MemoryState, Method, TurningPointState};
+pub use engine::{BankState, CompiledModel, FamilyState, MemoryState, Method, TurningPointState};
 pub use engine::{Direction, TurningPoint};
 pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};
 pub use filter::{Biquad, Filter, FilterState, MAX_SECTIONS, Sections};

@@ -3,8 +3,8 @@
 mod support;
 
 use hysteresis_core::{
-    CompiledModel, CoupledPlay, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Process,
-    StreamState,
+    BankState, CompiledModel, CoupledPlay, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
+    Process, StreamState,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -234,7 +234,7 @@ fn a_bank_takes_only_finite_outputs_of_all_its_operators() {
     stream.step(7.0);
     let state = stream.state();
     for outputs in [&[7.0, 5.0, 0.0][..], &[7.0], &[7.0, f64::NAN], &[f64::INFINITY, 5.0]] {
-        let memory = MemoryState::Bank { outputs: outputs.into() };
+        let memory = MemoryState::Bank(BankState { outputs: outputs.into(), line: None });
         let error = stream.set_state(&StreamState { memory, ..state.clone() }).unwrap_err();
         assert!(error.to_string().contains("one finite output for each operator"), "{error}");
     }

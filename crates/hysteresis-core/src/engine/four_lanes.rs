@@ -33,6 +33,20 @@ pub(crate) trait FourLanes: Copy {
     /// a where the mask is set, else b.
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
 
+    /// The same numbers with the other sign; zero stays zero.
+    #[inline(always)]
+    fn negated(self, numbers: Self::Numbers) -> Self::Numbers {
+        self.sub(self.splat(0.0), numbers)
+    }
+
+    /// The smallest of all four.
+    #[inline(always)]
+    fn smallest(self, numbers: Self::Numbers) -> f64 {
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        let [a, b, c, d] = self.store(numbers);
+        smaller(smaller(a, c), smaller(b, d))
+    }
+
     /// The sum of all four.
     #[inline(always)]
     fn total(self, numbers: Self::Numbers) -> f64 {

@@ -69,10 +69,11 @@ impl HeapMemory {
         }
     }
 
-    pub(crate) fn state(&self) -> MemoryState {
+    /// What it remembers, the input being `input`.
+    pub(crate) fn state(&self, input: f64) -> MemoryState {
         match self {
             Self::TurningPoints(engine) => MemoryState::TurningPoints(engine.state()),
-            Self::Bank(bank) => MemoryState::Bank { outputs: bank.outputs().into() },
+            Self::Bank(bank) => MemoryState::Bank(bank.state(input)),
         }
     }
 
@@ -80,7 +81,7 @@ impl HeapMemory {
     pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
         match (self, state) {
             (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
-            (Self::Bank(bank), MemoryState::Bank { outputs }) => bank.restore(outputs, input, output),
+            (Self::Bank(bank), MemoryState::Bank(state)) => bank.restore(state, input, output),
             _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
         }
     }
@@ -98,7 +99,7 @@ impl HeapMemory {
                     got: 0.0,
                 }),
             },
-            Self::Bank(bank) => bank.reweigh(&compiled.members),
+            Self::Bank(bank) => bank.reweigh(&compiled.members, input),
         }
     }
 }
@@ -115,7 +116,15 @@ impl Memory<f64> for HeapMemory {
     fn move_input(&mut self, from: f64, to: f64) {
         match self {
             Self::TurningPoints(engine) => engine.move_input(from, to),
-            Self::Bank(bank) => bank.move_input(to),
+            Self::Bank(bank) => bank.move_input(from, to),
+        }
+    }
+
+    #[inline]
+    fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
+        match self {
+            Self::TurningPoints(_) => None,
+            Self::Bank(bank) => bank.jump(from, to),
         }
     }
 
@@ -123,7 +132,7 @@ impl Memory<f64> for HeapMemory {
     fn peek_input(&self, from: f64, to: f64) -> f64 {
         match self {
             Self::TurningPoints(engine) => engine.peek_input(from, to),
-            Self::Bank(bank) => bank.peek_input(to),
+            Self::Bank(bank) => bank.peek_input(from, to),
         }
     }
 
@@ -131,39 +140,37 @@ impl Memory<f64> for HeapMemory {
     fn move_output(&mut self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
         match self {
             Self::TurningPoints(engine) => engine.move_output(direction, from, to, limits),
-            Self::Bank(bank) => {
-                let reach = bank.look_output(from, to, limits);
-                bank.move_input(reach.input);
-                reach
-            }
+            Self::Bank(bank) => bank.move_output(direction, from, to, limits),
         }
     }
 
     fn peek_output(&self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
         match self {
             Self::TurningPoints(engine) => engine.peek_output(direction, from, to, limits),
-            Self::Bank(bank) => bank.look_output(from, to, limits),
+            Self::Bank(bank) => bank.peek_output(direction, from, to, limits),
         }
     }
 
-    fn is_at(&self, input: f64) -> bool {
+    fn is_at(&self, _input: f64) -> bool {
         match self {
             Self::TurningPoints(_) => true,
-            Self::Bank(bank) => bank.is_at(input),
+            Self::Bank(bank) => bank.knows_its_input(),
         }
     }
 
     fn back(&self) -> Option<f64> {
         match self {
             Self::TurningPoints(engine) => engine.back(),
-            Self::Bank(_) => None,
+            Self::Bank(bank) => bank.back(),
         }
     }
 
     fn forward_piece(&self, input: f64) -> Piece {
         match self {
             Self::TurningPoints(engine) => engine.forward_piece(input),
-            Self::Bank(bank) => Piece::point(Direction::Rising, input, bank.output()),
+            Self::Bank(bank) => {
+                bank.ahead().unwrap_or_else(|| Piece::point(Direction::Rising, input, bank.now().output))
+            }
         }
     }
 
@@ -171,7 +178,27 @@ impl Memory<f64> for HeapMemory {
     fn inverse_piece(&self, input: f64, output: f64, limits: (f64, f64)) -> Piece {
         match self {
             Self::TurningPoints(engine) => engine.inverse_piece(input, output, limits),
-            Self::Bank(_) => Piece::point(Direction::Rising, output, input),
+            Self::Bank(bank) => match bank.ahead() {
+                Some(piece) => piece.inverse(limits),
+                None => Piece::point(Direction::Rising, output, input),
+            },
+        }
+    }
+
+    /// Of a bank whenever it has drawn a line, so that a restored one, whose line is drawn anew, puts out the same.
+    #[inline]
+    fn back_after(&self, step_back: bool) -> Option<f64> {
+        match self {
+            Self::TurningPoints(engine) => engine.back_after(step_back),
+            Self::Bank(bank) => bank.back(),
+        }
+    }
+
+    #[inline]
+    fn output(&self, input: f64) -> f64 {
+        match self {
+            Self::TurningPoints(engine) => engine.output(input),
+            Self::Bank(bank) => bank.now().output,
         }
     }
 }

@@ -37,4 +37,12 @@ impl<T: Real> Piece<T> {
     pub(crate) fn point(direction: Direction, input: T, output: T) -> Self {
         Self { direction, line: Line { slope: T::ZERO, offset: output }, begin: input, end: input }
     }
+
+    /// The same piece over the output, up to a limit of the input.
+    #[inline]
+    pub(crate) fn inverse(self, limits: (T, T)) -> Self {
+        let Self { direction, line, begin, end } = self;
+        let end = direction.nearer(end, direction.limit(limits));
+        Self { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end) }
+    }
 }

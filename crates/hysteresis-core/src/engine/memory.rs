@@ -13,6 +13,12 @@ pub(crate) trait Memory<T: Real> {
     /// Moves the input from `from` to `to`.
     fn move_input(&mut self, from: T, to: T);
 
+    /// Moves the input if no line is drawn after that move: the output there.
+    #[inline(always)]
+    fn jump(&mut self, _from: T, _to: T) -> Option<T> {
+        None
+    }
+
     /// The output after a move of the input from `from` to `to`.
     fn peek_input(&self, from: T, to: T) -> T;
 
@@ -34,6 +40,12 @@ pub(crate) trait Memory<T: Real> {
     /// Where, over the input, the present piece ends behind the present position if it holds on both sides of that. A move ahead
     /// beyond the end of a piece never comes to one that does.
     fn back(&self) -> Option<T>;
+
+    /// [`back`](Self::back) after a move that was a step back or not: nothing after any other.
+    #[inline]
+    fn back_after(&self, step_back: bool) -> Option<T> {
+        if step_back { self.back() } else { None }
+    }
 
     /// The output at the present position, the input being `input`.
     #[inline]

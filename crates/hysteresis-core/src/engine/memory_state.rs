@@ -18,10 +18,18 @@ pub enum MemoryState {
     /// The turning points of nested thresholds.
     TurningPoints(TurningPointState),
     /// All operators of a bank.
-    Bank {
-        /// Their outputs z_i.
-        outputs: Box<[f64]>,
-    },
+    Bank(BankState),
+}
+
+/// All operators of a bank.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct BankState {
+    /// Their outputs z_i.
+    pub outputs: Box<[f64]>,
+    /// In which direction a straight line was drawn that the next sample may be on; None if none was.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub line: Option<Direction>,
 }
 
 /// The turning points of both families of one-sided plays.

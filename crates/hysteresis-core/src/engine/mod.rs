@@ -43,7 +43,7 @@ pub(crate) use heap_memory::HeapMemory;
 pub(crate) use line::{Line, Piece};
 pub(crate) use memory::Memory;
 #[cfg(feature = "alloc")]
-pub use memory_state::{FamilyState, MemoryState, TurningPointState};
+pub use memory_state::{BankState, FamilyState, MemoryState, TurningPointState};
 pub(crate) use solve::{Point, Reach};
 pub(crate) use turning_point_engine::Engine;
 pub use turning_points::TurningPoint;

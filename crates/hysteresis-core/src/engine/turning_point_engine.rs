@@ -111,9 +111,7 @@ impl<M: Evaluates> Memory<M::Number> for Engine<M> {
     /// The same line with the roles of input and output swapped, up to the next breakpoint or limit.
     #[inline]
     fn inverse_piece(&self, _input: M::Number, _output: M::Number, limits: (M::Number, M::Number)) -> Piece<M::Number> {
-        let Piece { direction, line, begin, end } = self.piece();
-        let end = direction.nearer(end, direction.limit(limits));
-        Piece { direction, line: line.inverted(), begin: line.at(begin), end: line.at(end) }
+        self.piece().inverse(limits)
     }
 
     /// A move to where it is changes nothing.

@@ -143,7 +143,7 @@ impl Forward {
             last_output,
             saturated: false,
             rejected: self.core.rejected,
-            memory: self.core.memory.state(),
+            memory: self.core.memory.state(last_input),
         }
     }
 

@@ -3,7 +3,9 @@
 use super::segment::Segment;
 use super::walk::Walk;
 #[cfg(feature = "alloc")]
-use crate::engine::HeapMemory;
+use super::walk::behind;
+#[cfg(feature = "alloc")]
+use crate::engine::{HeapMemory, Method};
 use crate::engine::{Memory, Point};
 #[cfg(feature = "alloc")]
 use crate::error::{Error, check_length};
@@ -79,16 +81,36 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
 
 #[cfg(feature = "alloc")]
 impl ForwardCore<f64, HeapMemory> {
-    /// [`run`](Walk::run); a bank has no lines to walk along, and a loop of its own.
-    pub(super) fn run_by_method(&mut self, samples: &[f64], outputs: &mut [f64]) -> Result<(), Error> {
-        let HeapMemory::Bank(bank) = &mut self.memory else { return self.run(samples, outputs) };
+    /// [`run`](Walk::run); as long as a bank draws no lines to walk along, it has a loop of its own.
+    pub(super) fn run_by_method(&mut self, mut samples: &[f64], mut outputs: &mut [f64]) -> Result<(), Error> {
+        if self.memory.method() == Method::TurningPoints {
+            return self.run(samples, outputs);
+        }
         check_length("output", samples.len(), outputs.len())?;
-        self.rejected = self.rejected.saturating_add(bank.run(samples, outputs, self.origin));
-        let x = bank.input();
-        if !x.is_nan() {
-            self.enter_segment(x);
+        while !samples.is_empty() {
+            let taken = match self.run_without_line(samples, outputs) {
+                0 => self.run_on_lines(samples, outputs, true),
+                taken => taken,
+            };
+            (samples, outputs) = behind(taken, samples, outputs);
         }
         Ok(())
+    }
+
+    /// Takes samples as long as a bank has drawn no line and none is to be drawn: how many.
+    #[inline]
+    fn run_without_line(&mut self, samples: &[f64], outputs: &mut [f64]) -> usize {
+        let HeapMemory::Bank(bank) = &mut self.memory else { return 0 };
+        if bank.ahead().is_some() {
+            return 0;
+        }
+        let taken = bank.run(samples, outputs, self.origin);
+        self.rejected = self.rejected.saturating_add(taken.rejected);
+        let Point { input, output } = bank.now();
+        if !input.is_nan() {
+            self.segment = Segment::point(input, output);
+        }
+        taken.samples
     }
 }
 
@@ -112,11 +134,16 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
     #[inline(never)]
     fn leave_segment(&mut self, input: T, x: T) -> T {
         if input.is_admissible() {
-            let behind = self.segment.lies_behind(x);
-            self.memory.move_input(self.segment.input(), x);
+            let last = self.segment.input();
+            if let Some(y) = self.memory.jump(last, x) {
+                self.segment = Segment::point(x, y);
+                return y;
+            }
+            let step_back = self.segment.lies_behind(x);
+            self.memory.move_input(last, x);
             self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
-            if behind {
-                self.open_segment();
+            if let Some(back) = self.memory.back_after(step_back) {
+                self.segment.open(back, self.origin.input);
             }
         } else {
             self.rejected = self.rejected.saturating_add(1);

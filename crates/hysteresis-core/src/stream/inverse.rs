@@ -210,7 +210,7 @@ impl Inverse {
             last_output: drive,
             saturated: self.core.saturated,
             rejected: self.core.rejected,
-            memory: self.core.memory.state(),
+            memory: self.core.memory.state(drive),
         }
     }
 

@@ -34,6 +34,13 @@ impl<T: Real> Segment<T> {
         Self { sign, last, end, back: T::INFINITY, line: piece.line }
     }
 
+    /// A place that no sample is on: it begins at infinity, which a processor can predict of any signal, and ends at the last input.
+    #[inline]
+    pub(super) fn point(input: T, output: T) -> Self {
+        let line = Line { slope: T::ZERO, offset: output };
+        Self { sign: T::ONE, last: T::INFINITY, end: input, back: T::INFINITY, line }
+    }
+
     /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end. `origin` as in
     /// [`new`](Self::new).
     #[inline]
@@ -105,7 +112,7 @@ impl<T: Real> Segment<T> {
     /// The last input.
     #[inline]
     pub(super) fn input(&self) -> T {
-        self.sign * self.last
+        self.sign * if self.last < T::INFINITY { self.last } else { self.end }
     }
 
     /// The output at the last input.

@@ -44,12 +44,19 @@ pub(crate) trait Walk<T: Real> {
     fn run(&mut self, mut samples: &[T], mut outputs: &mut [T]) -> Result<(), Error> {
         check_length("output", samples.len(), outputs.len())?;
         while !samples.is_empty() {
-            let on_line = self.run_on_line(samples, outputs);
-            (samples, outputs) = behind(on_line, samples, outputs);
-            let taken = self.run_to_the_next_line(samples, outputs, on_line > 0);
+            let taken = self.run_on_lines(samples, outputs, false);
             (samples, outputs) = behind(taken, samples, outputs);
         }
         Ok(())
+    }
+
+    /// Takes the samples on the segment, and some of those behind them: how many. After a long line, or if `only_to_the_next`, none
+    /// behind the first that leaves it.
+    #[inline(always)]
+    fn run_on_lines(&mut self, samples: &[T], outputs: &mut [T], only_to_the_next: bool) -> usize {
+        let on_line = self.run_on_line(samples, outputs);
+        let (samples, outputs) = behind(on_line, samples, outputs);
+        on_line + self.run_to_the_next_line(samples, outputs, only_to_the_next || on_line > 0)
     }
 
     /// Takes the blocks that lie on the segment, as vectors: how many samples that is.
@@ -92,6 +99,6 @@ pub(crate) trait Walk<T: Real> {
 
 /// What is left behind the first so many: nothing past the end, where an index would panic.
 #[inline(always)]
-fn behind<'a, 'b, T>(taken: usize, samples: &'a [T], outputs: &'b mut [T]) -> (&'a [T], &'b mut [T]) {
+pub(super) fn behind<'a, 'b, T>(taken: usize, samples: &'a [T], outputs: &'b mut [T]) -> (&'a [T], &'b mut [T]) {
     (samples.get(taken..).unwrap_or_default(), outputs.get_mut(taken..).unwrap_or_default())
 }

@@ -10,12 +10,12 @@ use crate::operator::CoupledPlay;
 /// Thresholds and weights of four operators. Lanes that are left over never move and weigh nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
-    r: Lanes,
-    rc: Lanes,
-    ra: Lanes,
-    rb: Lanes,
-    above: Lanes,
-    below: Lanes,
+    pub(super) r: Lanes,
+    pub(super) rc: Lanes,
+    pub(super) ra: Lanes,
+    pub(super) rb: Lanes,
+    pub(super) above: Lanes,
+    pub(super) below: Lanes,
 }
 
 impl Block {
@@ -75,11 +75,6 @@ pub(super) trait Bounds {
     fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers;
 }
 
-/// Bounds that also tell which operators they push from the input `x` on.
-pub(super) trait Slides: Bounds {
-    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask;
-}
-
 /// The lower ones: the input rises, or stays.
 pub(super) struct Lower;
 
@@ -87,13 +82,6 @@ impl Bounds for Lower {
     #[inline(always)]
     fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
         four.max(block.least(four, x), z)
-    }
-}
-
-impl Slides for Lower {
-    #[inline(always)]
-    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
-        block.rise(four, x, z)
     }
 }
 
@@ -117,13 +105,6 @@ impl Bounds for Upper {
     }
 }
 
-impl Slides for Upper {
-    #[inline(always)]
-    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
-        block.fall(four, x, z)
-    }
-}
-
 /// The upper ones at an input above zero: x + rb alone, with the same bits, as x + ra is not below it and zero is.
 pub(super) struct UpperAboveZero;
 
@@ -144,9 +125,10 @@ impl Bounds for Both {
     }
 }
 
-impl Slides for Both {
+impl Both {
+    /// Which outputs they push from the input `x` on.
     #[inline(always)]
-    fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
+    pub(super) fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
         four.or(block.rise(four, x, z), block.fall(four, x, z))
     }
 }

@@ -1,6 +1,8 @@
 //! Which way the input goes, and so which bounds can push the operators. The outputs are the same bits whether it is told or not.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
+use super::super::direction::Direction;
+
 /// Which way a move can push the operators, and whether they can stick at zero there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Push {
@@ -10,6 +12,8 @@ pub(super) enum Push {
     DownAboveZero,
     /// Either way: right of every move, also from outputs that no input has led to.
     Either,
+    /// No way: the outputs stay, wherever the input is.
+    Nowhere,
 }
 
 impl Push {
@@ -46,6 +50,12 @@ impl Turns {
     #[inline(always)]
     pub(super) fn of(blocks: usize) -> Self {
         Self { rises: true, moves: 0, few_operators: blocks <= FEW_BLOCKS }
+    }
+
+    /// Which way the input went last.
+    #[inline]
+    pub(super) fn direction(self) -> Direction {
+        if self.rises { Direction::Rising } else { Direction::Falling }
     }
 
     /// [`Push::between`], or either where that costs less.

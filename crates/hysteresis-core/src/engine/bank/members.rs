@@ -18,7 +18,14 @@ pub(crate) struct Members {
     /// Whether any operator weighs differently above and below zero: the sum of all others needs no choice.
     pub(super) split: bool,
     pub(super) processor: Processor,
+    /// The largest move after which a line is drawn.
+    pub(super) small_move: f64,
+    /// About the slope of a long move: where a search begins.
+    pub(super) slope: f64,
 }
+
+/// So many moves as the last one lead from one breakpoint to the next if a line is to be drawn: fewer would not pay.
+const MOVES_ON_A_LINE: f64 = 16.0;
 
 /// The weights of an operator above and below zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,11 +55,20 @@ impl Members {
         let all: Vec<_> =
             model.members().map(|(above, below, operator)| (SplitWeight { above, below }, operator)).collect();
         let blocks = all.chunks(LANES).map(Block::of).collect();
-        Self { blocks, operators: all.len(), split: model.is_split(), processor }
+        let small_move = mean_distance(all.iter().map(|(_, operator)| *operator)) / MOVES_ON_A_LINE;
+        let (least, greatest) = model.slope_range();
+        let slope = 0.5 * (least + greatest);
+        Self { blocks, operators: all.len(), split: model.is_split(), processor, small_move, slope }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.operators
+    }
+
+    /// Whether a line is drawn after a move.
+    #[inline(always)]
+    pub(super) fn is_small(&self, distance: f64) -> bool {
+        distance.abs() <= self.small_move
     }
 
     /// The operators with their weights, in the order of the model.
@@ -73,4 +89,15 @@ impl Members {
         }
         Ok(differ)
     }
+}
+
+/// The mean distance between breakpoints of operators whose widest one just moves.
+fn mean_distance(operators: impl Iterator<Item = CoupledPlay>) -> f64 {
+    let (mut widest, mut count) = (0.0, 0.0);
+    for operator in operators.filter(|operator| !operator.is_identity()) {
+        widest = f64::max(widest, operator.r().max(operator.ra()));
+        count += 1.0;
+    }
+    // Without any, a line holds everywhere.
+    if count > 0.0 { widest / count } else { f64::INFINITY }
 }

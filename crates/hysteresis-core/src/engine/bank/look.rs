@@ -1,0 +1,278 @@
+//! The straight line that the output of a bank is on over the input, and how far it holds.
+//!
+//! Written for a rising input: a falling one is seen in the mirror, where x, z and their thresholds change sides.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use core::marker::PhantomData;
+
+use super::super::direction::Direction;
+use super::super::four_lanes::{FourLaneLoop, FourLanes, Lanes};
+use super::super::line::Line;
+use super::block::{Block, Both, Bounds, Split, Weights, Whole};
+
+/// A line, and from where to where it holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub(super) line: Line,
+    pub(super) begin: f64,
+    pub(super) end: f64,
+}
+
+/// The side from which a bank is seen.
+pub(super) trait Side {
+    const DIRECTION: Direction;
+
+    /// Inputs and outputs as they are seen.
+    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers;
+
+    /// A number, seen or seen back.
+    fn turned(number: f64) -> f64;
+
+    /// The thresholds above zero (r, if the input rises) and below (rc).
+    fn thresholds(block: &Block) -> (&Lanes, &Lanes);
+
+    /// The thresholds of the opposite bound, above zero (rb) and below (ra).
+    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes);
+
+    /// The weights above zero and below.
+    fn weights(block: &Block) -> (&Lanes, &Lanes);
+}
+
+/// The input rises.
+pub(super) struct Rising;
+
+impl Side for Rising {
+    const DIRECTION: Direction = Direction::Rising;
+
+    #[inline(always)]
+    fn seen<F: FourLanes>(_: F, numbers: F::Numbers) -> F::Numbers {
+        numbers
+    }
+
+    #[inline(always)]
+    fn turned(number: f64) -> f64 {
+        number
+    }
+
+    #[inline(always)]
+    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.r, &block.rc)
+    }
+
+    #[inline(always)]
+    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.rb, &block.ra)
+    }
+
+    #[inline(always)]
+    fn weights(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.above, &block.below)
+    }
+}
+
+/// The input falls.
+pub(super) struct Falling;
+
+impl Side for Falling {
+    const DIRECTION: Direction = Direction::Falling;
+
+    #[inline(always)]
+    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers {
+        four.negated(numbers)
+    }
+
+    #[inline(always)]
+    fn turned(number: f64) -> f64 {
+        -number
+    }
+
+    #[inline(always)]
+    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.ra, &block.rb)
+    }
+
+    #[inline(always)]
+    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.rc, &block.r)
+    }
+
+    #[inline(always)]
+    fn weights(block: &Block) -> (&Lanes, &Lanes) {
+        (&block.below, &block.above)
+    }
+}
+
+/// What a sliding output weighs.
+pub(super) trait SlidingWeights: Weights {
+    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
+}
+
+impl SlidingWeights for Whole {
+    #[inline(always)]
+    fn along<S: Side, F: FourLanes>(block: &Block, four: F, _: F::Numbers) -> F::Numbers {
+        four.load(S::weights(block).0)
+    }
+}
+
+impl SlidingWeights for Split {
+    /// At zero it is about to come above.
+    #[inline(always)]
+    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
+        let (above, below) = S::weights(block);
+        four.select(four.is_below(z, four.splat(0.0)), four.load(below), four.load(above))
+    }
+}
+
+/// Four operators at an input, as they are seen.
+struct Seen<F: FourLanes> {
+    last: F::Numbers,
+    z: F::Numbers,
+    is_below_inner: F::Mask,
+    slides: F::Mask,
+}
+
+impl<F: FourLanes> Seen<F> {
+    /// Moved to `x` from the output `last`. What slides has come to lo(x) and does not stick at zero.
+    #[inline(always)]
+    fn at<S: Side>(block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
+        let (outer, inner) = S::thresholds(block);
+        let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
+        let last = S::seen(four, last);
+        let least = four.max(four.sub(x, outer), four.min(four.sub(x, inner), zero));
+        let is_below_inner = four.is_below(x, inner);
+        let sticks_not = four.or(is_below_inner, four.is_at_most(outer, x));
+        let slides = four.and(four.is_at_most(last, least), sticks_not);
+        Self { last, z: four.max(least, last), is_below_inner, slides }
+    }
+
+    /// Where lo begins to push the output `z`.
+    #[inline(always)]
+    fn pushed_from<S: Side>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
+        let (outer, inner) = S::thresholds(block);
+        four.add(z, four.select(four.is_below(z, four.splat(0.0)), four.load(inner), four.load(outer)))
+    }
+
+    /// Its output at the input zero, if it stays on its line.
+    #[inline(always)]
+    fn offset<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
+        let (outer, inner) = S::thresholds(block);
+        let slid = four.negated(four.select(self.is_below_inner, four.load(inner), four.load(outer)));
+        four.select(self.slides, slid, self.z)
+    }
+
+    /// Where its line begins, having come from `last`.
+    #[inline(always)]
+    fn begin<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
+        let (outer, inner) = S::thresholds(block);
+        let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
+        let below = four.select(self.is_below_inner, four.add(self.last, inner), outer);
+        let begins = four.select(four.is_below(self.last, zero), below, four.add(self.last, outer));
+        let stuck = four.select(four.is_below(self.last, self.z), inner, four.splat(f64::NEG_INFINITY));
+        four.select(self.slides, begins, stuck)
+    }
+
+    /// Where its line ends ahead: where it is pushed, or sticks at zero.
+    #[inline(always)]
+    fn end<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
+        let sticks = four.select(self.is_below_inner, four.load(S::thresholds(block).1), four.splat(f64::INFINITY));
+        four.select(self.slides, sticks, Self::pushed_from::<S>(block, four, self.z))
+    }
+
+    /// Where its line ends behind: where the opposite bound pushes it, or infinitely far ahead if it slides; of an identity only where
+    /// it weighs otherwise.
+    #[inline(always)]
+    fn back<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
+        let (inner, outer) = S::opposite_thresholds(block);
+        let (inner, outer, zero) = (four.load(inner), four.load(outer), four.splat(0.0));
+        let is_above = four.is_below(zero, self.z);
+        let turned =
+            four.select(self.slides, four.splat(f64::INFINITY), four.sub(self.z, four.select(is_above, inner, outer)));
+        let weighs_otherwise = four.select(four.is_below(self.z, zero), four.splat(f64::NEG_INFINITY), zero);
+        let is_identity = four.is_at_most(four.add(outer, four.load(S::thresholds(block).0)), zero);
+        four.select(is_identity, weighs_otherwise, turned)
+    }
+}
+
+/// Where operators come from.
+pub(super) trait Start: Copy {
+    /// Four outputs there, the bank having put out `last`.
+    fn of<F: FourLanes>(self, block: &Block, four: F, last: F::Numbers) -> F::Numbers;
+}
+
+/// From the outputs that the bank has.
+#[derive(Clone, Copy)]
+pub(super) struct Here;
+
+impl Start for Here {
+    #[inline(always)]
+    fn of<F: FourLanes>(self, _: &Block, _: F, last: F::Numbers) -> F::Numbers {
+        last
+    }
+}
+
+/// From an input to which the bank has not been moved yet.
+#[derive(Clone, Copy)]
+pub(super) struct At(pub(super) f64);
+
+impl Start for At {
+    #[inline(always)]
+    fn of<F: FourLanes>(self, block: &Block, four: F, last: F::Numbers) -> F::Numbers {
+        Both::next(block, four, four.splat(self.0), last)
+    }
+}
+
+/// The stretch at the input `x`, every operator coming from `start`. It has the same bits wherever on it `x` is.
+pub(super) struct Look<'a, S, W, O> {
+    pub(super) blocks: &'a [Block],
+    pub(super) outputs: &'a [Lanes],
+    pub(super) start: O,
+    pub(super) x: f64,
+    pub(super) by: PhantomData<(S, W)>,
+}
+
+impl<S: Side, W: SlidingWeights, O: Start> FourLaneLoop for Look<'_, S, W, O> {
+    type Output = Stretch;
+
+    #[inline(always)]
+    fn run<F: FourLanes>(self, four: F) -> Stretch {
+        let (x, nothing) = (four.splat(S::turned(self.x)), four.splat(0.0));
+        let (mut slope, mut offset) = (nothing, nothing);
+        let (mut begin, mut end) = (four.splat(f64::NEG_INFINITY), four.splat(f64::INFINITY));
+        for (block, last) in self.blocks.iter().zip(self.outputs) {
+            let seen = Seen::at::<S>(block, four, x, self.start.of(block, four, four.load(last)));
+            let w = W::along::<S, F>(block, four, seen.z);
+            slope = four.add(slope, four.select(seen.slides, w, nothing));
+            offset = four.mul_add(w, seen.offset::<S>(block, four), offset);
+            begin = four.max(begin, seen.begin::<S>(block, four));
+            end = four.min(end, seen.end::<S>(block, four));
+        }
+        Stretch {
+            line: Line { slope: four.total(slope), offset: S::turned(four.total(offset)) },
+            begin: S::turned(-four.smallest(four.negated(begin))),
+            end: S::turned(four.smallest(end)),
+        }
+    }
+}
+
+/// Where the line at the input `x`, to which the operators have come, ends behind that: infinitely far ahead, if any but an identity
+/// slides.
+pub(super) struct LookBack<'a, S> {
+    pub(super) blocks: &'a [Block],
+    pub(super) outputs: &'a [Lanes],
+    pub(super) x: f64,
+    pub(super) by: PhantomData<S>,
+}
+
+impl<S: Side> FourLaneLoop for LookBack<'_, S> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<F: FourLanes>(self, four: F) -> f64 {
+        let x = four.splat(S::turned(self.x));
+        let mut back = four.splat(f64::NEG_INFINITY);
+        for (block, z) in self.blocks.iter().zip(self.outputs) {
+            back = four.max(back, Seen::at::<S>(block, four, x, four.load(z)).back::<S>(block, four));
+        }
+        S::turned(-four.smallest(four.negated(back)))
+    }
+}

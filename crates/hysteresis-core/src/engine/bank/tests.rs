@@ -1,0 +1,202 @@
+use alloc::vec::Vec;
+
+use super::super::four_lanes::Processor;
+use super::*;
+use crate::model::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+
+/// Of 64 samples 48 are small steps, on which the input often turns round, and 16 are jumps.
+fn drive() -> impl Iterator<Item = f64> {
+    let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
+    (0..2000).scan(0.0, move |x, k| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let noise = f64::from((seed >> 40) as u32) / f64::from(1_u32 << 24) - 0.5;
+        *x = if k % 64 < 48 { *x + 3.0 * noise } else { 1200.0 * noise };
+        Some(*x)
+    })
+}
+
+/// Models with lanes left over and without, of few operators and of more, of whole and of split weights.
+fn models() -> impl Iterator<Item = ModifiedPrandtlIshlinskii> {
+    [1_u32, 3, 4, 21, 40].into_iter().flat_map(|n| {
+        let r: Vec<f64> = (0..n).map(|i| 400.0 * f64::from(i) / f64::from(n)).collect();
+        let weights: Vec<f64> = (0..n).map(|i| 1.0 / f64::from(1 + i)).collect();
+        let whole = ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default()).unwrap();
+        let below: Vec<f64> = weights.iter().map(|w| 0.5 * w).collect();
+        [whole.clone(), whole.with_negative_weights(&below).unwrap()]
+    })
+}
+
+/// The bank of every model on this processor and on any, from rest and from outputs that no input has led to.
+fn banks() -> impl Iterator<Item = Bank> {
+    models().flat_map(|model| {
+        [Processor::here(), Processor::portable()].into_iter().flat_map(move |processor| {
+            let members = Arc::new(Members::on(processor, &model));
+            let odd: Vec<f64> = (0..members.len()).map(|i| if i % 2 == 0 { 700.0 } else { -900.0 }).collect();
+            [Bank::at_rest(members.clone()), Bank::new(members, &odd).unwrap()]
+        })
+    })
+}
+
+/// The operators of a bank by their equation, one by one.
+struct OneByOne<'a> {
+    members: &'a Members,
+    z: Vec<f64>,
+}
+
+impl OneByOne<'_> {
+    fn step(&mut self, x: f64) -> f64 {
+        for (z, (_, operator)) in self.z.iter_mut().zip(self.members.iter()) {
+            *z = operator.next(*z, x);
+        }
+        self.members.iter().zip(&self.z).map(|((weight, _), z)| weight.at(*z) * z).sum()
+    }
+}
+
+#[test]
+fn every_operator_is_where_its_equation_puts_it_on_any_processor() {
+    for mut bank in banks() {
+        let members = bank.members.clone();
+        let mut truth = OneByOne { members: &members, z: bank.outputs().into() };
+        let mut last = 0.0;
+        for x in drive() {
+            let sum = truth.step(x);
+            // Sums of another order, of less than 2000 in all.
+            assert!((bank.peek_input(last, x) - sum).abs() <= 1e-11, "{x}");
+            bank.move_input(last, x);
+            assert_eq!(bank.outputs(), truth.z, "{x}");
+            assert!((bank.now().output - sum).abs() <= 1e-11, "{x}");
+            last = x;
+        }
+    }
+}
+
+#[test]
+fn a_run_is_its_samples_up_to_the_first_small_move_on_any_processor() {
+    let origin = Point { input: 5.0, output: -3.0 };
+    let mut samples: Vec<f64> = drive().collect();
+    samples[70] = f64::NAN;
+    for mut bank in banks() {
+        let (mut one_by_one, mut last, mut taken, mut rejected) = (bank.clone(), 0.0, 0, 0);
+        while taken < samples.len() {
+            let mut outputs = samples.clone();
+            let part = bank.run(&samples[taken..], &mut outputs[taken..], origin);
+            rejected += part.rejected;
+            for k in taken..taken + part.samples {
+                if !samples[k].is_nan() {
+                    let x = samples[k] - origin.input;
+                    assert_ne!(one_by_one.jump_or_move(last, x), None, "sample {k}");
+                    last = x;
+                }
+                assert_eq!(outputs[k], one_by_one.now().output + origin.output, "sample {k}");
+            }
+            taken += part.samples;
+            if let Some(sample) = samples.get(taken) {
+                let x = sample - origin.input;
+                assert!(one_by_one.members.is_small(x - last), "sample {taken}");
+                one_by_one.move_input(last, x);
+                bank.move_input(last, x);
+                (taken, last) = (taken + 1, x);
+            }
+        }
+        assert_eq!(rejected, 1);
+        assert_eq!((bank.outputs(), bank.now().input), (one_by_one.outputs(), one_by_one.now().input));
+    }
+}
+
+impl Bank {
+    /// A jump, or else the first move of all.
+    fn jump_or_move(&mut self, from: f64, to: f64) -> Option<f64> {
+        if self.knows_its_input() {
+            return self.jump(from, to);
+        }
+        self.move_input(from, to);
+        Some(self.now().output)
+    }
+}
+
+#[test]
+fn a_line_is_the_output_from_one_end_to_the_other_and_no_further() {
+    let mut both_sides = 0;
+    for mut bank in banks() {
+        let members = bank.members.clone();
+        let mut last = 0.0;
+        for x in drive().take(600) {
+            bank.move_input(last, x);
+            last = x;
+            for direction in [Direction::Rising, Direction::Falling] {
+                bank.draw_line(direction);
+                let Piece { line, begin, end, .. } = bank.ahead().unwrap();
+                let off_line = |place| {
+                    let mut truth = OneByOne { members: &members, z: bank.outputs().into() };
+                    (line.at(place) - truth.step(place)).abs()
+                };
+                // z + r may be a rounding beyond the x at which z became x - r.
+                assert!(
+                    direction.sign::<f64>() * (begin - x) <= 1e-12 && direction.has_passed(x, end),
+                    "{begin} {x} {end}"
+                );
+                let far = if end.is_finite() { end } else { x + 1000.0 * direction.sign::<f64>() };
+                for place in [x, 0.5 * (x + far), far] {
+                    assert!(off_line(place) <= 1e-10, "{direction:?} from {x}, {place}");
+                }
+                // The weights are a hundredth and more. At zero every line ends, as an identity may weigh otherwise there.
+                let ends = |end: f64, beyond| end == 0.0 || end.is_infinite() || off_line(beyond) > 1e-6;
+                assert!(ends(end, end + 1e-3 * direction.sign::<f64>()), "{direction:?} from {x} to {end}");
+                if let Some(back) = bank.back().filter(|back| back.is_finite()) {
+                    assert!(off_line(back) <= 1e-10, "{direction:?} from {x} back to {back}");
+                    assert!(ends(back, back - 1e-3 * direction.sign::<f64>()), "{direction:?} from {x} back to {back}");
+                    both_sides += 1;
+                }
+            }
+        }
+    }
+    assert!(both_sides > 100, "{both_sides}");
+}
+
+#[test]
+fn from_a_place_on_its_line_a_bank_goes_on_as_if_it_had_been_moved_there() {
+    let mut places = 0;
+    for mut bank in banks() {
+        let mut last = 0.0;
+        let mut to = drive().skip(1);
+        for x in drive().take(600) {
+            bank.move_input(last, x);
+            last = x;
+            let (Some(Piece { end, .. }), Some(to)) = (bank.ahead(), to.next()) else { continue };
+            last = if end.is_finite() { 0.5 * (x + end) } else { x };
+            let mut moved = bank.clone();
+            moved.settle(last);
+            assert_eq!(bank.state(last), moved.state(last));
+            assert_eq!(bank.peek_input(last, to), moved.peek_input(last, to));
+            moved.move_input(last, to);
+            let mut jumped = bank.clone();
+            jumped.move_input(last, to);
+            assert_eq!(
+                (jumped.outputs(), jumped.now().output),
+                (moved.outputs(), moved.now().output),
+                "{x} {last} {to}"
+            );
+            places += 1;
+        }
+    }
+    assert!(places > 1000, "{places}");
+}
+
+/// Where a line is looked at has no part in its bits: a restored stream draws it elsewhere.
+#[test]
+fn a_line_has_the_same_bits_from_anywhere_on_it() {
+    for mut bank in banks() {
+        let mut last = 0.0;
+        for x in drive().take(600) {
+            bank.move_input(last, x);
+            last = x;
+            let Some(Piece { direction, line, end, .. }) = bank.ahead().filter(|piece| piece.end.is_finite()) else {
+                continue;
+            };
+            let mut other = bank.clone();
+            other.settle(0.75 * x + 0.25 * end);
+            other.draw_line(direction);
+            assert_eq!(other.ahead().map(|piece| piece.line), Some(line), "{x} to {end}");
+        }
+    }
+}
