@@ -36,4 +36,18 @@ pub trait Process<T: Real = f64> {
         }
         Ok(())
     }
+
+    /// [`step`](Self::step) if it needs no memory but what the process holds itself. None if it needs more, and nothing is taken then.
+    #[doc(hidden)]
+    #[inline]
+    fn step_at_hand(&mut self, input: T) -> Option<T> {
+        Some(self.step(input))
+    }
+
+    /// Reads what a step needs of the memory `depth` pointers deep, so that it is near. What is returned says nothing.
+    #[doc(hidden)]
+    #[inline]
+    fn fetch(&self, _depth: usize) -> u64 {
+        0
+    }
 }

@@ -2,7 +2,10 @@
 
 mod support;
 
-use hysteresis_core::{CompiledModel, CoupledPlay, Forward, Inverse, Method, Play, Process, StreamArray, Tracked};
+use hysteresis_core::{
+    CompiledModel, CoupledPlay, Forward, Inverse, Method, Offsets, Play, PrandtlIshlinskii, Process, StreamArray,
+    Tracked,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use support::{
@@ -299,6 +302,32 @@ proptest! {
         let singles: Vec<Inverse> = compiled.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
         assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, probe)?;
         assert_alike(StreamArray::forward(&compiled), compiled.iter().map(Forward::new).collect(), &samples, probe)?;
+    }
+}
+
+/// An array takes first what is on its line, a hundred and some streams at a time.
+#[test]
+fn hundreds_of_actuators_equal_independent_streams() {
+    const ACTUATORS: u32 = 300;
+    let compiled: Vec<CompiledModel> = (0..ACTUATORS)
+        .map(|m| {
+            let r: Vec<f64> = (0..8).map(|i| f64::from(i) * (1.0 + f64::from(m) / 300.0)).collect();
+            CompiledModel::new(&(&PrandtlIshlinskii::new(&[0.5; 8], &r, Offsets::default()).unwrap()).into())
+        })
+        .collect();
+    // Small moves and jumps; every 101st sample is none.
+    let sample = |k: u32| match k {
+        _ if k % 101 == 100 => f64::NAN,
+        _ if k % 7 == 0 => 20.0 * f64::from(k % 97) / 97.0 - 10.0,
+        _ => 6.0 * (f64::from(k / ACTUATORS) / 5.0 + f64::from(k % ACTUATORS)).sin(),
+    };
+    let samples: Vec<f64> = (0..40 * ACTUATORS).map(sample).collect();
+    let limits = Some((-9.0, 9.0));
+    let singles: Vec<Inverse> = compiled.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
+    assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, 1.0).unwrap();
+    for method in [Method::TurningPoints, Method::Bank] {
+        let singles: Vec<Forward> = compiled.iter().map(|k| Forward::with_method(k, method).unwrap()).collect();
+        assert_alike(singles.iter().cloned().collect(), singles, &samples, 1.0).unwrap();
     }
 }
 

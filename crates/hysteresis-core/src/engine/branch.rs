@@ -52,6 +52,13 @@ impl<T: Real> Branch<T> {
         branch
     }
 
+    /// Reads a number of each line of memory.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(crate) fn fetch(&self) -> u64 {
+        (self.moved ^ self.height ^ self.top.point.moved) as u64 ^ self.line.slope.to_bits()
+    }
+
     /// Puts the newest turning point on the stack: due after a reversal, before the next one.
     #[inline]
     pub(crate) fn keep_top(&self, stack: &mut Stack<T, impl Store>) {

@@ -72,6 +72,20 @@ impl<T: Real> EngineState<T> {
         self.negative.keep_top(&mut stacks.negative);
     }
 
+    /// Reads a number of each line of memory.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(crate) fn fetch(&self) -> u64 {
+        self.positive.fetch() ^ self.negative.fetch()
+    }
+
+    /// Reads the thresholds at which the next operators begin to slide.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(crate) fn fetch_next(&self, families: &Families<T, impl Store>) -> u64 {
+        families.positive.fetch(self.positive.moved) ^ families.negative.fetch(self.negative.moved)
+    }
+
     /// The output of the model over the input, up to the next breakpoint.
     #[inline]
     pub(crate) fn line(&self, families: &Families<T, impl Store>) -> Line<T> {

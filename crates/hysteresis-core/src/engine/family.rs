@@ -101,6 +101,13 @@ impl<T: Real, S: Store> Family<T, S> {
         entries.chain([&self.beyond]).map(|entry| (entry.rise, entry.fall, entry.weight))
     }
 
+    /// Reads operator i and the next one.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(crate) fn fetch(&self, i: usize) -> u64 {
+        self.entry(i).weight.to_bits() ^ self.entry(i + 1).fallen.to_bits()
+    }
+
     #[inline]
     fn entry(&self, i: usize) -> &OperatorEntry<T> {
         self.entries.as_ref().get(i).unwrap_or(&self.beyond)

@@ -69,6 +69,15 @@ impl HeapMemory {
         }
     }
 
+    /// Reads what a move needs and lies `depth` pointers deep.
+    #[inline]
+    pub(crate) fn fetch(&self, depth: usize) -> u64 {
+        match self {
+            Self::TurningPoints(engine) => engine.fetch(depth),
+            Self::Bank(bank) => bank.fetch(depth),
+        }
+    }
+
     /// What it remembers, the input being `input`.
     pub(crate) fn state(&self, input: f64) -> MemoryState {
         match self {

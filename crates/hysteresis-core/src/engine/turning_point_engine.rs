@@ -40,6 +40,19 @@ impl<M: Evaluates> Engine<M> {
     }
 
     /// The line at the present input and the next breakpoint, over the input.
+    /// Reads what a move needs and lies `depth` pointers deep.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(crate) fn fetch(&self, depth: usize) -> u64 {
+        let families = self.model.families();
+        match depth {
+            0 => self.state.fetch() ^ self.reversals,
+            1 => families.identity_weight.to_bits() ^ (families.positive.len() ^ families.negative.len()) as u64,
+            2 => self.state.fetch_next(families),
+            _ => 0,
+        }
+    }
+
     #[inline]
     pub(crate) fn piece(&self) -> Piece<M::Number> {
         self.state.piece(self.model.families())

@@ -1,5 +1,6 @@
 use alloc::boxed::Box;
 use core::fmt;
+use core::hint::black_box;
 
 use super::{Forward, Inverse};
 use crate::engine::CompiledModel;
@@ -170,11 +171,51 @@ impl<P: Process> StreamArray<P> {
     }
 }
 
+/// How many streams step together: enough to fetch the memory of several side by side, few enough that it is still near when used.
+const TOGETHER: usize = 128;
+
+/// How many pointers deep memory is fetched.
+const DEPTH: usize = 3;
+
+/// Steps every stream. Most are on their line; for the others, whose memory may be far, it is fetched side by side.
 #[inline]
 fn step_each<P: Process>(streams: &mut [P], input: &[f64], output: &mut [f64]) {
-    for ((stream, x), y) in streams.iter_mut().zip(input).zip(output) {
-        *y = stream.step(*x);
+    let parts = streams.chunks_mut(TOGETHER).zip(input.chunks(TOGETHER)).zip(output.chunks_mut(TOGETHER));
+    for ((streams, input), output) in parts {
+        let mut list = [0; TOGETHER];
+        let waiting = step_at_hand(streams, input, output, &mut list);
+        for depth in 0..DEPTH {
+            let fetched = waiting.iter().filter_map(|place| streams.get(usize::from(*place)));
+            black_box(fetched.fold(0, |read, stream| read ^ stream.fetch(depth)));
+        }
+        for place in waiting.iter().copied().map(usize::from) {
+            if let (Some(stream), Some(x), Some(y)) = (streams.get_mut(place), input.get(place), output.get_mut(place))
+            {
+                *y = stream.step(*x);
+            }
+        }
     }
+}
+
+/// Steps the streams that need no memory but their own; the places of the others.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "the loop over all streams: a call would cost as much as a step")]
+fn step_at_hand<'a, P: Process>(
+    streams: &mut [P],
+    input: &[f64],
+    output: &mut [f64],
+    waiting: &'a mut [u8; TOGETHER],
+) -> &'a [u8] {
+    let mut count = 0;
+    for (place, ((stream, x), y)) in (0..).zip(streams.iter_mut().zip(input).zip(output)) {
+        if let Some(at_hand) = stream.step_at_hand(*x) {
+            *y = at_hand;
+        } else if let Some(next) = waiting.get_mut(count) {
+            *next = place;
+            count += 1;
+        }
+    }
+    waiting.get(..count).unwrap_or_default()
 }
 
 impl<P> FromIterator<P> for StreamArray<P> {

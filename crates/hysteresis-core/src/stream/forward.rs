@@ -181,6 +181,16 @@ impl Process for Forward {
     fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
         self.core.run_by_method(input, output)
     }
+
+    #[inline]
+    fn step_at_hand(&mut self, input: f64) -> Option<f64> {
+        self.core.step_on_line(input)
+    }
+
+    #[inline]
+    fn fetch(&self, depth: usize) -> u64 {
+        self.core.memory.fetch(depth)
+    }
 }
 
 impl ModifiedPrandtlIshlinskii {

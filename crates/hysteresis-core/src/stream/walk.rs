@@ -28,6 +28,15 @@ pub(crate) trait Walk<T: Real> {
         self.take(sample).0
     }
 
+    /// [`step`](Self::step) if the sample lies on the segment.
+    #[cfg(feature = "alloc")]
+    #[inline(always)]
+    fn step_on_line(&mut self, sample: T) -> Option<T> {
+        let relative = self.relative(sample);
+        let value = self.segment().step(relative)?;
+        Some(self.finished(value))
+    }
+
     /// [`step`](Self::step), and whether the sample lay on the segment.
     #[inline(always)]
     fn take(&mut self, sample: T) -> (T, bool) {

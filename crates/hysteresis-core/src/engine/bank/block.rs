@@ -38,6 +38,12 @@ impl Block {
         })
     }
 
+    /// Reads a number of each line of memory.
+    #[inline]
+    pub(super) fn fetch(&self) -> u64 {
+        self.r[0].to_bits() ^ self.ra[0].to_bits() ^ self.above[0].to_bits()
+    }
+
     /// lo(x) of equation (5): what the outputs cannot be below.
     #[inline(always)]
     fn least<F: FourLanes>(&self, four: F, x: F::Numbers) -> F::Numbers {

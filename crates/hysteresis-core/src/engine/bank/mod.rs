@@ -130,6 +130,17 @@ impl Bank {
         Ok(differ)
     }
 
+    /// Reads what a move needs and lies `depth` pointers deep.
+    #[inline]
+    pub(crate) fn fetch(&self, depth: usize) -> u64 {
+        match depth {
+            0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.ahead.is_some()),
+            1 => self.outputs.iter().fold(self.members.blocks.len() as u64, |read, lanes| read ^ lanes[0].to_bits()),
+            2 => self.members.blocks.iter().fold(0, |read, block| read ^ block.fetch()),
+            _ => 0,
+        }
+    }
+
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     pub(crate) fn now(&self) -> Point {
         self.now
