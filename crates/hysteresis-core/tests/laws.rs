@@ -318,7 +318,7 @@ fn hundreds_of_actuators_equal_independent_streams() {
     // Small moves and jumps; every 101st sample is none.
     let sample = |k: u32| match k {
         _ if k % 101 == 100 => f64::NAN,
-        _ if k % 7 == 0 => 20.0 * f64::from(k % 97) / 97.0 - 10.0,
+        _ if k.is_multiple_of(7) => 20.0 * f64::from(k % 97) / 97.0 - 10.0,
         _ => 6.0 * (f64::from(k / ACTUATORS) / 5.0 + f64::from(k % ACTUATORS)).sin(),
     };
     let samples: Vec<f64> = (0..40 * ACTUATORS).map(sample).collect();
