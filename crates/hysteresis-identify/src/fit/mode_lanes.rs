@@ -67,12 +67,6 @@ impl ModeLanes {
         self.modes.iter().zip(self.states(lane)).fold(first, add)
     }
 
-    /// A speed of one lane with those of the modes added to it, for an input that is so far from where it goes.
-    pub(crate) fn speed_added_to(&self, first: f64, lane: usize, left: f64) -> f64 {
-        let modes = self.modes.iter().zip(self.states(lane));
-        modes.fold(first, |sum, ((gain, mode), (deviation, v))| sum + gain * mode.speed(deviation, v, left))
-    }
-
     /// x - p of every mode in the first lane, for an input that is so far from where it goes.
     pub(crate) fn answers(&self, left: f64, answers: &mut [f64]) {
         let modes = self.modes.iter().zip(self.states(0));

@@ -22,6 +22,11 @@ impl OperatorsAt {
     pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
         Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None }
     }
+
+    /// Whether the loop shift is that of others: the same columns of the same voltage.
+    pub(crate) fn has_shift_of(&self, other: &Self) -> bool {
+        self.shift.is_none() || (self.shift == other.shift && self.path.bandwidth == other.path.bandwidth)
+    }
 }
 
 /// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the columns
@@ -221,7 +226,7 @@ impl Shift<'_> {
     fn next(&mut self, u: f64) {
         std::mem::swap(&mut self.before, &mut self.now);
         self.lane.next(u);
-        self.lane.write(&mut self.now);
+        self.lane.write(self.now.iter_mut());
     }
 }
 
