@@ -27,6 +27,8 @@ pub(crate) struct Lane<'a> {
 pub(crate) enum Reading {
     /// The output.
     Position,
+    /// How far the output of dynamics is from their input.
+    FromInput,
     /// Its derivative by the dead time, for this sampling interval.
     OverDeadTime(f64),
 }
@@ -126,6 +128,7 @@ impl Filters {
             }
             (filters.position[place], filters.share[place]) = match lane.reading {
                 Reading::Position => (1.0, lane.part.share),
+                Reading::FromInput => (0.0, lane.part.share),
                 Reading::OverDeadTime(dt) => (0.0, 1.0 / dt),
             };
             let first = lane.part.dynamics.iter().map(|dynamics| (lane.part.first_gain, dynamics));
@@ -144,7 +147,7 @@ impl Mode {
         (self.xx[place], self.xv[place]) = (step.xx, step.xv);
         (self.vx[place], self.vv[place]) = (step.vx, step.vv);
         let read = |deviation: f64, v: f64, left: f64| match reading {
-            Reading::Position => gain * dynamics.answer(deviation, v, left),
+            Reading::Position | Reading::FromInput => gain * dynamics.answer(deviation, v, left),
             Reading::OverDeadTime(_) => -gain * dynamics.speed(deviation, v, left),
         };
         (self.read_x[place], self.read_v[place]) = (read(1.0, 0.0, 0.0), read(0.0, 1.0, 0.0));

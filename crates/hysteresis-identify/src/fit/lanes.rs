@@ -70,30 +70,6 @@ impl DynamicLanes {
         }
     }
 
-    /// The readings of the first lanes.
-    #[inline(always)]
-    pub(crate) fn read(&self, y: &mut [f64]) {
-        let n = y.len();
-        let p = &self.p[..n];
-        if let Some(dynamics) = &self.dynamics {
-            let (e, deviation, v, gain) = (dynamics.reading, &self.deviation[..n], &self.v[..n], self.gain);
-            for i in 0..n {
-                // Alone the dynamics have the gain 1, which changes no bit.
-                y[i] = p[i] + gain * (e.xx * deviation[i] + e.xv * v[i]);
-            }
-            self.further.add_to(y);
-            if dynamics.amplifier.is_some() {
-                y.iter_mut().zip(&self.decaying).for_each(|(y, decaying)| *y += self.decaying_gain * decaying);
-            }
-        } else {
-            let (share, before) = (self.share, &self.before[..n]);
-            for i in 0..n {
-                // Not (1 - share) p + share before: a whole dead time must give the signal's own bits.
-                y[i] = p[i] + share * (before[i] - p[i]);
-            }
-        }
-    }
-
     /// The reading of one lane.
     pub(crate) fn read_one(&self, lane: usize) -> f64 {
         let p = self.p[lane];
@@ -104,16 +80,6 @@ impl DynamicLanes {
                 self.further.added_to(first, lane) + self.decaying_gain * self.decaying[lane]
             }
             None => p + self.share * (self.before[lane] - p),
-        }
-    }
-
-    /// How far the reading of every mode beside the first is from that of the first, in the first lane.
-    pub(crate) fn beside_first(&self, differences: &mut [f64]) {
-        let Some(dynamics) = &self.dynamics else { return };
-        let first = dynamics.answer(self.deviation[0], self.v[0], self.decaying[0]);
-        self.further.answers(self.decaying[0], differences);
-        for answer in &mut *differences {
-            *answer -= first;
         }
     }
 }
