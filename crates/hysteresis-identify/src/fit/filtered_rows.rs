@@ -10,7 +10,7 @@ use super::operator_blocks::{OperatorBlocks, set, signal};
 use super::tangent::{Slope, Tangent};
 
 /// The rows of one record; see [`TangentRows`](super::tangent::TangentRows).
-pub(super) struct FilteredRows<'a> {
+pub(crate) struct FilteredRows<'a> {
     tangent: &'a Tangent,
     arch: Arch,
     samples: usize,
@@ -73,7 +73,7 @@ impl<'a> FilteredRows<'a> {
             return if layout.end > layout.known { self.rest[layout.known] } else { 0.0 };
         };
         let (readings, k) = (&self.readings[..], source - self.first);
-        layout.copy_columns(readings, k, columns);
+        layout.copy_columns(|eight| &readings[eight * BLOCK + k], columns);
         self.write_slopes(slopes, |lane| signal(readings, lane, k));
         if layout.end > layout.known { signal(readings, layout.known, k) } else { 0.0 }
     }

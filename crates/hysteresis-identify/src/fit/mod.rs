@@ -36,6 +36,7 @@ mod operator_blocks;
 pub(crate) mod own_columns;
 mod own_gains;
 mod placement;
+mod plain_rows;
 pub(crate) mod point;
 pub(crate) mod projection;
 pub(crate) mod regressor;

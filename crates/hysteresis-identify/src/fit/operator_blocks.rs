@@ -45,23 +45,23 @@ impl Layout {
         if self.is_split && column >= self.operators { column - self.operators + self.eights * LANES } else { column }
     }
 
-    /// Copies the columns of a sample from the signals of a block.
-    pub(crate) fn copy_columns(&self, signals: &[Lanes], sample: usize, columns: &mut [f64]) {
+    /// Copies the columns of a sample, of which `eight` has the signals.
+    pub(crate) fn copy_columns<'s>(&self, eight: impl Fn(usize) -> &'s Lanes, columns: &mut [f64]) {
         let (first, rest) = columns.split_at_mut(if self.is_split { self.operators } else { 0 });
-        copy(signals, sample, first);
-        copy(&signals[if self.is_split { self.eights * BLOCK } else { 0 }..], sample, rest);
+        copy(&eight, 0, first);
+        copy(&eight, if self.is_split { self.eights } else { 0 }, rest);
     }
 }
 
-/// Copies signals of a sample, from the first one on.
-fn copy(signals: &[Lanes], sample: usize, row: &mut [f64]) {
+/// Copies signals of a sample, from the first one of an eight on.
+fn copy<'s>(eight: &impl Fn(usize) -> &'s Lanes, mut number: usize, row: &mut [f64]) {
     let (eights, rest) = row.as_chunks_mut::<LANES>();
-    let mut blocks = signals.chunks_exact(BLOCK);
-    for (eight, block) in eights.iter_mut().zip(&mut blocks) {
-        *eight = block[sample];
+    for place in eights {
+        *place = *eight(number);
+        number += 1;
     }
-    if let Some(block) = blocks.next() {
-        rest.iter_mut().zip(&block[sample]).for_each(|(place, value)| *place = *value);
+    if !rest.is_empty() {
+        rest.iter_mut().zip(eight(number)).for_each(|(place, value)| *place = *value);
     }
 }
 

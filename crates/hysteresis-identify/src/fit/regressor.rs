@@ -123,6 +123,7 @@ impl<'a> Regressor<'a> {
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
     /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
+    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
@@ -153,6 +154,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
+    #[cfg(test)]
     #[inline(always)]
     fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
         let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
@@ -186,6 +188,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The derivative of [`output`](Self::output) by the delay.
+    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         let shift = self.shifted(weights, |now, before| before - now);
@@ -231,7 +234,7 @@ impl Shift<'_> {
 }
 
 #[inline(always)]
-fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
+pub(super) fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
     // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
     now + fraction * (before - now)
 }
