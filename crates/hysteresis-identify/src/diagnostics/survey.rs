@@ -49,13 +49,13 @@ impl Survey {
         for (place, record) in records.iter().enumerate() {
             let dt = record.dt().unwrap_or(chain.dt);
             let predicted = chain.response_in(place, record.input(), dt);
-            let mut rows = tangent.rows(record.input(), dt);
+            let mut rows = tangent.rows(record.input(), dt, None);
             row[..means].fill(0.0);
             row[place] = 1.0;
             let mut slow = slow::Slow::of(record);
             let mut residual = Vec::with_capacity(record.fitted_samples());
             for (k, measured) in record.output().iter().enumerate().skip(record.skip()) {
-                rows.write(k, None, &mut row[means..means + n]);
+                rows.write(k, &mut row[means..means + n]);
                 slow.write(&mut row[means + n..columns - 1]);
                 row[columns - 1] = measured - predicted[k];
                 factor.push(&row);

@@ -53,6 +53,11 @@ impl OperatorBank {
         &self.r
     }
 
+    /// The thresholds r, ra, rb and rc of every operator.
+    pub(crate) fn all_thresholds(&self) -> [&[f64]; 4] {
+        [&self.r, &self.ra, &self.rb, &self.rc].map(Vec::as_slice)
+    }
+
     /// z(k) = max(lo, min(hi, z(k-1))) for every operator: `CoupledPlay` of the core, as a loop over arrays.
     #[inline(always)]
     pub(super) fn next(&self, last: &[f64], x: f64, z: &mut [f64]) {

@@ -132,7 +132,7 @@ impl<'a> Pass<'a> {
     /// Hands over the rows of one record, numbered.
     fn walk(&self, place: usize, mut take: impl FnMut(usize, &[f64])) {
         let (course, dt) = (&self.courses[place], self.fit.space.intervals().of_record(place));
-        let mut rows = self.tangent.rows(self.fit.records[place].input(), dt);
+        let mut rows = self.tangent.rows(self.fit.records[place].input(), dt, None);
         let output = &self.outputs[place];
         let mut lags = self.lags.of_record(output[0], dt);
         let last = self.columns() - 1;
@@ -141,7 +141,7 @@ impl<'a> Pass<'a> {
         for number in 0..course.len() {
             let k = course.sample(number);
             self.fit.space.own().write(place, k, &mut row[..self.own]);
-            rows.write(k, None, &mut row[self.own..first_lag]);
+            rows.write(k, &mut row[self.own..first_lag]);
             while seen <= k {
                 lags.next(output[seen], &mut row[first_lag..last]);
                 seen += 1;

@@ -24,15 +24,9 @@ impl CreepLanes {
         Self { amplitudes, decays, states, is_at_rest: true }
     }
 
-    /// sum_j d_j q_j(k) of a lane, before h(k) is taken.
-    pub(crate) fn sum(&self, direction: &[f64], lane: usize) -> f64 {
-        let first = lane / WIDTH * self.decays.len();
-        direction.iter().zip(&self.states[first..]).map(|(d, q)| d * q[lane % WIDTH]).sum()
-    }
-
     /// Takes the first h of every lane for the value at which it rests.
     #[inline(always)]
-    pub(crate) fn settle(&mut self, h: &[f64]) {
+    fn settle(&mut self, h: &[f64]) {
         if self.is_at_rest && !self.decays.is_empty() {
             for (h, states) in h.chunks(WIDTH).zip(self.states.chunks_exact_mut(self.decays.len())) {
                 for q in states {

@@ -1,55 +1,110 @@
 //! The triangular factor of a matrix that is never held: its rows stream in, blocks of them are folded by QR.
 
+mod echelon;
+mod fold;
+
+use echelon::make_echelon;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor;
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef, Par, Spec};
+use fold::Fold;
+use pulp::Arch;
 
-/// Rows folded at a time: enough that the triangle on top of them costs little, few enough for the cache.
-const BLOCK_ROWS: usize = 512;
+use super::eight::{LANES, Lanes, dispatch};
+
+/// Rows folded at a time: enough that the work on the triangle costs little, few enough for the cache.
+const BLOCK_ROWS: usize = 128;
+
+/// A column of no larger values has squares that lose digits; times this power of two, 2^600, it has not.
+const TINY: f64 = 1e-120;
+const UP: f64 = f64::from_bits((1023 + 600) << 52);
 
 /// Upper-triangular R with R'R = A'A, for A of any number of rows, by Householder reflections.
 ///
 /// Unlike the Gram matrix A'A it loses no digits to squaring: the last diagonal element of the factor of \[A | y\] is
 /// the exact norm of the residual of y.
 pub(crate) struct TriangularFactor {
-    /// The factor of all folded rows on top, fresh rows below.
-    block: Mat<f64>,
+    columns: usize,
+    /// The factor of all folded rows, row by row.
+    triangle: Vec<Lanes>,
+    /// Rows that are not folded yet: the first eight columns of all, then the next.
+    block: Vec<Lanes>,
     fresh: usize,
-    workspace: Workspace,
+    /// By what columns are multiplied whose squares would be too small: powers of two, which round nothing. None until rows were folded.
+    scales: Option<Vec<f64>>,
+    arch: Arch,
 }
 
 impl TriangularFactor {
     pub(crate) fn new(columns: usize) -> Self {
-        let rows = columns + BLOCK_ROWS;
-        Self { block: Mat::zeros(rows, columns), fresh: 0, workspace: Workspace::new(rows, columns) }
+        let eights = columns.div_ceil(LANES);
+        let (triangle, block) = (vec![[0.0; LANES]; columns * eights], vec![[0.0; LANES]; BLOCK_ROWS * eights]);
+        Self { columns, triangle, block, fresh: 0, scales: None, arch: Arch::new() }
     }
 
     /// Appends one row of A.
     pub(crate) fn push(&mut self, row: &[f64]) {
-        let columns = self.block.ncols();
-        debug_assert_eq!(row.len(), columns);
-        let place = self.block.as_mut().row_mut(columns + self.fresh);
-        place.iter_mut().zip(row).for_each(|(place, value)| *place = *value);
+        debug_assert_eq!(row.len(), self.columns);
+        let (eights, rest) = row.as_chunks::<LANES>();
+        let mut blocks = self.block.chunks_exact_mut(BLOCK_ROWS);
+        for (eight, block) in eights.iter().zip(&mut blocks) {
+            block[self.fresh] = *eight;
+        }
+        if let Some(block) = blocks.next() {
+            block[self.fresh].iter_mut().zip(rest).for_each(|(place, value)| *place = *value);
+        }
         self.fresh += 1;
         if self.fresh == BLOCK_ROWS {
             self.fold();
         }
     }
 
-    /// R of all rows so far; rows of zeros where A had fewer rows than columns.
+    /// R of all rows so far; rows of zeros where A had fewer rows than columns. Where columns depend on those before them, R is in echelon
+    /// form, as [`triangle_of`] makes it: such a column takes no row.
     pub(crate) fn finish(mut self) -> Mat<f64> {
-        if self.fresh > 0 {
-            self.fold();
+        self.fold();
+        let eights = self.columns.div_ceil(LANES);
+        let mut triangle = Mat::from_fn(self.columns, self.columns, |i, j| {
+            let scale = self.scales.as_ref().and_then(|scales| scales.get(j)).copied().unwrap_or(1.0);
+            if i <= j { self.triangle[i * eights + j / LANES][j % LANES] / scale } else { 0.0 }
+        });
+        make_echelon(&mut triangle);
+        triangle
+    }
+
+    /// Scales the fresh rows: by what the first ones need, or by nothing once a column is as large as others.
+    fn scale(&mut self) {
+        let Self { columns, triangle, block, fresh, scales, .. } = self;
+        if scales.as_ref().is_some_and(Vec::is_empty) {
+            return;
         }
-        let columns = self.block.ncols();
-        self.block.get(..columns, ..).to_owned()
+        let eights = columns.div_ceil(LANES);
+        let mut next = vec![1.0; *columns];
+        for (j, scale) in next.iter_mut().enumerate() {
+            let rows = &mut block[j / LANES * BLOCK_ROWS..][..*fresh];
+            let largest = rows.iter().fold(0.0, |largest, row| f64::max(largest, row[j % LANES].abs()));
+            let before = scales.as_ref().map_or(1.0, |scales| scales[j]);
+            *scale = match scales {
+                Some(_) if largest <= TINY => before,
+                None if largest > 0.0 && largest <= TINY => UP,
+                _ => 1.0,
+            };
+            for row in rows {
+                row[j % LANES] *= *scale;
+            }
+            for row in triangle.chunks_exact_mut(eights) {
+                row[j / LANES][j % LANES] *= *scale / before;
+            }
+        }
+        let is_scaled = next.iter().any(|scale| *scale != 1.0);
+        *scales = Some(if is_scaled { next } else { Vec::new() });
     }
 
     fn fold(&mut self) {
-        // Rows that are not fresh are zero: every fold leaves zeros below its triangle.
-        let rows = self.block.ncols() + self.fresh;
-        self.workspace.triangularise(self.block.get_mut(..rows, ..));
+        self.scale();
+        let Self { columns, triangle, block, fresh, arch, .. } = self;
+        dispatch(*arch, Fold { columns: *columns, triangle, fresh: block, capacity: BLOCK_ROWS, rows: *fresh });
         self.fresh = 0;
     }
 }
@@ -136,6 +191,41 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What rounding leaves of a dependent column is no direction to turn rows by: the others keep their products, and such a column takes
+    /// no row. One that is no number leaves the others alone.
+    #[test]
+    fn a_dependent_column_takes_no_row() {
+        let columns = 21;
+        let noise = |i: usize, j: usize| {
+            crate::numeric::as_f64((i * 7919 + j * j * 104_729 + i * j * 31) % 1009) / 1009.0 - 0.5
+        };
+        let row = |i: usize| -> Vec<f64> {
+            let mut row: Vec<f64> = (0..columns).map(|j| noise(i, j)).collect();
+            (row[5], row[12], row[17]) = (row[1] - 2.0 * row[3], 0.3 * row[1] + row[8], 0.0);
+            row
+        };
+        let factor = |is_broken: bool| {
+            let mut factor = TriangularFactor::new(columns);
+            for i in 0..20 * BLOCK_ROWS + 7 {
+                let mut row = row(i);
+                row[17] = if is_broken { f64::NAN } else { 0.0 };
+                factor.push(&row);
+            }
+            factor.finish()
+        };
+        let (r, broken) = (factor(false), factor(true));
+        let rows: Vec<_> = (0..20 * BLOCK_ROWS + 7).map(row).collect();
+        for j in 0..columns {
+            for k in 0..=j {
+                let product: f64 = rows.iter().map(|row| row[j] * row[k]).sum();
+                let of = |r: &Mat<f64>| (0..=k).map(|i| r[(i, j)] * r[(i, k)]).sum::<f64>();
+                assert!((of(&r) - product).abs() < 1e-10, "{j} {k}: {} {product}", of(&r));
+                assert!(j == 17 || k == 17 || (of(&broken) - product).abs() < 1e-10, "{j} {k}: {}", of(&broken));
+            }
+        }
+        assert!((columns - 3..columns).all(|i| (i..columns).all(|j| r[(i, j)].abs() < 1e-10)));
     }
 
     #[test]

@@ -55,6 +55,12 @@ impl Mode {
     pub(crate) fn lag(&self) -> f64 {
         2.0 * self.damping / (TAU * self.frequency)
     }
+
+    /// The mode alone.
+    pub(crate) fn dynamics(&self) -> Dynamics {
+        let valid = "the bounds of the search hold frequency and damping within their domains";
+        SecondOrder::new(self.frequency, self.damping).expect(valid).into()
+    }
 }
 
 impl LinearPart {
@@ -157,11 +163,7 @@ impl SampledPart {
         let since = (back - samples) * dt;
         let sampled = |dynamics: Dynamics| SampledDynamics::new(&dynamics, part.bandwidth, dt, since);
         let dynamics = part.dynamics.map(sampled);
-        let valid = "the bounds of the search hold frequency and damping within their domains";
-        let further = part.further.iter().map(|mode| {
-            let resonance = SecondOrder::new(mode.frequency, mode.damping).expect(valid);
-            (mode.gain, sampled(resonance.into()))
-        });
+        let further = part.further.iter().map(|mode| (mode.gain, sampled(mode.dynamics())));
         Self {
             amplitudes: part.amplitudes.clone(),
             decays: part.time_constants.iter().map(|tau| (-dt / tau).exp()).collect(),

@@ -46,39 +46,12 @@ impl ModeLanes {
         }
     }
 
-    /// Adds what does not decay with the input to the readings of the first lanes.
-    #[inline(always)]
-    pub(crate) fn add_to(&self, y: &mut [f64]) {
-        let n = y.len();
-        for (number, (gain, mode)) in self.modes.iter().enumerate() {
-            let (e, first) = (mode.reading, number * self.lanes);
-            let (deviation, v) = (&self.deviation[first..first + n], &self.v[first..first + n]);
-            for i in 0..n {
-                y[i] += gain * (e.xx * deviation[i] + e.xv * v[i]);
-            }
-        }
-    }
-
     /// A reading of one lane with the same added to it.
     pub(crate) fn added_to(&self, first: f64, lane: usize) -> f64 {
         let add = |sum: f64, ((gain, mode), (deviation, v)): (&(f64, SampledDynamics), (f64, f64))| {
             sum + gain * (mode.reading.xx * deviation + mode.reading.xv * v)
         };
         self.modes.iter().zip(self.states(lane)).fold(first, add)
-    }
-
-    /// A speed of one lane with those of the modes added to it, for an input that is so far from where it goes.
-    pub(crate) fn speed_added_to(&self, first: f64, lane: usize, left: f64) -> f64 {
-        let modes = self.modes.iter().zip(self.states(lane));
-        modes.fold(first, |sum, ((gain, mode), (deviation, v))| sum + gain * mode.speed(deviation, v, left))
-    }
-
-    /// x - p of every mode in the first lane, for an input that is so far from where it goes.
-    pub(crate) fn answers(&self, left: f64, answers: &mut [f64]) {
-        let modes = self.modes.iter().zip(self.states(0));
-        for (answer, ((_, mode), (deviation, v))) in answers.iter_mut().zip(modes) {
-            *answer = mode.answer(deviation, v, left);
-        }
     }
 
     /// (x - p, v) of every mode in a lane.

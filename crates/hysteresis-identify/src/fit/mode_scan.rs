@@ -1,12 +1,15 @@
 //! Where another mode may be: what each candidate explains of what a fit leaves.
 
+mod products;
+
 use std::ops::Range;
+
+use products::Products;
 
 use super::axes::{MAX_MODE_CYCLES, MAX_MODE_GAIN, MIN_MODE_CYCLES};
 use super::course::Course;
 use super::creep_lanes::CreepLanes;
 use super::joint::JointFit;
-use super::lanes::DynamicLanes;
 use super::linear_part::{LinearPart, Mode, SampledPart};
 use super::point::Parameter;
 use super::response::{hysteresis, through};
@@ -200,7 +203,7 @@ impl Scan {
         let candidate =
             |(frequency, damping): &(f64, f64)| Mode { frequency: *frequency, damping: *damping, gain: 0.0 };
         let modes: Vec<Mode> = grid.iter().map(candidate).collect();
-        let Products { squares, with_residual, with_columns } = self.products(&modes);
+        let Products { squares, with_residual, with_columns } = Products::new(self, &modes);
         let explained = |(i, mode): (usize, Mode)| {
             let own = squares[i] - with_columns.iter().map(|product| product[i].powi(2)).sum::<f64>();
             let is_known = self.modes.iter().any(|one| are_near(one.frequency, mode.frequency));
@@ -211,59 +214,6 @@ impl Scan {
             Candidate { mode: Mode { gain, ..mode }, decrease: gain * (2.0 * with_residual[i] - gain * own) }
         };
         modes.into_iter().enumerate().map(explained).collect()
-    }
-
-    /// The products of what the modes change, with itself, the residual and the columns.
-    fn products(&self, modes: &[Mode]) -> Products {
-        let n = modes.len();
-        let part = LinearPart { further: modes.to_vec(), ..self.first.clone() };
-        let mut products = Products::zero(n, self.columns.len());
-        let mut differences = vec![0.0; n];
-        for signals in &self.signals {
-            let sampled = SampledPart::new(&part, signals.dt);
-            let (mut lane, mut taken, mut sums) = (DynamicLanes::new(&sampled, 1), 0, vec![0.0; n]);
-            for (sample, row) in signals.samples().zip(signals.rows.clone()) {
-                // Before the record the modes are at rest; behind its end the last sample is held.
-                let Some(source) = sampled.source(sample) else { continue };
-                while taken <= source {
-                    lane.put_out(&signals.input[taken.min(signals.input.len() - 1)..][..1]);
-                    taken += 1;
-                }
-                lane.beside_first(&mut differences);
-                sums.iter_mut().zip(&differences).for_each(|(sum, difference)| *sum += difference);
-                products.add(&differences, self.residual[row], self.columns.iter().map(|column| column[row]));
-            }
-            products.centre(&sums, as_f64(signals.rows.len()));
-        }
-        products
-    }
-}
-
-/// Products of signals, one for each mode.
-struct Products {
-    squares: Vec<f64>,
-    with_residual: Vec<f64>,
-    with_columns: Vec<Vec<f64>>,
-}
-
-impl Products {
-    fn zero(modes: usize, columns: usize) -> Self {
-        let zero = vec![0.0; modes];
-        Self { squares: zero.clone(), with_residual: zero.clone(), with_columns: vec![zero; columns] }
-    }
-
-    /// Adds those of a row.
-    fn add(&mut self, signals: &[f64], residual: f64, columns: impl Iterator<Item = f64>) {
-        self.squares.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * x);
-        self.with_residual.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * residual);
-        for (sums, column) in self.with_columns.iter_mut().zip(columns) {
-            sums.iter_mut().zip(signals).for_each(|(sum, x)| *sum += x * column);
-        }
-    }
-
-    /// Takes the means of the signals out, of which a record has these sums over its rows; residual and columns have none.
-    fn centre(&mut self, sums: &[f64], rows: f64) {
-        self.squares.iter_mut().zip(sums).for_each(|(square, sum)| *square -= sum * sum / rows);
     }
 }
 

@@ -212,13 +212,13 @@ impl<'a> Projection<'a> {
     /// Hands over the rows of one record, numbered.
     pub(super) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
         let (own, record, course) = (self.own(), &self.records[place], &self.courses[place]);
-        let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place));
+        let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place), Some(course));
         let last = own + tangent.columns + tangent.slopes.len();
         let mut row = vec![0.0; last + 1];
         for number in 0..course.len() {
             let k = course.sample(number);
             self.space.own().write(place, k, &mut row[..own]);
-            let known = rows.write(k, course.turns(), &mut row[own..last]);
+            let known = rows.write(k, &mut row[own..last]);
             row[last] = record.output()[k] - known;
             take(number, &row);
         }

@@ -22,6 +22,11 @@ impl OperatorsAt {
     pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
         Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None }
     }
+
+    /// Whether the loop shift is that of others: the same columns of the same voltage.
+    pub(crate) fn has_shift_of(&self, other: &Self) -> bool {
+        self.shift.is_none() || (self.shift == other.shift && self.path.bandwidth == other.path.bandwidth)
+    }
 }
 
 /// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the columns
@@ -118,6 +123,7 @@ impl<'a> Regressor<'a> {
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
     /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
+    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
@@ -148,6 +154,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
+    #[cfg(test)]
     #[inline(always)]
     fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
         let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
@@ -181,6 +188,7 @@ impl<'a> Regressor<'a> {
     }
 
     /// The derivative of [`output`](Self::output) by the delay.
+    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         let shift = self.shifted(weights, |now, before| before - now);
@@ -221,12 +229,12 @@ impl Shift<'_> {
     fn next(&mut self, u: f64) {
         std::mem::swap(&mut self.before, &mut self.now);
         self.lane.next(u);
-        self.lane.write(&mut self.now);
+        self.lane.write(self.now.iter_mut());
     }
 }
 
 #[inline(always)]
-fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
+pub(super) fn interpolated(now: f64, before: f64, fraction: f64) -> f64 {
     // Not (1 - fraction) now + fraction before: a whole delay must give the operator's own bits.
     now + fraction * (before - now)
 }

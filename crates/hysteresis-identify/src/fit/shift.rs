@@ -92,8 +92,11 @@ pub(crate) struct ShiftLane<'a> {
 
 /// What the filters of one time constant remember.
 struct Memory {
-    /// exp(-dt / tau).
+    /// exp(-dt / tau), exp(-4 dt / tau), and what e^2 and x |e| make of m and n.
     decay: f64,
+    fast: f64,
+    square: f64,
+    product: f64,
     limit: f64,
     follower: f64,
     m: f64,
@@ -104,7 +107,9 @@ impl<'a> ShiftLane<'a> {
     pub(crate) fn new(columns: &'a ShiftColumns, dt: f64) -> Self {
         let memory = |filter: &ShiftFilter| {
             let decay = (-dt / filter.time_constant).exp();
-            Memory { decay, limit: filter.limit, follower: 0.0, m: 0.0, n: 0.0 }
+            let fast = decay.powi(4);
+            let (square, product) = ((decay - fast * fast) / 7.0, (decay - fast) / 3.0);
+            Memory { decay, fast, square, product, limit: filter.limit, follower: 0.0, m: 0.0, n: 0.0 }
         };
         Self { columns, memories: columns.filters.iter().map(memory).collect(), x: 0.0, is_at_rest: true }
     }
@@ -123,14 +128,13 @@ impl<'a> ShiftLane<'a> {
     }
 
     /// The columns of the newest sample.
-    pub(crate) fn write(&self, row: &mut [f64]) {
-        let (powers, row) = row.split_at_mut(self.columns.powers);
+    #[inline]
+    pub(crate) fn write<'r>(&self, mut row: impl Iterator<Item = &'r mut f64>) {
         let mut power = self.x;
-        for place in powers {
+        for place in row.by_ref().take(self.columns.powers) {
             power *= self.x;
             *place = power;
         }
-        let mut row = row.iter_mut();
         for (memory, filter) in self.memories.iter().zip(&self.columns.filters) {
             let both = [Some(memory.m), filter.both.then_some(memory.n)];
             both.into_iter().flatten().zip(&mut row).for_each(|(value, place)| *place = value);
@@ -147,11 +151,10 @@ impl Memory {
     /// x is held for one interval, in which e decays as exp(-4 t / tau).
     fn hold(&mut self, x: f64) {
         let (a, e) = (self.decay, self.distance(x));
-        let fast = a.powi(4);
-        self.m = a * self.m + (a - fast * fast) / 7.0 * e * e;
-        self.n = a * self.n + (a - fast) / 3.0 * x * e.abs();
+        self.m = a * self.m + self.square * e * e;
+        self.n = a * self.n + self.product * x * e.abs();
         // At the limit the drive pulls the follower along.
-        self.follower = x - fast * e;
+        self.follower = x - self.fast * e;
     }
 }
 
@@ -168,7 +171,7 @@ mod tests {
         let mut lane = ShiftLane::new(columns, dt);
         input.for_each(|u| lane.next(u));
         let mut row = vec![0.0; columns.len()];
-        lane.write(&mut row);
+        lane.write(row.iter_mut());
         row
     }
 

@@ -1,10 +1,13 @@
 //! Where the search for dynamics starts: a scan over frequency, damping and dead time behind a known hysteresis.
 
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+use pulp::Arch;
 
+use super::bank_lanes::BLOCK;
 use super::course::Course;
 use super::creep_lanes::CreepLanes;
-use super::lanes::DynamicLanes;
+use super::eight::LANES;
+use super::filter_lanes::{FilterLanes, Lane, Reading};
 use super::linear_part::{LinearPart, SampledPart};
 use super::point::{Parameter, Point};
 use super::projection::ProjectedFit;
@@ -50,10 +53,13 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
     let mut along: Vec<(f64, Point)> = Vec::new();
     for frequency in frequencies(space) {
         let mut best = (f64::INFINITY, point(0.0));
-        for damping in if order == Order::First { &DAMPINGS[..1] } else { &DAMPINGS[..] } {
-            let Some(dynamics) = dynamics(order, frequency, *damping) else { continue };
-            let part = LinearPart { dynamics: Some(dynamics), ..LinearPart::default() };
-            let responses = scan.responses(&part);
+        let dampings = if order == Order::First { &DAMPINGS[..1] } else { &DAMPINGS[..] };
+        let part = |damping: &f64| {
+            let dynamics = Some(dynamics(order, frequency, *damping)?);
+            Some((*damping, LinearPart { dynamics, ..LinearPart::default() }))
+        };
+        let (dampings, parts): (Vec<_>, Vec<_>) = dampings.iter().filter_map(part).unzip();
+        for (damping, (part, responses)) in dampings.iter().zip(parts.iter().zip(scan.responses(&parts))) {
             for dead_time in dead_times(space, known, lag - part.lag()) {
                 let squares = scan.squares(&responses, dead_time);
                 if squares < best.0 {
@@ -144,19 +150,33 @@ impl Scan {
         Self { signals: records.iter().enumerate().map(signals).collect() }
     }
 
-    /// The answers of dynamics to both signals of every record, without dead time.
-    fn responses(&self, part: &LinearPart) -> Vec<Vec<[f64; 2]>> {
-        let answer = |signals: &Signals| {
-            let mut lanes = DynamicLanes::new(&SampledPart::new(part, signals.dt), 2);
-            let read = |input: &[f64; 2]| {
-                lanes.put_out(input);
-                let mut answers = [0.0; 2];
-                lanes.read(&mut answers);
-                answers
-            };
-            signals.inputs.iter().map(read).collect()
-        };
-        self.signals.iter().map(answer).collect()
+    /// The answers of each of a few dynamics to both signals of every record, without dead time.
+    fn responses(&self, parts: &[LinearPart]) -> Vec<Vec<Vec<[f64; 2]>>> {
+        let mut responses: Vec<_> = parts.iter().map(|_| Vec::with_capacity(self.signals.len())).collect();
+        for signals in &self.signals {
+            let sampled: Vec<_> = parts.iter().map(|part| SampledPart::new(part, signals.dt)).collect();
+            let lane = |part| Lane { direct: 1.0, amplitudes: &[], part, reading: Reading::Position };
+            let lanes: Vec<_> = sampled.iter().flat_map(|part| [lane(part), lane(part)]).collect();
+            let mut filters = FilterLanes::new(&[], &lanes);
+            let mut inputs = vec![[0.0; LANES]; BLOCK * lanes.len().div_ceil(LANES)];
+            let mut answers = inputs.clone();
+            let mut of_record: Vec<_> = parts.iter().map(|_| Vec::with_capacity(signals.inputs.len())).collect();
+            for block in signals.inputs.chunks(BLOCK) {
+                for inputs in inputs.chunks_exact_mut(BLOCK) {
+                    for (lanes, [a, b]) in inputs.iter_mut().zip(block) {
+                        *lanes = [*a, *b, *a, *b, *a, *b, *a, *b];
+                    }
+                }
+                filters.put_out(Arch::new(), block.len(), &inputs, &mut answers);
+                for (number, response) in of_record.iter_mut().enumerate() {
+                    let (eight, lane) = (2 * number / LANES, 2 * number % LANES);
+                    let answers = &answers[eight * BLOCK..][..block.len()];
+                    response.extend(answers.iter().map(|lanes| [lanes[lane], lanes[lane + 1]]));
+                }
+            }
+            responses.iter_mut().zip(of_record).for_each(|(all, response)| all.push(response));
+        }
+        responses
     }
 
     /// The sum of squares that a gain, an amplitude of creep and an offset for every record leave, neither of the first two

@@ -190,11 +190,11 @@ impl Drive<'_> {
 
     fn raw(&self, point: &Point) -> Mat<f64> {
         let tangent = self.space.tangent(point, self.basis.columns(), None);
-        let mut rows = tangent.rows(self.input, self.space.intervals().of_record(0));
+        let mut rows = tangent.rows(self.input, self.space.intervals().of_record(0), Some(self.course));
         let mut columns = Mat::<f64>::zeros(self.course.len(), tangent.columns);
         let mut row = vec![0.0; tangent.columns];
         for number in 0..self.course.len() {
-            rows.write(self.course.sample(number), self.course.turns(), &mut row);
+            rows.write(self.course.sample(number), &mut row);
             for (j, value) in row.iter().enumerate() {
                 columns[(number, j)] = *value;
             }

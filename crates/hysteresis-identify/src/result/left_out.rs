@@ -163,7 +163,7 @@ impl Pass<'_> {
 
     /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample and the columns there.
     fn walk(&self, mut take: impl FnMut(usize, usize, &[f64])) {
-        let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place]);
+        let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place], None);
         let (mut last, mut rows) = (0, start(0));
         let mut row = vec![0.0; self.tangent.columns];
         for (number, (place, samples)) in self.loops.iter().enumerate() {
@@ -171,7 +171,7 @@ impl Pass<'_> {
                 (last, rows) = (*place, start(*place));
             }
             for k in self.fitted(*place, samples) {
-                rows.write(k, None, &mut row);
+                rows.write(k, &mut row);
                 take(number, k, &row);
             }
         }

@@ -42,11 +42,11 @@ impl Spread {
 
     /// The standard deviation of every sample of the output for an input that starts from the virgin state.
     pub(crate) fn of(&self, input: &[f64], dt: f64) -> Vec<f64> {
-        let mut rows = self.tangent.rows(input, dt);
+        let mut rows = self.tangent.rows(input, dt, None);
         let mut gradient = vec![0.0; self.root.nrows()];
         let mut sums = self.of_offset.clone();
         let deviation = |k: usize| {
-            rows.write(k, None, &mut gradient);
+            rows.write(k, &mut gradient);
             for (j, (sum, of_offset)) in sums.iter_mut().zip(&self.of_offset).enumerate() {
                 let column = self.root.col(j);
                 *sum = gradient.iter().enumerate().map(|(i, slope)| slope * column[i]).sum::<f64>() + of_offset;

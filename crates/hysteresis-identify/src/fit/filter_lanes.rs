@@ -1,0 +1,281 @@
+//! Creep and dynamics for many signals over a block of samples, eight signals at once.
+
+mod loops;
+
+use loops::PutOut;
+use pulp::Arch;
+
+use super::bank_lanes::BLOCK;
+use super::eight::{LANES, Lanes, dispatch};
+use super::linear_part::{SampledDynamics, SampledPart};
+
+/// So many terms of creep are worked on at a time: their states stay in registers from sample to sample.
+const TERMS: usize = 4;
+
+/// What becomes of one signal.
+pub(crate) struct Lane<'a> {
+    /// The share of the signal itself behind the creep, 1 or 0.
+    pub(crate) direct: f64,
+    /// The amplitudes c_j of its creep.
+    pub(crate) amplitudes: &'a [f64],
+    pub(crate) part: &'a SampledPart,
+    pub(crate) reading: Reading,
+}
+
+/// What is read.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Reading {
+    /// The output.
+    Position,
+    /// How far the output of dynamics is from their input.
+    FromInput,
+    /// Its derivative by the dead time, for this sampling interval.
+    OverDeadTime(f64),
+}
+
+/// Signals side by side, each through creep and dynamics of its own, at rest at the first sample; all creep has the same time constants.
+pub(crate) struct FilterLanes {
+    /// a_j, filled up with zeros.
+    decays: Vec<f64>,
+    eights: Vec<Filters>,
+    is_at_rest: bool,
+    /// The signals behind the creep; in the order of the readings.
+    behind_creep: Vec<Lanes>,
+}
+
+/// Of eight signals.
+struct Filters {
+    direct: Lanes,
+    /// c_j and q_j, term by term.
+    amplitudes: Vec<Lanes>,
+    creep: Vec<Lanes>,
+    /// Of all modes.
+    dynamics: Vec<Mode>,
+    /// Without dynamics: the share of the last sample.
+    share: Lanes,
+    before: Lanes,
+    /// 1 where a position is read.
+    position: Lanes,
+}
+
+/// One mode of eight signals: what it does from sample to sample, and what of its state is read.
+#[derive(Clone, Default)]
+struct Mode {
+    xx: Lanes,
+    xv: Lanes,
+    vx: Lanes,
+    vv: Lanes,
+    read_x: Lanes,
+    read_v: Lanes,
+    /// x - p and v.
+    deviation: Lanes,
+    v: Lanes,
+    before: Lanes,
+    amplifier: Option<Box<Amplifier>>,
+}
+
+/// See [`SampledAmplifier`](super::linear_part::SampledAmplifier).
+#[derive(Clone, Default)]
+struct Amplifier {
+    reach: Lanes,
+    step: Lanes,
+    start_x: Lanes,
+    start_v: Lanes,
+    read: Lanes,
+    ends: Lanes,
+    decaying: Lanes,
+}
+
+impl FilterLanes {
+    pub(crate) fn new(decays: &[f64], lanes: &[Lane<'_>]) -> Self {
+        let terms = decays.len().next_multiple_of(TERMS);
+        let filled_up = decays.iter().copied().chain(std::iter::repeat(0.0)).take(terms).collect();
+        let eights: Vec<_> = lanes.chunks(LANES).map(|lanes| Filters::new(lanes, terms)).collect();
+        let behind_creep = vec![[0.0; LANES]; eights.len() * BLOCK];
+        Self { decays: filled_up, eights, is_at_rest: true, behind_creep }
+    }
+
+    /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the next.
+    pub(crate) fn put_out(&mut self, arch: Arch, samples: usize, signals: &[Lanes], readings: &mut [Lanes]) {
+        let is_first = std::mem::take(&mut self.is_at_rest);
+        dispatch(arch, PutOut { lanes: self, is_first, samples, signals, readings });
+    }
+
+    /// What is read before the record: the first sample of the last block, held for ever.
+    pub(crate) fn at_rest(&self, lane: usize) -> f64 {
+        let (eight, place) = (lane / LANES, lane % LANES);
+        self.eights[eight].position[place] * self.behind_creep[eight * BLOCK][place]
+    }
+}
+
+impl Filters {
+    fn new(lanes: &[Lane<'_>], terms: usize) -> Self {
+        let zero = [0.0; LANES];
+        let modes = lanes[0].part.dynamics.iter().len() + lanes[0].part.further.len();
+        let mut filters = Self {
+            direct: zero,
+            amplitudes: vec![zero; terms],
+            creep: vec![zero; terms],
+            dynamics: vec![Mode::default(); modes],
+            share: zero,
+            before: zero,
+            position: zero,
+        };
+        for (place, lane) in lanes.iter().enumerate() {
+            filters.direct[place] = lane.direct;
+            for (amplitudes, c) in filters.amplitudes.iter_mut().zip(lane.amplitudes) {
+                amplitudes[place] = *c;
+            }
+            (filters.position[place], filters.share[place]) = match lane.reading {
+                Reading::Position => (1.0, lane.part.share),
+                Reading::FromInput => (0.0, lane.part.share),
+                Reading::OverDeadTime(dt) => (0.0, 1.0 / dt),
+            };
+            let first = lane.part.dynamics.iter().map(|dynamics| (lane.part.first_gain, dynamics));
+            let further = lane.part.further.iter().map(|(gain, dynamics)| (*gain, dynamics));
+            for (mode, (gain, dynamics)) in filters.dynamics.iter_mut().zip(first.chain(further)) {
+                mode.set(place, gain, dynamics, lane.reading);
+            }
+        }
+        filters
+    }
+}
+
+impl Mode {
+    fn set(&mut self, place: usize, gain: f64, dynamics: &SampledDynamics, reading: Reading) {
+        let step = &dynamics.step;
+        (self.xx[place], self.xv[place]) = (step.xx, step.xv);
+        (self.vx[place], self.vv[place]) = (step.vx, step.vv);
+        let read = |deviation: f64, v: f64, left: f64| match reading {
+            Reading::Position | Reading::FromInput => gain * dynamics.answer(deviation, v, left),
+            Reading::OverDeadTime(_) => -gain * dynamics.speed(deviation, v, left),
+        };
+        (self.read_x[place], self.read_v[place]) = (read(1.0, 0.0, 0.0), read(0.0, 1.0, 0.0));
+        if let Some(sampled) = &dynamics.amplifier {
+            let amplifier = self.amplifier.get_or_insert_default();
+            (amplifier.reach[place], amplifier.step[place]) = (sampled.reach, sampled.step);
+            [amplifier.start_x[place], amplifier.start_v[place]] = sampled.start;
+            amplifier.read[place] = read(0.0, 0.0, 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+
+    use super::super::linear_part::{LinearPart, Mode};
+    use super::super::response::through;
+    use super::*;
+
+    const DT: f64 = 1e-4;
+
+    fn signal() -> Vec<f64> {
+        (0..100_u32).map(|k| 2.0 + (f64::from(k * k) / 7.0).sin() * f64::from(k % 11)).collect()
+    }
+
+    fn parts() -> Vec<LinearPart> {
+        let lag: Dynamics = FirstOrder::new(279.0).unwrap().into();
+        let resonance: Dynamics = SecondOrder::new(800.0, 0.02).unwrap().into();
+        let beside = Mode { frequency: 1300.0, damping: 0.1, gain: 0.2 };
+        let creep = LinearPart {
+            amplitudes: vec![0.02, 0.1, 0.03, 0.01, 0.04],
+            time_constants: vec![4e-4, 3e-3, 1e-2, 0.1, 1.0],
+            dead_time: 0.65e-4,
+            ..LinearPart::default()
+        };
+        let all =
+            [(None, None, 0), (Some(lag), None, 0), (Some(resonance), None, 1), (Some(resonance), Some(400.0), 1)];
+        let with = |(dynamics, bandwidth, further)| LinearPart {
+            dynamics,
+            bandwidth,
+            further: vec![beside; further],
+            ..creep.clone()
+        };
+        all.into_iter().map(with).collect()
+    }
+
+    /// The readings of a few lanes from the sample that acts on the first one, or what is read at rest.
+    fn readings(part: &LinearPart, blocks: usize, lanes: &[(f64, Reading)]) -> Vec<Vec<f64>> {
+        let sampled = SampledPart::new(part, DT);
+        let lane = |(direct, reading): &(f64, Reading)| Lane {
+            direct: *direct,
+            amplitudes: &part.amplitudes,
+            part: &sampled,
+            reading: *reading,
+        };
+        let mut filters = FilterLanes::new(&sampled.decays, &lanes.iter().map(lane).collect::<Vec<_>>());
+        let eights = lanes.len().div_ceil(LANES);
+        let (mut signals, mut out) = (vec![[0.0; LANES]; eights * BLOCK], vec![[0.0; LANES]; eights * BLOCK]);
+        let (mut all, mut rest) = (vec![Vec::new(); lanes.len()], Vec::new());
+        for block in signal().chunks(blocks) {
+            for lanes in signals.chunks_exact_mut(BLOCK) {
+                lanes.iter_mut().zip(block).for_each(|(lanes, value)| *lanes = [*value; LANES]);
+            }
+            filters.put_out(Arch::new(), block.len(), &signals, &mut out);
+            if rest.is_empty() {
+                rest = (0..lanes.len()).map(|lane| filters.at_rest(lane)).collect();
+            }
+            for (lane, all) in all.iter_mut().enumerate() {
+                all.extend((0..block.len()).map(|k| out[lane / LANES * BLOCK + k][lane % LANES]));
+            }
+        }
+        let read = |(all, rest): (&Vec<f64>, &f64)| {
+            (0..signal().len()).map(|k| sampled.source(k).map_or(*rest, |source| all[source])).collect()
+        };
+        all.iter().zip(&rest).map(read).collect()
+    }
+
+    /// Every lane is what the plain loop makes of its signal, whatever the blocks and the lanes beside it.
+    #[test]
+    fn equals_the_plain_loop() {
+        for part in parts() {
+            let want = through(&part, &signal(), DT);
+            for (lanes, blocks) in [(1, BLOCK), (10, 7), (8, 1)] {
+                for (lane, got) in readings(&part, blocks, &vec![(1.0, Reading::Position); lanes]).iter().enumerate() {
+                    for (k, (got, want)) in got.iter().zip(&want).enumerate() {
+                        assert!((got - want).abs() < 1e-12, "{part:?} lane {lane} sample {k}: {got} {want}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// A lane without the signal itself is what creep adds.
+    #[test]
+    fn creep_alone_is_the_rest() {
+        for part in parts() {
+            let got = readings(&part, BLOCK, &[(0.0, Reading::Position)]);
+            let without = LinearPart { amplitudes: vec![0.0; 5], ..part.clone() };
+            let (whole, without) = (through(&part, &signal(), DT), through(&without, &signal(), DT));
+            for (got, (whole, without)) in got[0].iter().zip(whole.iter().zip(without)) {
+                assert!((got - (whole - without)).abs() < 1e-12, "{got} {whole} {without}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_slope_over_the_dead_time_is_a_difference() {
+        for part in parts() {
+            let got = &readings(&part, BLOCK, &[(1.0, Reading::Position), (1.0, Reading::OverDeadTime(DT))])[1];
+            let at = |dead_time| through(&LinearPart { dead_time, ..part.clone() }, &signal(), DT);
+            let (sooner, later) = (at(part.dead_time - 1e-9), at(part.dead_time + 1e-9));
+            for (k, (got, (sooner, later))) in got.iter().zip(sooner.iter().zip(later)).enumerate() {
+                let slope = (later - sooner) / 2e-9;
+                assert!((got - slope).abs() < 1e-4 * slope.abs().max(1e3), "{part:?} {k}: {got} {slope}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_rest_nothing_moves() {
+        for part in parts() {
+            let sampled = SampledPart::new(&part, DT);
+            let lane = Lane { direct: 1.0, amplitudes: &part.amplitudes, part: &sampled, reading: Reading::Position };
+            let mut filters = FilterLanes::new(&sampled.decays, &[lane]);
+            let (signals, mut out) = ([[0.3; LANES]; BLOCK], [[0.0; LANES]; BLOCK]);
+            filters.put_out(Arch::new(), BLOCK, &signals, &mut out);
+            assert!(out.iter().all(|y| y[0] == filters.at_rest(0)), "{part:?}");
+        }
+    }
+}
