@@ -29,8 +29,9 @@ pub enum Method {
     /// Turning points and prefix sums: the cost does not grow with the number of operators, and hardly anything is left of it on a
     /// smooth drive.
     TurningPoints,
-    /// A loop over all operators: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive that
-    /// jumps. What a sample costs hardly depends on the drive. With the feature `simd`, sums are fused on x86-64-v3. So outputs may
+    /// All operators at once: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive that jumps. A
+    /// sample on the line that a small move has left costs as little as with turning points; any other takes one pass over all
+    /// operators, whatever the drive does. With the feature `simd`, sums are fused on x86-64-v3. So outputs may
     /// differ in their last bits from those on another processor, and of an inverse the drives, and what is remembered of them.
     Bank,
 }

@@ -44,8 +44,7 @@ impl Forward {
         Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] for long runs of few operators along jumps or
-    /// noise (with the feature `simd`).
+    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] for few operators along jumps (with the feature `simd`).
     ///
     /// # Errors
     /// [`Error::Domain`] that names the first threshold that is not nested, for [`Method::TurningPoints`].
