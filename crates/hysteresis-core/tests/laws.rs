@@ -250,16 +250,18 @@ proptest! {
 
     #[test]
     fn peek_changes_nothing(model in invertible_model(20), x in history(60), probe in -2.0 * REACH..2.0 * REACH) {
-        let (mut forward, mut inverse) = (model.forward(), model.inverse(Some((-50.0, 50.0))).unwrap());
-        for x in x {
-            let (forward_state, inverse_state) = (forward.state(), inverse.state());
-            forward.peek(probe);
-            inverse.peek(probe);
-            let (y, drive) = (forward.peek(x), inverse.peek(x));
-            prop_assert_eq!(forward.state(), forward_state);
-            prop_assert_eq!(inverse.state(), inverse_state);
-            prop_assert_eq!(forward.step(x).to_bits(), y.to_bits());
-            prop_assert_eq!(inverse.step(x).to_bits(), drive.to_bits());
+        let limits = Some((-50.0, 50.0));
+        for (mut forward, mut inverse) in forwards(&model).into_iter().zip(inverses(&model, limits)) {
+            for x in &x {
+                let (forward_state, inverse_state) = (forward.state(), inverse.state());
+                forward.peek(probe);
+                inverse.peek(probe);
+                let (y, drive) = (forward.peek(*x), inverse.peek(*x));
+                prop_assert_eq!(forward.state(), forward_state);
+                prop_assert_eq!(inverse.state(), inverse_state);
+                prop_assert_eq!(forward.step(*x).to_bits(), y.to_bits());
+                prop_assert_eq!(inverse.step(*x).to_bits(), drive.to_bits());
+            }
         }
     }
 

@@ -202,12 +202,4 @@ impl Memory<f64> for HeapMemory {
             Self::Bank(bank) => bank.back(),
         }
     }
-
-    #[inline]
-    fn output(&self, input: f64) -> f64 {
-        match self {
-            Self::TurningPoints(engine) => engine.output(input),
-            Self::Bank(bank) => bank.now().output,
-        }
-    }
 }

@@ -58,14 +58,14 @@ impl Bank {
     pub(super) fn draw_line(&mut self, direction: Direction) {
         let x = self.now.input;
         self.ahead = self.knows_its_input().then(|| match direction {
-            Direction::Rising => self.piece::<Rising>(x),
-            Direction::Falling => self.piece::<Falling>(x),
+            Direction::Rising => self.piece::<Rising>(Here, x),
+            Direction::Falling => self.piece::<Falling>(Here, x),
         });
     }
 
-    fn piece<S: Side>(&self, x: f64) -> Piece {
+    fn piece<S: Side>(&self, start: impl Start, x: f64) -> Piece {
         let Members { blocks, split, processor, .. } = &*self.members;
-        let (outputs, start) = (&*self.outputs, Here);
+        let outputs = &*self.outputs;
         let Stretch { line, begin, end } = if *split {
             processor.run(Look::<S, Split, _> { blocks, outputs, start, x, by: PhantomData })
         } else {
@@ -116,10 +116,14 @@ impl Bank {
         sweep(&self.members, &*self.outputs, Push::Nowhere, 0.0)
     }
 
-    /// The output after a move of the input from `from` to `to`.
+    /// The output after a move of the input from `from` to `to`: on the line that would be drawn then, or the sum.
     pub(crate) fn peek_input(&self, from: f64, to: f64) -> f64 {
         if !self.knows_its_input() {
             sweep(&self.members, &*self.outputs, Push::Either, to)
+        } else if self.members.is_small(to - from) {
+            let line =
+                if to >= from { self.piece::<Rising>(At(from), to) } else { self.piece::<Falling>(At(from), to) }.line;
+            line.at(to)
         } else if from == self.now.input {
             sweep(&self.members, &*self.outputs, Push::between(from, to), to)
         } else {
