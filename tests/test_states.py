@@ -118,7 +118,9 @@ def test_a_state_of_a_bank_without_its_line_goes_on_but_for_the_last_bits() -> N
         assert memory != before["memory"]
         expected = stream.run(np.linspace(1.0, 4.0, 50))
         stream.state = {**before, "memory": memory}
-        np.testing.assert_allclose(stream.run(np.linspace(1.0, 4.0, 50)), expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(
+            stream.run(np.linspace(1.0, 4.0, 50)), expected, rtol=0, atol=1e-12
+        )
 
 
 def test_a_state_with_an_unknown_key_is_refused(stream: Stream) -> None:
