@@ -440,7 +440,7 @@ class PrandtlIshlinskii:
 
         `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
         computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
-        operators where every sample is a jump, and a third slower on a smooth drive. Both give the same outputs, to
+        operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
         1e-12 of the range.
 
         Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
@@ -616,7 +616,7 @@ class ModifiedPrandtlIshlinskii:
 
         `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
         computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
-        operators where every sample is a jump, and a third slower on a smooth drive. Both give the same outputs, to
+        operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
         1e-12 of the range.
 
         Raises ValueError for thresholds that are not nested if "turning_points" is asked for.

@@ -266,6 +266,19 @@ proptest! {
     }
 
     #[test]
+    fn the_same_sample_again_changes_nothing(model in any_nested_model(20), x in history(60)) {
+        for mut forward in forwards(&model) {
+            for x in &x {
+                let output = forward.step(*x);
+                let state = forward.state();
+                prop_assert_eq!(forward.peek(*x).to_bits(), output.to_bits());
+                prop_assert_eq!(forward.step(*x).to_bits(), output.to_bits());
+                prop_assert_eq!(forward.state(), state);
+            }
+        }
+    }
+
+    #[test]
     fn run_equals_step(model in invertible_model(20), x in history(40), parts in 1_u32..40, bad in vec(any::<prop::sample::Index>(), 0..3)) {
         // In many parts, so that whole blocks lie on a line; some samples are refused.
         let mut x: Vec<f64> = x.windows(2).flat_map(|ends| {

@@ -23,14 +23,23 @@ impl Bank {
         }
     }
 
-    /// [`move_input`](Self::move_input) if that is not small: the output there.
+    /// [`move_input`](Self::move_input) if no line is drawn after that: the output there.
     #[inline]
     pub(crate) fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
+        if self.stays(from, to) {
+            return Some(self.now.output);
+        }
         if self.members.is_small(to - from) || !self.knows_its_input() {
             return None;
         }
         self.go(from, to);
         Some(self.now.output)
+    }
+
+    /// Whether a bank without a line is at `to` already.
+    #[inline]
+    fn stays(&self, from: f64, to: f64) -> bool {
+        to == from && self.ahead.is_none() && self.knows_its_input()
     }
 
     #[inline]
@@ -120,6 +129,8 @@ impl Bank {
     pub(crate) fn peek_input(&self, from: f64, to: f64) -> f64 {
         if !self.knows_its_input() {
             sweep(&self.members, &*self.outputs, Push::Either, to)
+        } else if self.stays(from, to) {
+            self.now.output
         } else if self.members.is_small(to - from) {
             let line =
                 if to >= from { self.piece::<Rising>(At(from), to) } else { self.piece::<Falling>(At(from), to) }.line;

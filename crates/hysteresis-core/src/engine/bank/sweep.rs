@@ -134,7 +134,7 @@ impl<W: Weights> FourLaneLoop for Run<'_, W> {
         for (sample, put_out) in self.samples.iter().zip(self.outputs) {
             if is_admissible(*sample) {
                 let x = *sample - origin.input;
-                if (x - input).abs() <= small_move {
+                if (x - input).abs() <= small_move && x != input {
                     break;
                 }
                 let push = turns.push(input, x);

@@ -12,7 +12,8 @@ pub(super) fn make_echelon(r: &mut Mat<f64>) {
     let mut row = 0;
     for column in 0..r.ncols() {
         let left = r.col(column).get(row..column + 1).norm_l2();
-        if left.is_nan() || left <= DEPENDS * r.col(column).norm_l2() {
+        let stands_alone = left > DEPENDS * r.col(column).norm_l2(); // not one that is no number
+        if !stands_alone {
             continue;
         }
         if row < column {

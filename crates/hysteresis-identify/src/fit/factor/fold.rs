@@ -61,7 +61,7 @@ fn reflect<S: Simd, const G: usize>(
     place: usize,
 ) -> Reflections {
     let mut reflections = Reflections::default();
-    let mut products = products(eight, panel, 0, [0.0; LANES]);
+    let mut products = products(eight, panel, 0, None);
     let width = heads.len() / eights;
     for (j, row) in heads.chunks_exact_mut(eights).enumerate() {
         let row = &mut row[place];
@@ -85,17 +85,22 @@ fn reflect<S: Simd, const G: usize>(
         }
         reflections.products[j] = products;
         if j + 1 < width {
-            products = self::products(eight, panel, j + 1, moved);
+            products = self::products(eight, panel, j + 1, Some(moved));
         }
     }
     reflections
 }
 
-/// Subtracts from every row what the column before this one moves, and returns the products of this column with all.
+/// Subtracts from every row what the column before this one moves, if there is one, and returns the products of this column with all.
 #[inline(always)]
-fn products<S: Simd, const G: usize>(eight: Eight<S, G>, panel: &mut [Lanes], column: usize, moved: Lanes) -> Lanes {
+fn products<S: Simd, const G: usize>(
+    eight: Eight<S, G>,
+    panel: &mut [Lanes],
+    column: usize,
+    moved: Option<Lanes>,
+) -> Lanes {
     let before = column.saturating_sub(1);
-    let moves = eight.load(&moved.map(|value| -value));
+    let moves = moved.map(|moved| eight.load(&moved.map(|value| -value)));
     let mut sums = [eight.splat(0.0); 2];
     let (pairs, rest) = panel.as_chunks_mut::<2>();
     for pair in pairs {
@@ -117,10 +122,12 @@ fn product<S: Simd, const G: usize>(
     eight: Eight<S, G>,
     row: &mut Lanes,
     (before, column): (usize, usize),
-    moves: Numbers<S, G>,
+    moves: Option<Numbers<S, G>>,
     sum: Numbers<S, G>,
 ) -> Numbers<S, G> {
-    let moved = eight.mul_add(eight.splat(row[before]), moves, eight.load(row));
+    let here = eight.load(row);
+    // Without a column before, nothing times one that is no number would make every column such a one.
+    let moved = moves.map_or(here, |moves| eight.mul_add(eight.splat(row[before]), moves, here));
     eight.store(moved, row);
     // As it was stored, to the last bit: of a column that depends on others rounding is all that is left.
     eight.mul_add(eight.splat(row[column]), moved, sum)
