@@ -47,6 +47,12 @@ pub(crate) trait FourLanes: Copy {
         smaller(smaller(a, c), smaller(b, d))
     }
 
+    /// The largest of all four.
+    #[inline(always)]
+    fn largest(self, numbers: Self::Numbers) -> f64 {
+        -self.smallest(self.negated(numbers))
+    }
+
     /// The sum of all four.
     #[inline(always)]
     fn total(self, numbers: Self::Numbers) -> f64 {

@@ -23,9 +23,9 @@ pub(crate) struct ForwardCore<T, M> {
 
 impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     pub(crate) fn new(memory: M, origin: Point<T>) -> Self {
-        let segment = Segment::new(memory.forward_piece(T::ZERO), T::ZERO, origin.input);
-        let mut stream = Self { segment, origin, memory, rejected: 0 };
-        stream.open_segment();
+        let nowhere = Segment::point(T::ZERO, T::ZERO);
+        let mut stream = Self { segment: nowhere, origin, memory, rejected: 0 };
+        stream.enter_segment(T::ZERO);
         stream
     }
 
@@ -49,13 +49,14 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     /// The segment at the input to which the memory has come.
     #[inline]
     pub(super) fn enter_segment(&mut self, x: T) {
-        self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
-        self.open_segment();
+        self.draw_segment(x, true);
     }
 
+    /// The same after a move that was a step back or not.
     #[inline]
-    fn open_segment(&mut self) {
-        if let Some(back) = self.memory.back() {
+    fn draw_segment(&mut self, x: T, step_back: bool) {
+        self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
+        if let Some(back) = self.memory.back_after(step_back) {
             self.segment.open(back, self.origin.input);
         }
     }
@@ -141,10 +142,7 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
             }
             let step_back = self.segment.lies_behind(x);
             self.memory.move_input(last, x);
-            self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
-            if let Some(back) = self.memory.back_after(step_back) {
-                self.segment.open(back, self.origin.input);
-            }
+            self.draw_segment(x, step_back);
         } else {
             self.rejected = self.rejected.saturating_add(1);
         }

@@ -40,7 +40,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     /// At rest, or at the limit that is nearest; limits and memory were checked.
     pub(crate) fn new(memory: M, origin: Point<T>, limits: (T, T)) -> Self {
         let reach = (limits.0 - origin.input, limits.1 - origin.input);
-        let nowhere = Segment::new(Piece::point(Direction::Rising, T::ZERO, T::ZERO), T::ZERO, origin.output);
+        let nowhere = Segment::point(T::ZERO, T::ZERO);
         let mut stream = Self { segment: nowhere, origin, limits, reach, memory, saturated: false, rejected: 0 };
         stream.reset();
         stream

@@ -148,28 +148,3 @@ impl Bounds for Unmoved {
         z
     }
 }
-
-/// What outputs weigh.
-pub(super) trait Weights {
-    fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
-}
-
-/// The same above and below zero.
-pub(super) struct Whole;
-
-impl Weights for Whole {
-    #[inline(always)]
-    fn of<F: FourLanes>(block: &Block, four: F, _: F::Numbers) -> F::Numbers {
-        four.load(&block.above)
-    }
-}
-
-/// By the sign of the output; at zero either will do.
-pub(super) struct Split;
-
-impl Weights for Split {
-    #[inline(always)]
-    fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
-        four.select(four.is_below(four.splat(0.0), z), four.load(&block.above), four.load(&block.below))
-    }
-}

@@ -4,45 +4,46 @@
 use core::marker::PhantomData;
 
 use super::super::direction::Direction;
-use super::super::four_lanes::{FourLaneLoop, FourLanes, Lanes};
+use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::line::{Line, Piece};
 use super::super::solve::{Path, Point, Reach, solve};
-use super::block::{Block, Both, Bounds, Weights};
-use super::look::{Look, Side, SlidingWeights, Start, Stretch};
+use super::block::{Block, Both, Bounds};
+use super::look::{Look, Start};
+use super::members::BankLoop;
+use super::weights::Weights;
 
-/// A search from `near` on, all of it in one loop for the instructions of the processor.
-pub(super) struct Find<'a, S, W, O> {
-    pub(super) blocks: &'a [Block],
-    pub(super) outputs: &'a [Lanes],
-    pub(super) start: O,
+/// A search from `near` on, all of it in one loop for the instructions of the processor: where it comes to, and the last piece that it
+/// looked at. `look` is the first look.
+pub(super) struct Find<'a, O> {
+    pub(super) look: Look<'a, O>,
     pub(super) near: Point,
-    pub(super) guess: f64,
     pub(super) to: f64,
     pub(super) limit: f64,
-    pub(super) by: PhantomData<(S, W)>,
 }
 
-impl<S: Side, W: SlidingWeights, O: Start> FourLaneLoop for Find<'_, S, W, O> {
+impl<O: Start> BankLoop for Find<'_, O> {
     type Output = (Reach, Piece);
 
     #[inline(always)]
-    fn run<F: FourLanes>(self, four: F) -> (Reach, Piece) {
-        let Self { near, guess, to, limit, .. } = self;
-        let last = Piece::point(S::DIRECTION, near.input, near.output);
-        let mut path = Ahead { four, find: self, last };
-        let reach = solve(&mut path, S::DIRECTION, near, None, guess, to, limit);
+    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> (Reach, Piece) {
+        let Self { look, near, to, limit } = self;
+        let last = Piece::point(look.direction, near.input, near.output);
+        let mut path = Ahead::<_, _, W> { four, blocks, look, last, weights: PhantomData };
+        let reach = solve(&mut path, look.direction, near, None, look.x, to, limit);
         (reach, path.last)
     }
 }
 
 /// The inputs ahead of where a search began. A look does not move the bank.
-struct Ahead<'a, F, S, W, O> {
+struct Ahead<'a, F, O, W> {
     four: F,
-    find: Find<'a, S, W, O>,
+    blocks: &'a [Block],
+    look: Look<'a, O>,
     last: Piece,
+    weights: PhantomData<W>,
 }
 
-impl<F: FourLanes, S: Side, W: SlidingWeights, O: Start> Path<f64> for Ahead<'_, F, S, W, O> {
+impl<F: FourLanes, O: Start, W: Weights> Path<f64> for Ahead<'_, F, O, W> {
     type Checkpoint = ();
 
     #[inline(always)]
@@ -52,31 +53,26 @@ impl<F: FourLanes, S: Side, W: SlidingWeights, O: Start> Path<f64> for Ahead<'_,
     fn go_back(&mut self, (): ()) {}
 
     #[inline(always)]
-    fn look(&mut self, direction: Direction, x: f64) -> Piece {
-        let Find { blocks, outputs, start, .. } = self.find;
-        let look: Look<'_, S, W, O> = Look { blocks, outputs, start, x, by: PhantomData };
-        let Stretch { line, begin, end } = look.run(self.four);
-        self.last = Piece { direction, line, begin, end };
+    fn look(&mut self, _: Direction, x: f64) -> Piece {
+        self.last = Look { x, ..self.look }.run::<F, W>(self.four, self.blocks);
         self.last
     }
 }
 
 /// The line of the output at the input `x` if a move there is the first one, from outputs that no input has led to.
-pub(super) struct FirstLine<'a, W> {
-    pub(super) blocks: &'a [Block],
+pub(super) struct FirstLine<'a> {
     pub(super) outputs: &'a [Lanes],
     pub(super) x: f64,
-    pub(super) by: PhantomData<W>,
 }
 
-impl<W: Weights> FourLaneLoop for FirstLine<'_, W> {
+impl BankLoop for FirstLine<'_> {
     type Output = Line;
 
     #[inline(always)]
-    fn run<F: FourLanes>(self, four: F) -> Line {
+    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Line {
         let x = four.splat(self.x);
         let (mut output, mut slope) = (four.splat(0.0), four.splat(0.0));
-        for (block, last) in self.blocks.iter().zip(self.outputs) {
+        for (block, last) in blocks.iter().zip(self.outputs) {
             let last = four.load(last);
             let z = Both::next(block, four, x, last);
             let w = W::of(block, four, z);

@@ -1,127 +1,13 @@
 //! The straight line that the output of a bank is on over the input, and how far it holds.
-//!
-//! Written for a rising input: a falling one is seen in the mirror, where x, z and their thresholds change sides.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use core::marker::PhantomData;
-
 use super::super::direction::Direction;
-use super::super::four_lanes::{FourLaneLoop, FourLanes, Lanes};
-use super::super::line::Line;
-use super::block::{Block, Both, Bounds, Split, Weights, Whole};
-
-/// A line, and from where to where it holds.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
-    pub(super) line: Line,
-    pub(super) begin: f64,
-    pub(super) end: f64,
-}
-
-/// The side from which a bank is seen.
-pub(super) trait Side {
-    const DIRECTION: Direction;
-
-    /// Inputs and outputs as they are seen.
-    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers;
-
-    /// A number, seen or seen back.
-    fn turned(number: f64) -> f64;
-
-    /// The thresholds above zero (r, if the input rises) and below (rc).
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes);
-
-    /// The thresholds of the opposite bound, above zero (rb) and below (ra).
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes);
-
-    /// The weights above zero and below.
-    fn weights(block: &Block) -> (&Lanes, &Lanes);
-}
-
-/// The input rises.
-pub(super) struct Rising;
-
-impl Side for Rising {
-    const DIRECTION: Direction = Direction::Rising;
-
-    #[inline(always)]
-    fn seen<F: FourLanes>(_: F, numbers: F::Numbers) -> F::Numbers {
-        numbers
-    }
-
-    #[inline(always)]
-    fn turned(number: f64) -> f64 {
-        number
-    }
-
-    #[inline(always)]
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.r, &block.rc)
-    }
-
-    #[inline(always)]
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.rb, &block.ra)
-    }
-
-    #[inline(always)]
-    fn weights(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.above, &block.below)
-    }
-}
-
-/// The input falls.
-pub(super) struct Falling;
-
-impl Side for Falling {
-    const DIRECTION: Direction = Direction::Falling;
-
-    #[inline(always)]
-    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers {
-        four.negated(numbers)
-    }
-
-    #[inline(always)]
-    fn turned(number: f64) -> f64 {
-        -number
-    }
-
-    #[inline(always)]
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.ra, &block.rb)
-    }
-
-    #[inline(always)]
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.rc, &block.r)
-    }
-
-    #[inline(always)]
-    fn weights(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.below, &block.above)
-    }
-}
-
-/// What a sliding output weighs.
-pub(super) trait SlidingWeights: Weights {
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
-}
-
-impl SlidingWeights for Whole {
-    #[inline(always)]
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, _: F::Numbers) -> F::Numbers {
-        four.load(S::weights(block).0)
-    }
-}
-
-impl SlidingWeights for Split {
-    /// At zero it is about to come above.
-    #[inline(always)]
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
-        let (above, below) = S::weights(block);
-        four.select(four.is_below(z, four.splat(0.0)), four.load(below), four.load(above))
-    }
-}
+use super::super::four_lanes::{FourLanes, Lanes};
+use super::super::line::{Line, Piece};
+use super::block::{Block, Both, Bounds};
+use super::members::BankLoop;
+use super::side::{Falling, Rising, Side};
+use super::weights::Weights;
 
 /// Four operators at an input, as they are seen.
 struct Seen<F: FourLanes> {
@@ -222,23 +108,33 @@ impl Start for At {
 }
 
 /// The stretch at the input `x`, every operator coming from `start`. It has the same bits wherever on it `x` is.
-pub(super) struct Look<'a, S, W, O> {
-    pub(super) blocks: &'a [Block],
+#[derive(Clone, Copy)]
+pub(super) struct Look<'a, O> {
     pub(super) outputs: &'a [Lanes],
     pub(super) start: O,
+    pub(super) direction: Direction,
     pub(super) x: f64,
-    pub(super) by: PhantomData<(S, W)>,
 }
 
-impl<S: Side, W: SlidingWeights, O: Start> FourLaneLoop for Look<'_, S, W, O> {
-    type Output = Stretch;
+impl<O: Start> BankLoop for Look<'_, O> {
+    type Output = Piece;
 
     #[inline(always)]
-    fn run<F: FourLanes>(self, four: F) -> Stretch {
+    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Piece {
+        match self.direction {
+            Direction::Rising => self.seen_from::<Rising, F, W>(four, blocks),
+            Direction::Falling => self.seen_from::<Falling, F, W>(four, blocks),
+        }
+    }
+}
+
+impl<O: Start> Look<'_, O> {
+    #[inline(always)]
+    fn seen_from<S: Side, F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Piece {
         let (x, nothing) = (four.splat(S::turned(self.x)), four.splat(0.0));
         let (mut slope, mut offset) = (nothing, nothing);
         let (mut begin, mut end) = (four.splat(f64::NEG_INFINITY), four.splat(f64::INFINITY));
-        for (block, last) in self.blocks.iter().zip(self.outputs) {
+        for (block, last) in blocks.iter().zip(self.outputs) {
             let seen = Seen::at::<S>(block, four, x, self.start.of(block, four, four.load(last)));
             let w = W::along::<S, F>(block, four, seen.z);
             slope = four.add(slope, four.select(seen.slides, w, nothing));
@@ -246,9 +142,10 @@ impl<S: Side, W: SlidingWeights, O: Start> FourLaneLoop for Look<'_, S, W, O> {
             begin = four.max(begin, seen.begin::<S>(block, four));
             end = four.min(end, seen.end::<S>(block, four));
         }
-        Stretch {
+        Piece {
+            direction: self.direction,
             line: Line { slope: four.total(slope), offset: S::turned(four.total(offset)) },
-            begin: S::turned(-four.smallest(four.negated(begin))),
+            begin: S::turned(four.largest(begin)),
             end: S::turned(four.smallest(end)),
         }
     }
@@ -256,23 +153,32 @@ impl<S: Side, W: SlidingWeights, O: Start> FourLaneLoop for Look<'_, S, W, O> {
 
 /// Where the line at the input `x`, to which the operators have come, ends behind that: infinitely far ahead, if any but an identity
 /// slides.
-pub(super) struct LookBack<'a, S> {
-    pub(super) blocks: &'a [Block],
+pub(super) struct LookBack<'a> {
     pub(super) outputs: &'a [Lanes],
+    pub(super) direction: Direction,
     pub(super) x: f64,
-    pub(super) by: PhantomData<S>,
 }
 
-impl<S: Side> FourLaneLoop for LookBack<'_, S> {
+impl BankLoop for LookBack<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run<F: FourLanes>(self, four: F) -> f64 {
+    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> f64 {
+        match self.direction {
+            Direction::Rising => self.seen_from::<Rising, F>(four, blocks),
+            Direction::Falling => self.seen_from::<Falling, F>(four, blocks),
+        }
+    }
+}
+
+impl LookBack<'_> {
+    #[inline(always)]
+    fn seen_from<S: Side, F: FourLanes>(self, four: F, blocks: &[Block]) -> f64 {
         let x = four.splat(S::turned(self.x));
         let mut back = four.splat(f64::NEG_INFINITY);
-        for (block, z) in self.blocks.iter().zip(self.outputs) {
+        for (block, z) in blocks.iter().zip(self.outputs) {
             back = four.max(back, Seen::at::<S>(block, four, x, four.load(z)).back::<S>(block, four));
         }
-        S::turned(-four.smallest(four.negated(back)))
+        S::turned(four.largest(back))
     }
 }

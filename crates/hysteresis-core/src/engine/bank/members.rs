@@ -1,11 +1,14 @@
 //! The operators of a bank and their weights, side by side as vectors take them.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::marker::PhantomData;
 
 use super::super::checks::{check_same, check_same_count};
-use super::super::four_lanes::{LANES, Processor};
+use super::super::four_lanes::{FourLaneLoop, FourLanes, LANES, Processor};
 use super::block::Block;
+use super::weights::{Split, Weights, Whole};
 use crate::error::Error;
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::CoupledPlay;
@@ -16,10 +19,10 @@ pub(crate) struct Members {
     pub(super) blocks: Box<[Block]>,
     operators: usize,
     /// Whether any operator weighs differently above and below zero: the sum of all others needs no choice.
-    pub(super) split: bool,
-    pub(super) processor: Processor,
+    split: bool,
+    processor: Processor,
     /// The largest move after which a line is drawn.
-    pub(super) small_move: f64,
+    small_move: f64,
     /// About the slope of a long move: where a search begins.
     pub(super) slope: f64,
 }
@@ -46,6 +49,28 @@ impl SplitWeight {
     }
 }
 
+/// A loop over the blocks of a bank, four operators at once.
+pub(super) trait BankLoop {
+    type Output;
+    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Self::Output;
+}
+
+/// A loop with what outputs weigh.
+struct Weighed<'a, L, W> {
+    work: L,
+    blocks: &'a [Block],
+    weights: PhantomData<W>,
+}
+
+impl<L: BankLoop, W: Weights> FourLaneLoop for Weighed<'_, L, W> {
+    type Output = L::Output;
+
+    #[inline(always)]
+    fn run<F: FourLanes>(self, four: F) -> L::Output {
+        self.work.run::<F, W>(four, self.blocks)
+    }
+}
+
 impl Members {
     pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Self {
         Self::on(Processor::here(), model)
@@ -63,6 +88,17 @@ impl Members {
 
     pub(crate) fn len(&self) -> usize {
         self.operators
+    }
+
+    /// Runs a loop for the weights of the model and the instructions of the processor. Inline, so that a loop is not copied first.
+    #[inline(always)]
+    pub(super) fn run<L: BankLoop>(&self, work: L) -> L::Output {
+        let blocks = &*self.blocks;
+        if self.split {
+            self.processor.run(Weighed::<_, Split> { work, blocks, weights: PhantomData })
+        } else {
+            self.processor.run(Weighed::<_, Whole> { work, blocks, weights: PhantomData })
+        }
     }
 
     /// Whether a line is drawn after a move.

@@ -8,9 +8,11 @@ mod find;
 mod look;
 mod members;
 mod moves;
+mod side;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod weights;
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;

@@ -84,7 +84,7 @@ fn a_run_is_its_samples_up_to_the_first_small_move_on_any_processor() {
             for k in taken..taken + part.samples {
                 if !samples[k].is_nan() {
                     let x = samples[k] - origin.input;
-                    assert_ne!(one_by_one.jump_or_move(last, x), None, "sample {k}");
+                    assert_ne!(one_by_one.jump(last, x), None, "sample {k}");
                     last = x;
                 }
                 assert_eq!(outputs[k], one_by_one.now().output + origin.output, "sample {k}");
@@ -100,17 +100,6 @@ fn a_run_is_its_samples_up_to_the_first_small_move_on_any_processor() {
         }
         assert_eq!(rejected, 1);
         assert_eq!((bank.outputs(), bank.now().input), (one_by_one.outputs(), one_by_one.now().input));
-    }
-}
-
-impl Bank {
-    /// A jump, or else the first move of all.
-    fn jump_or_move(&mut self, from: f64, to: f64) -> Option<f64> {
-        if self.knows_its_input() {
-            return self.jump(from, to);
-        }
-        self.move_input(from, to);
-        Some(self.now().output)
     }
 }
 
@@ -180,6 +169,27 @@ fn from_a_place_on_its_line_a_bank_goes_on_as_if_it_had_been_moved_there() {
         }
     }
     assert!(places > 1000, "{places}");
+}
+
+#[test]
+fn a_move_to_where_a_bank_without_a_line_is_changes_nothing() {
+    let mut jumps = 0;
+    for mut bank in banks() {
+        let mut last = 0.0;
+        for x in drive().take(600) {
+            bank.move_input(last, x);
+            last = x;
+            if bank.ahead().is_some() {
+                continue;
+            }
+            let (state, output) = (bank.state(x), bank.now().output);
+            assert_eq!(bank.peek_input(x, x), output, "{x}");
+            bank.move_input(x, x);
+            assert_eq!((bank.state(x), bank.now().output), (state, output), "{x}");
+            jumps += 1;
+        }
+    }
+    assert!(jumps > 1000, "{jumps}");
 }
 
 /// Where a line is looked at has no part in its bits: a restored stream draws it elsewhere.
