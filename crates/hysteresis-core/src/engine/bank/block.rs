@@ -57,22 +57,6 @@ impl Block {
         let (below, above) = (four.add(x, four.load(&self.ra)), four.add(x, four.load(&self.rb)));
         four.min(below, four.max(above, four.splat(0.0)))
     }
-
-    /// Which outputs lo pushes from `x` on: those it has come to, where it does not stick at zero.
-    #[inline(always)]
-    fn rise<F: FourLanes>(&self, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
-        let sticks_not = four.or(four.is_at_most(four.load(&self.r), x), four.is_below(x, four.load(&self.rc)));
-        four.and(four.is_at_most(z, self.least(four, x)), sticks_not)
-    }
-
-    /// Which outputs hi pushes from `x` on, the input falling.
-    #[inline(always)]
-    fn fall<F: FourLanes>(&self, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
-        let minus = four.sub(four.splat(0.0), x);
-        let sticks_not =
-            four.or(four.is_at_most(four.load(&self.ra), minus), four.is_below(minus, four.load(&self.rb)));
-        four.and(four.is_at_most(self.greatest(four, x), z), sticks_not)
-    }
 }
 
 /// The bounds that push the operators: in a known direction only those behind them.
@@ -128,14 +112,6 @@ impl Bounds for Both {
     #[inline(always)]
     fn next<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
         four.max(block.least(four, x), four.min(block.greatest(four, x), z))
-    }
-}
-
-impl Both {
-    /// Which outputs they push from the input `x` on.
-    #[inline(always)]
-    pub(super) fn slide<F: FourLanes>(block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Mask {
-        four.or(block.rise(four, x, z), block.fall(four, x, z))
     }
 }
 

@@ -8,8 +8,9 @@ use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::line::{Line, Piece};
 use super::super::solve::{Path, Point, Reach, solve};
 use super::block::{Block, Both, Bounds};
-use super::look::{Look, Start};
+use super::look::{Look, Seen, Start};
 use super::members::BankLoop;
+use super::side::{Falling, Rising};
 use super::weights::Weights;
 
 /// A search from `near` on, all of it in one loop for the instructions of the processor: where it comes to, and the last piece that it
@@ -70,14 +71,16 @@ impl BankLoop for FirstLine<'_> {
 
     #[inline(always)]
     fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Line {
-        let x = four.splat(self.x);
-        let (mut output, mut slope) = (four.splat(0.0), four.splat(0.0));
+        let (x, nothing) = (four.splat(self.x), four.splat(0.0));
+        let (mut output, mut slope) = (nothing, nothing);
         for (block, last) in blocks.iter().zip(self.outputs) {
             let last = four.load(last);
             let z = Both::next(block, four, x, last);
             let w = W::of(block, four, z);
             output = four.mul_add(w, z, output);
-            slope = four.add(slope, four.select(Both::slide(block, four, x, last), w, four.splat(0.0)));
+            let rises = Seen::at::<Rising>(block, four, x, last).slides;
+            let falls = Seen::at::<Falling>(block, four, four.negated(x), last).slides;
+            slope = four.add(slope, four.select(four.or(rises, falls), w, nothing));
         }
         let slope = four.total(slope);
         Line { slope, offset: four.total(output) - slope * self.x }

@@ -10,17 +10,17 @@ use super::side::{Falling, Rising, Side};
 use super::weights::Weights;
 
 /// Four operators at an input, as they are seen.
-struct Seen<F: FourLanes> {
+pub(super) struct Seen<F: FourLanes> {
     last: F::Numbers,
     z: F::Numbers,
     is_below_inner: F::Mask,
-    slides: F::Mask,
+    pub(super) slides: F::Mask,
 }
 
 impl<F: FourLanes> Seen<F> {
     /// Moved to `x` from the output `last`. What slides has come to lo(x) and does not stick at zero.
     #[inline(always)]
-    fn at<S: Side>(block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
+    pub(super) fn at<S: Side>(block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
         let (outer, inner) = S::thresholds(block);
         let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
         let last = S::seen(four, last);
