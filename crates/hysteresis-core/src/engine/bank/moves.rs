@@ -163,7 +163,7 @@ impl Bank {
         Reach { input: limit, output: if saturated { most } else { to }, saturated }
     }
 
-    fn first_line(&self, x: f64) -> Line {
+    pub(super) fn first_line(&self, x: f64) -> Line {
         self.members.run(FirstLine { outputs: &self.outputs, x })
     }
 }

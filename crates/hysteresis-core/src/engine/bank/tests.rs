@@ -192,6 +192,19 @@ fn a_move_to_where_a_bank_without_a_line_is_changes_nothing() {
     assert!(jumps > 1000, "{jumps}");
 }
 
+#[test]
+fn the_line_of_a_first_move_is_the_output_there_with_its_slope() {
+    for bank in banks().filter(|bank| !bank.knows_its_input()) {
+        for x in drive().take(300) {
+            let line = bank.first_line(x);
+            let (near, far) = (bank.peek_input(0.0, x), bank.peek_input(0.0, x + 1e-6));
+            assert!((line.at(x) - near).abs() <= 1e-10, "{x}");
+            // 1e-6 ahead there is no breakpoint here.
+            assert!((line.slope - (far - near) / 1e-6).abs() < 1e-5, "{x}");
+        }
+    }
+}
+
 /// Where a line is looked at has no part in its bits: a restored stream draws it elsewhere.
 #[test]
 fn a_line_has_the_same_bits_from_anywhere_on_it() {
