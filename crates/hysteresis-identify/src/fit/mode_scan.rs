@@ -8,7 +8,7 @@ use products::Products;
 
 use super::axes::{MAX_MODE_CYCLES, MAX_MODE_GAIN, MIN_MODE_CYCLES};
 use super::course::Course;
-use super::creep_lanes::CreepLanes;
+use super::creep_filter::CreepFilter;
 use super::joint::JointFit;
 use super::linear_part::{LinearPart, Mode, SampledPart};
 use super::point::Parameter;
@@ -116,8 +116,8 @@ impl Scan {
         for (place, record) in records.iter().enumerate() {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&chain.operators, &fit.weights, record.input(), 0.0, dt);
-            let mut creep = CreepLanes::new(&SampledPart::new(&part, dt), 1);
-            let input = output.iter().map(|h| creep.put_out_one(*h)).collect();
+            let mut creep = CreepFilter::new(&SampledPart::new(&part, dt));
+            let input = output.iter().map(|h| creep.next(*h)).collect();
             let course = Course::new(record, 1, space.unread_samples());
             let one = Signals { dt, input, rows: residual.len()..residual.len() + course.len(), course };
             let predicted = chain.response_in(place, record.input(), dt);

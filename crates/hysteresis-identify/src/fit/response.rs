@@ -1,7 +1,7 @@
 //! The output of a whole model for an input.
 
-use super::creep_lanes::CreepLanes;
-use super::lanes::DynamicLanes;
+use super::creep_filter::CreepFilter;
+use super::dynamics_filter::DynamicsFilter;
 use super::linear_part::{LinearPart, SampledPart};
 use super::regressor::{OperatorsAt, Regressor};
 
@@ -32,19 +32,19 @@ pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64]
 /// A signal through creep, dynamics and dead time, at rest at its first value.
 pub(crate) fn through(linear: &LinearPart, signal: &[f64], dt: f64) -> Vec<f64> {
     let part = SampledPart::new(linear, dt);
-    let (mut creep, mut lane) = (CreepLanes::new(&part, 1), DynamicLanes::new(&part, 1));
+    let (mut creep, mut dynamics) = (CreepFilter::new(&part), DynamicsFilter::new(&part));
     let (mut taken, mut rest) = (0, 0.0);
     let reading = |k| {
         let source = part.source(k);
         while taken < source.map_or(1, |source| source + 1) {
-            let p = creep.put_out_one(signal[taken.min(signal.len() - 1)]);
+            let p = creep.next(signal[taken.min(signal.len() - 1)]);
             if taken == 0 {
                 rest = p;
             }
-            lane.put_out(&[p]);
+            dynamics.take(p);
             taken += 1;
         }
-        if source.is_none() { rest } else { lane.read_one(0) }
+        if source.is_none() { rest } else { dynamics.reading() }
     };
     (0..signal.len()).map(reading).collect()
 }

@@ -5,7 +5,7 @@ use pulp::Arch;
 
 use super::bank_lanes::BLOCK;
 use super::course::Course;
-use super::creep_lanes::CreepLanes;
+use super::creep_filter::CreepFilter;
 use super::eight::LANES;
 use super::filter_lanes::{FilterLanes, Lane, Reading};
 use super::linear_part::{LinearPart, SampledPart};
@@ -139,8 +139,8 @@ impl Scan {
         let signals = |(place, record): (usize, &Record<'_>)| {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&operators, &plain.weights, record.input(), 0.0, dt);
-            let mut lane = CreepLanes::new(&SampledPart::new(&creep, dt), 1);
-            let inputs = output.iter().map(|h| [*h, lane.put_out_one(*h) - h]).collect();
+            let mut creep = CreepFilter::new(&SampledPart::new(&creep, dt));
+            let inputs = output.iter().map(|h| [*h, creep.next(*h) - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());
             let outputs = || (0..course.len()).map(|row| record.output()[course.sample(row)]);
             let mean = outputs().sum::<f64>() / as_f64(course.len());
