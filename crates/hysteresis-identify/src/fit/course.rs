@@ -43,6 +43,15 @@ impl Course {
         Self::Some { rows, turns }
     }
 
+    /// The same with every reversal, also those in the dead band: then thinned rows are those of all samples, bit for bit.
+    #[cfg(test)]
+    pub(crate) fn with_all_turns(mut self, input: &[f64]) -> Self {
+        if let Self::Some { turns: Some(all), .. } = &mut self {
+            *all = turns(input, 0.0);
+        }
+        self
+    }
+
     /// How many rows there are.
     pub(crate) fn len(&self) -> usize {
         match self {

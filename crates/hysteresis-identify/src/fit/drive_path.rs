@@ -28,6 +28,11 @@ struct Lag {
 }
 
 impl DrivePath {
+    /// Whether the operators may be shown reversals alone.
+    pub(crate) fn keeps_turns(&self) -> bool {
+        self.bandwidth.is_none()
+    }
+
     pub(crate) fn lane(&self, dt: f64) -> PathLane<'_> {
         let lag = |bandwidth: f64| Lag { decay: (-TAU * bandwidth * dt).exp(), voltage: None };
         PathLane { map: self.map.as_ref(), amplifier: self.bandwidth.map(lag) }
@@ -35,11 +40,6 @@ impl DrivePath {
 }
 
 impl PathLane<'_> {
-    /// Whether the operators may be shown reversals alone.
-    pub(crate) fn keeps_turns(&self) -> bool {
-        self.amplifier.is_none()
-    }
-
     /// What reaches the operators at the end of an interval in which a drive is held, or at its start without an amplifier.
     #[inline]
     pub(crate) fn next(&mut self, u: f64) -> f64 {
@@ -73,7 +73,7 @@ mod tests {
         let decay = (-TAU * 0.04_f64).exp();
         assert!((lane.next(3.0) - (3.0 - decay)).abs() < 1e-15);
         assert_eq!(lane.voltage(3.0), 3.0 - decay);
-        assert!(!lane.keeps_turns());
+        assert!(!path.keeps_turns());
     }
 
     #[test]
@@ -81,6 +81,6 @@ mod tests {
         let map = Curve::new((0.0, 10.0), [0.5, 0.0, 0.0]);
         let path = DrivePath { bandwidth: None, map: Some(map.clone()) };
         let mut lane = path.lane(1e-4);
-        assert_eq!((lane.next(4.0), lane.voltage(4.0), lane.keeps_turns()), (map.at(4.0).0, 4.0, true));
+        assert_eq!((lane.next(4.0), lane.voltage(4.0), path.keeps_turns()), (map.at(4.0).0, 4.0, true));
     }
 }

@@ -8,7 +8,7 @@ use super::joint::{JointFit, JointProblem};
 use super::levels::levels;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
-use super::regressor::Regressor;
+use super::response::hysteresis;
 use super::search::{best_attempt, best_of_starts};
 use super::space::Space;
 use super::variety::Variety;
@@ -187,10 +187,7 @@ impl MapProblem<'_> {
         let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
         for (place, record) in self.fitted.records.iter().enumerate() {
             let dt = found.space.intervals().of_record(place);
-            let mut regressor = Regressor::new(&operators, record.input(), 0.0, dt);
-            for k in 0..record.input().len() {
-                regressor.go_to(k, None);
-                let h = regressor.output(weights);
+            for h in hysteresis(&operators, weights, record.input(), 0.0, dt) {
                 bounds = (bounds.0.min(h), bounds.1.max(h));
             }
         }

@@ -42,6 +42,7 @@ pub(crate) mod regressor;
 pub(crate) mod response;
 pub(crate) mod root;
 pub(crate) mod search;
+pub(crate) mod seen_samples;
 pub(crate) mod shift;
 pub(crate) mod smoothness;
 pub(crate) mod space;

@@ -7,6 +7,7 @@ use super::course::Course;
 use super::eight::{LANES, Lanes};
 use super::operator_blocks::OperatorBlocks;
 use super::regressor::interpolated;
+use super::seen_samples::SeenSamples;
 use super::tangent::{Slope, Tangent};
 
 /// The rows of one record; see [`TangentRows`](super::tangent::TangentRows).
@@ -16,10 +17,10 @@ pub(crate) struct PlainRows<'a> {
     /// The dead time in whole samples, and what is left of it.
     whole: usize,
     fraction: f64,
-    visits: Visits<'a>,
+    to_see: SeenSamples<'a>,
     operators: OperatorBlocks<'a>,
     signals: Vec<Lanes>,
-    /// The last visit of the block before.
+    /// The last sample of the block before.
     tail: Vec<Lanes>,
     samples: [usize; BLOCK],
     count: usize,
@@ -35,16 +36,13 @@ impl<'a> PlainRows<'a> {
         let whole = delay.floor() as usize;
         let operators = OperatorBlocks::new(tangent, input, dt, arch);
         let eights = operators.layout.end.div_ceil(LANES);
-        let at = &tangent.operators;
-        // A loop shift and an amplifier need all samples.
-        let thinned =
-            course.filter(|course| course.turns().is_some() && at.shift.is_none() && at.path.bandwidth.is_none());
+        let course = course.filter(|_| tangent.operators.need_turns_alone());
         Self {
             tangent,
             dt,
             whole,
             fraction: delay - delay.floor(),
-            visits: Visits { samples: input.len(), thinned, whole, row: 0, seen: None, turned: 0 },
+            to_see: SeenSamples::new(input.len(), course, whole),
             operators,
             signals: vec![[0.0; LANES]; eights * BLOCK],
             tail: vec![[0.0; LANES]; eights],
@@ -95,8 +93,8 @@ impl<'a> PlainRows<'a> {
     fn put_out(&mut self) -> bool {
         let mut samples = [0; BLOCK];
         let mut count = 0;
-        for (place, visit) in samples.iter_mut().zip(&mut self.visits) {
-            *place = visit;
+        for (place, sample) in samples.iter_mut().zip(&mut self.to_see) {
+            *place = sample;
             count += 1;
         }
         if count == 0 {
@@ -115,49 +113,6 @@ impl<'a> PlainRows<'a> {
         }
         (self.samples, self.count, self.at) = (samples, count, 0);
         true
-    }
-}
-
-/// The samples that operators see, in order: the first one, and of a course that is thinned the turns and for each row the sample that
-/// acts on it and the one before.
-struct Visits<'a> {
-    samples: usize,
-    thinned: Option<&'a Course>,
-    whole: usize,
-    row: usize,
-    seen: Option<usize>,
-    turned: usize,
-}
-
-impl Iterator for Visits<'_> {
-    type Item = usize;
-
-    fn next(&mut self) -> Option<usize> {
-        let Some(seen) = self.seen else {
-            self.seen = Some(0);
-            return self.seen;
-        };
-        let next = match self.thinned {
-            None => Some(seen + 1).filter(|next| *next < self.samples)?,
-            Some(course) => {
-                let newest = loop {
-                    let newest =
-                        (self.row < course.len()).then(|| course.sample(self.row).saturating_sub(self.whole))?;
-                    if newest > seen {
-                        break newest;
-                    }
-                    self.row += 1;
-                };
-                let turns = course.turns().unwrap_or_default();
-                while turns.get(self.turned).is_some_and(|turn| *turn <= seen) {
-                    self.turned += 1;
-                }
-                let before = (newest - 1).max(seen + 1);
-                turns.get(self.turned).map_or(before, |turn| before.min(*turn))
-            }
-        };
-        self.seen = Some(next);
-        self.seen
     }
 }
 
@@ -187,7 +142,7 @@ mod tests {
             // An input that never moves is no record.
             prop_assume!(input[3..].iter().any(|u| *u != input[3]));
             let record = Record::new(&input, &input, 3).unwrap();
-            let course = Course::new(&record, stride, 0);
+            let course = Course::new(&record, stride, 0).with_all_turns(&input);
             let map = has_map.then(|| Curve::new((-10.0, 10.0), [0.3, 0.1, 0.0]));
             let at = |ra| OperatorsAt {
                 output_map: map.clone(),
@@ -210,8 +165,8 @@ mod tests {
             for number in 0..course.len() {
                 let k = course.sample(number);
                 let known = rows.write(k, &mut got);
-                here.go_to(k, course.turns());
-                there.go_to(k, course.turns());
+                here.go_to(k);
+                there.go_to(k);
                 let known_there = here.row(&weights, &mut want);
                 let (columns, slopes) = got.split_at(weights.len());
                 let is_close = |got: f64, want: f64| (got - want).abs() < 1e-10;

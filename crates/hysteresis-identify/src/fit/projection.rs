@@ -307,7 +307,7 @@ mod tests {
             let operators = OperatorsAt::alone(bank.clone(), 0.2);
             let mut regressor = Regressor::new(&operators, &input, 0.0, 1.0);
             let output = input.iter().enumerate().map(|(k, u)| {
-                regressor.go_to(k, None);
+                regressor.go_to(k);
                 regressor.output(&[1.0, 0.7, 0.5]) + 0.05 * u * u
             });
             let output: Vec<f64> = output.collect();

@@ -23,6 +23,11 @@ impl OperatorsAt {
         Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None }
     }
 
+    /// Whether they need no samples between turns and rows: a loop shift and an amplifier need all.
+    pub(crate) fn need_turns_alone(&self) -> bool {
+        self.shift.is_none() && self.path.keeps_turns()
+    }
+
     /// Whether the loop shift is that of others: the same columns of the same voltage.
     pub(crate) fn has_shift_of(&self, other: &Self) -> bool {
         self.shift.is_none() || (self.shift == other.shift && self.path.bandwidth == other.path.bandwidth)
@@ -45,8 +50,6 @@ pub(crate) struct Regressor<'a> {
     fraction: f64,
     /// The newest sample that the operators saw.
     seen: Option<usize>,
-    /// How many of the turns they saw.
-    turned: usize,
     /// z `whole` samples before the current one.
     now: Vec<f64>,
     /// z one sample earlier still.
@@ -78,17 +81,13 @@ impl<'a> Regressor<'a> {
         let (now, before) = (rest.clone(), rest);
         let input_offset = *input_offset;
         let (path, output_map) = (path.lane(dt), output_map.as_ref());
-        let (seen, turned) = (None, 0);
-        Self { bank, input, input_offset, whole, fraction, seen, turned, now, before, path, output_map, shift }
+        Self { bank, input, input_offset, whole, fraction, seen: None, now, before, path, output_map, shift }
     }
 
-    /// Goes to a sample of the record, not before the last one. With `turns`, the samples at which the input turns
-    /// round, the operators see only those on the way, and the two that the row is made of; a loop shift and an amplifier need
-    /// all.
+    /// Goes to a sample of the record, not before the last one.
     #[inline(always)]
-    pub(crate) fn go_to(&mut self, sample: usize, turns: Option<&[usize]>) {
+    pub(crate) fn go_to(&mut self, sample: usize) {
         let last = sample.saturating_sub(self.whole);
-        let turns = turns.filter(|_| self.shift.is_none() && self.path.keeps_turns());
         if self.seen.is_none() {
             let x = self.path.next(self.input[0]) - self.input_offset;
             self.bank.next(&self.before, x, &mut self.now);
@@ -100,16 +99,7 @@ impl<'a> Regressor<'a> {
         }
         let mut seen = self.seen.unwrap_or(0);
         while seen < last {
-            seen = match turns {
-                None => seen + 1,
-                Some(turns) => {
-                    while turns.get(self.turned).is_some_and(|turn| *turn <= seen) {
-                        self.turned += 1;
-                    }
-                    let row = (last - 1).max(seen + 1);
-                    turns.get(self.turned).map_or(row, |turn| row.min(*turn))
-                }
-            };
+            seen += 1;
             std::mem::swap(&mut self.before, &mut self.now);
             let x = self.path.next(self.input[seen]) - self.input_offset;
             self.bank.next(&self.before, x, &mut self.now);
@@ -120,11 +110,61 @@ impl<'a> Regressor<'a> {
         self.seen = Some(seen);
     }
 
+    fn shift_len(&self) -> usize {
+        self.shift.as_ref().map_or(0, |shift| shift.now.len())
+    }
+
+    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift: their
+    /// sum behind the output map, and the shift.
+    #[inline(always)]
+    pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
+        let fraction = self.fraction;
+        let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
+        let Some(map) = self.output_map else {
+            // Behind a linear part that has the dead time there is nothing between samples: half of the work.
+            return shift
+                + if fraction == 0.0 {
+                    self.operators(weights, |now, _| now)
+                } else {
+                    self.operators(weights, |now, before| interpolated(now, before, fraction))
+                };
+        };
+        let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
+        shift + self.between(map.at(now).0, map.at(before).0)
+    }
+
+    /// The weighed sum of a value of every column of the loop shift.
+    #[inline(always)]
+    fn shifted(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let Some(shift) = &self.shift else { return 0.0 };
+        let amplitudes = &weights[weights.len() - shift.now.len()..];
+        let both = shift.now.iter().zip(&shift.before);
+        amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
+    }
+
+    /// The weighed sum of a value of every operator.
+    #[inline(always)]
+    fn operators(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let (now, before) = (&self.now, &self.before);
+        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(now.len());
+        if below.is_empty() {
+            return weighed(above, now, before, value);
+        }
+        weighed(above, now, before, |now, before| value(max(now, 0.0), max(before, 0.0)))
+            + weighed(below, now, before, |now, before| value(min(now, 0.0), min(before, 0.0)))
+    }
+
+    fn between(&self, now: f64, before: f64) -> f64 {
+        interpolated(now, before, self.fraction)
+    }
+}
+
+/// What the rows of a tangent are compared with.
+#[cfg(test)]
+impl Regressor<'_> {
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
     /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
-    #[cfg(test)]
-    #[inline(always)]
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
         let (row, shifts) = row.split_at_mut(row.len() - self.shift_len());
@@ -154,8 +194,6 @@ impl<'a> Regressor<'a> {
     }
 
     /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
-    #[cfg(test)]
-    #[inline(always)]
     fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
         let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
         let (now, before) = (self.operators(reference, |now, _| now), self.operators(reference, |_, before| before));
@@ -164,32 +202,7 @@ impl<'a> Regressor<'a> {
         ((slope, slope_before), known)
     }
 
-    fn shift_len(&self) -> usize {
-        self.shift.as_ref().map_or(0, |shift| shift.now.len())
-    }
-
-    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift: their
-    /// sum behind the output map, and the shift.
-    #[inline(always)]
-    pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
-        let fraction = self.fraction;
-        let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
-        let Some(map) = self.output_map else {
-            // Behind a linear part that has the dead time there is nothing between samples: half of the work.
-            return shift
-                + if fraction == 0.0 {
-                    self.operators(weights, |now, _| now)
-                } else {
-                    self.operators(weights, |now, before| interpolated(now, before, fraction))
-                };
-        };
-        let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
-        shift + self.between(map.at(now).0, map.at(before).0)
-    }
-
     /// The derivative of [`output`](Self::output) by the delay.
-    #[cfg(test)]
-    #[inline(always)]
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         let shift = self.shifted(weights, |now, before| before - now);
         let Some(map) = self.output_map else {
@@ -197,31 +210,6 @@ impl<'a> Regressor<'a> {
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
         shift + map.at(before).0 - map.at(now).0
-    }
-
-    /// The weighed sum of a value of every column of the loop shift.
-    #[inline(always)]
-    fn shifted(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
-        let Some(shift) = &self.shift else { return 0.0 };
-        let amplitudes = &weights[weights.len() - shift.now.len()..];
-        let both = shift.now.iter().zip(&shift.before);
-        amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
-    }
-
-    /// The weighed sum of a value of every operator.
-    #[inline(always)]
-    fn operators(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
-        let (now, before) = (&self.now, &self.before);
-        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(now.len());
-        if below.is_empty() {
-            return weighed(above, now, before, value);
-        }
-        weighed(above, now, before, |now, before| value(max(now, 0.0), max(before, 0.0)))
-            + weighed(below, now, before, |now, before| value(min(now, 0.0), min(before, 0.0)))
-    }
-
-    fn between(&self, now: f64, before: f64) -> f64 {
-        interpolated(now, before, self.fraction)
     }
 }
 
@@ -284,7 +272,7 @@ mod tests {
             let mut row = z.clone();
             let mut taken = 0;
             for k in 0..input.len() {
-                regressor.go_to(k, None);
+                regressor.go_to(k);
                 while taken <= k.saturating_sub(delay) {
                     for (z, operator) in z.iter_mut().zip(&operators) {
                         *z = operator.next(*z, input[taken] - input_offset);
@@ -293,30 +281,9 @@ mod tests {
                 }
                 regressor.row(&[], &mut row);
                 prop_assert_eq!(&row, &z, "sample {}", k);
-            }
-        }
-    }
-
-    proptest! {
-        /// Rows of a thinned course are those of all samples, bit for bit, if no reversal is left out.
-        #[test]
-        fn turns_are_enough(
-            input in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 2..80),
-            delay in 0.0..5.0_f64,
-            rows in prop::sample::subsequence((0..80).collect::<Vec<_>>(), 1..20),
-        ) {
-            let bank = at(OperatorBank::from_ratios(&[0.0, 1.0, 3.0], Ratios::PAPER), 0.5);
-            let turns = crate::fit::course::turns(&input, 0.0);
-            let (mut every, mut some) = (Regressor::new(&bank, &input, delay, 1.0), Regressor::new(&bank, &input, delay, 1.0));
-            let (mut one, mut other) = ([0.0; 6], [0.0; 6]);
-            for k in rows.into_iter().filter(|k| *k < input.len()) {
-                every.go_to(k, None);
-                some.go_to(k, Some(&turns));
-                every.row(&[], &mut one);
-                some.row(&[], &mut other);
-                prop_assert_eq!(one, other, "sample {}", k);
-                let (weights, whole) = ([1.0, 0.3, 0.2, 1.0, 0.3, 0.2], every.output(&[1.0, 0.3, 0.2]));
-                prop_assert!((every.output(&weights) - whole).abs() < 1e-12);
+                // The same weights above zero and below are those of all outputs.
+                let whole = regressor.output(&vec![0.3; r.len()]);
+                prop_assert!((regressor.output(&vec![0.3; 2 * r.len()]) - whole).abs() < 1e-12);
             }
         }
     }
@@ -329,7 +296,7 @@ mod tests {
             let mut regressor = Regressor::new(&bank, &input, delay, 1.0);
             let mut row = [0.0; 2];
             [0, 1, 2, 3].map(|k| {
-                regressor.go_to(k, None);
+                regressor.go_to(k);
                 regressor.row(&[], &mut row);
                 row
             })

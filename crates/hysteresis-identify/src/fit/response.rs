@@ -23,7 +23,7 @@ pub(crate) fn response(
 pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64, dt: f64) -> Vec<f64> {
     let mut regressor = Regressor::new(operators, input, delay, dt);
     let next = |k| {
-        regressor.go_to(k, None);
+        regressor.go_to(k);
         regressor.output(weights)
     };
     (0..input.len()).map(next).collect()

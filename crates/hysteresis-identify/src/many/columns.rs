@@ -188,7 +188,7 @@ mod tests {
         ) {
             let ratios = Ratios::PAPER;
             let record = Record::new(&input, &input, 3).unwrap();
-            let course = Course::new(&record, stride, 0);
+            let course = Course::new(&record, stride, 0).with_all_turns(&input);
             let visits = Visits::new(&input, &course, delay);
             let outputs = Bank::new(&r, ratios, 0.5).outputs(visits.inputs());
             let bank = OperatorBank::from_ratios(&r, ratios);
@@ -196,7 +196,7 @@ mod tests {
             let mut regressor = Regressor::new(&operators, &input, delay, 1.0);
             let mut rows = [vec![0.0; families * r.len()], vec![0.0; families * r.len()]];
             for number in 0..course.len() {
-                regressor.go_to(course.sample(number), course.turns());
+                regressor.go_to(course.sample(number));
                 regressor.row(&[], &mut rows[0]);
                 outputs.write(visits.places(number), visits.fraction(), &mut rows[1]);
                 prop_assert_eq!(&rows[0], &rows[1], "row {}", number);

@@ -6,6 +6,7 @@ use hysteresis_core::{Error, ModifiedPrandtlIshlinskii, Offsets, Process};
 
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
+use crate::fit::seen_samples::SeenSamples;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 
@@ -27,23 +28,17 @@ impl<'a> Visits<'a> {
         let whole = delay.floor() as usize;
         let fraction = delay - delay.floor();
         let newest = (0..course.len()).map(|row| course.sample(row).saturating_sub(whole));
-        let Some(turns) = course.turns() else {
+        if course.turns().is_none() {
             return Self { inputs: Cow::Borrowed(input), places: newest.collect(), fraction };
-        };
-        let (mut inputs, mut seen, mut turned) = (vec![input[0]], 0, 0);
-        let mut place = |last: usize| {
-            while seen < last {
-                while turns.get(turned).is_some_and(|turn| *turn <= seen) {
-                    turned += 1;
-                }
-                let row = (last - 1).max(seen + 1);
-                seen = turns.get(turned).map_or(row, |turn| row.min(*turn));
-                inputs.push(input[seen]);
-            }
-            inputs.len() - 1
-        };
-        let places = newest.map(&mut place).collect();
-        Self { inputs: Cow::Owned(inputs), places, fraction }
+        }
+        let seen: Vec<usize> = SeenSamples::new(input.len(), Some(course), whole).collect();
+        let mut place = 0;
+        let places = newest.map(|newest| {
+            place += seen[place..].iter().take_while(|sample| **sample < newest).count();
+            place
+        });
+        let places = places.collect();
+        Self { inputs: seen.into_iter().map(|sample| input[sample]).collect(), places, fraction }
     }
 
     /// The output of the hysteresis at a point, without the output offset, for all inputs.
