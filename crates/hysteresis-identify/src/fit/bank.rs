@@ -73,12 +73,12 @@ impl OperatorBank {
 
 /// `f64::max` without its care for NaN, of which a record has none: one instruction, and it vectorises.
 #[inline(always)]
-pub(super) fn max(a: f64, b: f64) -> f64 {
+pub(crate) fn max(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// `f64::min` likewise.
 #[inline(always)]
-pub(super) fn min(a: f64, b: f64) -> f64 {
+pub(crate) fn min(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }

@@ -133,3 +133,15 @@ pub(crate) fn eights(numbers: &[f64]) -> Vec<Lanes> {
         })
         .collect()
 }
+
+/// Copies the signals of a sample, of which `eight` has number 0, 1 and so on.
+pub(crate) fn copy_signals<'s>(eight: impl Fn(usize) -> &'s Lanes, signals: &mut [f64]) {
+    let (eights, rest) = signals.as_chunks_mut::<LANES>();
+    let whole = eights.len();
+    for (number, place) in eights.iter_mut().enumerate() {
+        *place = *eight(number);
+    }
+    if !rest.is_empty() {
+        rest.iter_mut().zip(eight(whole)).for_each(|(place, value)| *place = *value);
+    }
+}

@@ -6,7 +6,7 @@ use pulp::{Arch, Simd};
 use super::bank_lanes::{BLOCK, BankLanes, Runs, WeightLanes};
 use super::curve::Curve;
 use super::drive_path::PathLane;
-use super::eight::{Eight, EightLoop, LANES, Lanes, dispatch};
+use super::eight::{Eight, EightLoop, LANES, Lanes, copy_signals, dispatch};
 use super::regressor::OperatorsAt;
 use super::shift::{ShiftColumns, ShiftLane};
 use super::tangent::{Slope, Tangent};
@@ -48,20 +48,9 @@ impl Layout {
     /// Copies the columns of a sample, of which `eight` has the signals.
     pub(crate) fn copy_columns<'s>(&self, eight: impl Fn(usize) -> &'s Lanes, columns: &mut [f64]) {
         let (first, rest) = columns.split_at_mut(if self.is_split { self.operators } else { 0 });
-        copy(&eight, 0, first);
-        copy(&eight, if self.is_split { self.eights } else { 0 }, rest);
-    }
-}
-
-/// Copies signals of a sample, from the first one of an eight on.
-fn copy<'s>(eight: &impl Fn(usize) -> &'s Lanes, mut number: usize, row: &mut [f64]) {
-    let (eights, rest) = row.as_chunks_mut::<LANES>();
-    for place in eights {
-        *place = *eight(number);
-        number += 1;
-    }
-    if !rest.is_empty() {
-        rest.iter_mut().zip(eight(number)).for_each(|(place, value)| *place = *value);
+        let begin = if self.is_split { self.eights } else { 0 };
+        copy_signals(&eight, first);
+        copy_signals(|number| eight(begin + number), rest);
     }
 }
 

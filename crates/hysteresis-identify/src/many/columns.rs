@@ -1,20 +1,13 @@
-//! The outputs of all operators of one point, with the widest instructions that the processor has.
+//! The outputs of all operators of one point and the rows that are made of them, with the widest instructions that the processor has.
 //!
 //! Sums and products are those of the plain loop, element by element, so the processor changes no bit.
 
-use hysteresis_core::Ratios;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::visits::Visits;
-
-/// The thresholds of all operators.
-pub(super) struct Bank {
-    r: Vec<f64>,
-    ra: Vec<f64>,
-    rb: Vec<f64>,
-    rc: Vec<f64>,
-    input_offset: f64,
-}
+use crate::fit::bank::{OperatorBank, max, min};
+use crate::fit::bank_lanes::{BLOCK, BankLanes, Runs};
+use crate::fit::eight::{LANES, copy_signals};
 
 /// z of every operator, visit by visit.
 pub(super) struct Outputs {
@@ -22,59 +15,26 @@ pub(super) struct Outputs {
     z: Vec<f64>,
 }
 
-impl Bank {
-    pub(super) fn new(r: &[f64], ratios: Ratios, input_offset: f64) -> Self {
-        let scaled = |ratio: f64| r.iter().map(|r| ratio * r).collect();
-        Self { r: r.to_vec(), ra: scaled(ratios.ra), rb: scaled(ratios.rb), rc: scaled(ratios.rc), input_offset }
-    }
-
-    /// What the operators put out for inputs that begin at rest: `CoupledPlay` of the core, as a loop over arrays.
-    pub(super) fn outputs(&self, inputs: &[f64]) -> Outputs {
-        let mut z = vec![0.0; inputs.len() * self.r.len()];
-        Arch::new().dispatch(Fill { bank: self, inputs, z: &mut z });
-        Outputs { operators: self.r.len(), z }
-    }
-
-    #[inline(always)]
-    fn fill(&self, inputs: &[f64], z: &mut [f64]) {
-        let n = self.r.len();
-        let rest = vec![0.0; n];
-        let mut last = &rest[..];
-        for (u, z) in inputs.iter().zip(z.chunks_exact_mut(n)) {
-            self.next(u - self.input_offset, last, z);
-            last = z;
-        }
-    }
-
-    #[inline(always)]
-    fn next(&self, x: f64, last: &[f64], z: &mut [f64]) {
-        let n = z.len();
-        let (r, ra, rb, rc, last) = (&self.r[..n], &self.ra[..n], &self.rb[..n], &self.rc[..n], &last[..n]);
-        for i in 0..n {
-            let lo = max(x - r[i], min(x - rc[i], 0.0));
-            let hi = min(x + ra[i], max(x + rb[i], 0.0));
-            z[i] = max(lo, min(hi, last[i]));
-        }
-    }
-}
-
-/// The work of [`Bank::outputs`]. (A closure would not be compiled for the instructions that are there.)
-struct Fill<'a> {
-    bank: &'a Bank,
-    inputs: &'a [f64],
-    z: &'a mut [f64],
-}
-
-impl WithSimd for Fill<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.bank.fill(self.inputs, self.z);
-    }
-}
-
 impl Outputs {
+    /// What operators put out for inputs that begin at rest.
+    pub(super) fn new(bank: &OperatorBank, input_offset: f64, inputs: &[f64]) -> Self {
+        let (arch, operators) = (Arch::new(), bank.len());
+        let (mut lanes, mut runs) = (BankLanes::new(bank), Runs::new());
+        let mut block = vec![[0.0; LANES]; lanes.eights() * BLOCK];
+        let mut z = vec![0.0; inputs.len() * operators];
+        for (inputs, z) in inputs.chunks(BLOCK).zip(z.chunks_mut(BLOCK * operators)) {
+            let mut xs = [0.0; BLOCK];
+            xs.iter_mut().zip(inputs).for_each(|(x, u)| *x = u - input_offset);
+            let xs = &xs[..inputs.len()];
+            runs.take(xs);
+            lanes.put_out(arch, xs, &runs, &mut block);
+            for (k, row) in z.chunks_exact_mut(operators).enumerate() {
+                copy_signals(|eight| &block[eight * BLOCK + k], row);
+            }
+        }
+        Self { operators, z }
+    }
+
     /// Writes the columns of a row behind the dead time: one for each operator, or, in a row twice as long, one for its output
     /// above zero and one for that below.
     #[inline(always)]
@@ -154,24 +114,12 @@ impl WithSimd for Write<'_> {
     }
 }
 
-/// `f64::max` without its care for NaN, of which a record has none.
-#[inline(always)]
-fn max(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// `f64::min` likewise.
-#[inline(always)]
-fn min(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
 #[cfg(test)]
 mod tests {
+    use hysteresis_core::Ratios;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::fit::bank::OperatorBank;
     use crate::fit::course::Course;
     use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::record::Record;
@@ -190,8 +138,8 @@ mod tests {
             let record = Record::new(&input, &input, 3).unwrap();
             let course = Course::new(&record, stride, 0).with_all_turns(&input);
             let visits = Visits::new(&input, &course, delay);
-            let outputs = Bank::new(&r, ratios, 0.5).outputs(visits.inputs());
             let bank = OperatorBank::from_ratios(&r, ratios);
+            let outputs = Outputs::new(&bank, 0.5, visits.inputs());
             let operators = OperatorsAt::alone(bank, 0.5);
             let mut regressor = Regressor::new(&operators, &input, delay, 1.0);
             let mut rows = [vec![0.0; families * r.len()], vec![0.0; families * r.len()]];

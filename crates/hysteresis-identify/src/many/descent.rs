@@ -1,8 +1,9 @@
 //! Gauss-Newton steps from a start, on normal equations about the residual.
 
-use super::columns::{Bank, Rows};
+use super::columns::{Outputs, Rows};
 use super::normal::{Gram, Normal};
 use super::visits::Visits;
+use crate::fit::bank::OperatorBank;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{ProjectedFit, Projection};
@@ -108,8 +109,8 @@ impl<'a> Problem<'a> {
             there.push((if is_delay { None } else { Some(outputs(&point)?) }, if is_delay { dt } else { distance }));
         }
         let (thresholds, ratios) = (self.space.thresholds(&about.point), self.space.ratios(&about.point));
-        let bank = Bank::new(&thresholds, ratios, about.point.get(Parameter::InputOffset));
-        let z = bank.outputs(visits.inputs());
+        let bank = OperatorBank::from_ratios(&thresholds, ratios);
+        let z = Outputs::new(&bank, about.point.get(Parameter::InputOffset), visits.inputs());
         let measured: Vec<f64> = (0..self.course.len())
             .map(|row| self.record.output()[self.course.sample(row)] - about.output_offset)
             .collect();
