@@ -39,7 +39,6 @@ impl<M: Evaluates> Engine<M> {
         self.state.keep_top(&mut self.stacks);
     }
 
-    /// The line at the present input and the next breakpoint, over the input.
     /// Reads what a move needs and lies `depth` pointers deep.
     #[cfg(feature = "alloc")]
     #[inline]
@@ -53,6 +52,7 @@ impl<M: Evaluates> Engine<M> {
         }
     }
 
+    /// The line at the present input and the next breakpoint, over the input.
     #[inline]
     pub(crate) fn piece(&self) -> Piece<M::Number> {
         self.state.piece(self.model.families())
