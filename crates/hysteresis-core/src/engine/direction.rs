@@ -13,6 +13,13 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// Of a move of the input; falling if it was nowhere before.
+    #[cfg(feature = "alloc")]
+    #[inline(always)]
+    pub(crate) fn of_move(from: f64, to: f64) -> Self {
+        if to >= from { Self::Rising } else { Self::Falling }
+    }
+
     /// +1 or -1: turns a falling branch into a rising one of the mirrored input.
     #[inline(always)]
     pub(crate) fn sign<T: Real>(self) -> T {

@@ -22,6 +22,8 @@ pub(crate) trait FourLanes: Copy {
     fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// a b + c, rounded once on x86-64-v3, else twice.
     fn mul_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+    /// a b - c, for b of 1 or -1.
+    fn signed_sub(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
     /// The smaller; b where neither is.
     fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// The larger; b where neither is.
@@ -32,6 +34,9 @@ pub(crate) trait FourLanes: Copy {
     fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// a where the mask is set, else b.
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// The numbers, with the other sign where `signs` is -0.
+    fn turned(self, numbers: Self::Numbers, signs: Self::Numbers) -> Self::Numbers;
 
     /// The same numbers with the other sign; zero stays zero.
     #[inline(always)]
@@ -140,6 +145,11 @@ impl FourLanes for Portable {
     }
 
     #[inline(always)]
+    fn signed_sub(self, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+        array::from_fn(|i| a[i] * b[i] - c[i])
+    }
+
+    #[inline(always)]
     fn min(self, a: Lanes, b: Lanes) -> Lanes {
         array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
     }
@@ -167,6 +177,11 @@ impl FourLanes for Portable {
     #[inline(always)]
     fn or(self, a: [bool; LANES], b: [bool; LANES]) -> [bool; LANES] {
         array::from_fn(|i| a[i] | b[i])
+    }
+
+    #[inline(always)]
+    fn turned(self, numbers: Lanes, signs: Lanes) -> Lanes {
+        array::from_fn(|i| f64::from_bits(numbers[i].to_bits() ^ signs[i].to_bits()))
     }
 
     #[inline(always)]
@@ -229,6 +244,11 @@ mod x86_64_v3 {
         }
 
         #[inline(always)]
+        fn signed_sub(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
+            self.mul_sub_f64x4(a, b, c)
+        }
+
+        #[inline(always)]
         fn min(self, a: f64x4, b: f64x4) -> f64x4 {
             self.min_f64s(a, b)
         }
@@ -256,6 +276,11 @@ mod x86_64_v3 {
         #[inline(always)]
         fn or(self, a: m64x4, b: m64x4) -> m64x4 {
             self.or_m64s(a, b)
+        }
+
+        #[inline(always)]
+        fn turned(self, numbers: f64x4, signs: f64x4) -> f64x4 {
+            self.xor_f64s(numbers, signs)
         }
 
         #[inline(always)]

@@ -75,11 +75,11 @@ impl BankLoop for FirstLine<'_> {
         let (mut output, mut slope) = (nothing, nothing);
         for (block, last) in blocks.iter().zip(self.outputs) {
             let last = four.load(last);
-            let z = Both::next(block, four, x, last);
+            let z = Both.next(block, four, x, last);
             let w = W::of(block, four, z);
             output = four.mul_add(w, z, output);
-            let rises = Seen::at::<Rising>(block, four, x, last).slides;
-            let falls = Seen::at::<Falling>(block, four, four.negated(x), last).slides;
+            let rises = Seen::at(Rising, block, four, x, last).slides;
+            let falls = Seen::at(Falling, block, four, four.negated(x), last).slides;
             slope = four.add(slope, four.select(four.or(rises, falls), w, nothing));
         }
         let slope = four.total(slope);

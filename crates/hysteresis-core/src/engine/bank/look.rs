@@ -4,7 +4,7 @@
 use super::super::direction::Direction;
 use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::line::{Line, Piece};
-use super::block::{Block, Both, Bounds};
+use super::block::{Block, Both, Bounds, Thresholds};
 use super::members::BankLoop;
 use super::side::{Falling, Rising, Side};
 use super::weights::Weights;
@@ -20,36 +20,31 @@ pub(super) struct Seen<F: FourLanes> {
 impl<F: FourLanes> Seen<F> {
     /// Moved to `x` from the output `last`. What slides has come to lo(x) and does not stick at zero.
     #[inline(always)]
-    pub(super) fn at<S: Side>(block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
-        let (outer, inner) = S::thresholds(block);
-        let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
-        let last = S::seen(four, last);
-        let least = four.max(four.sub(x, outer), four.min(four.sub(x, inner), zero));
-        let is_below_inner = four.is_below(x, inner);
-        let sticks_not = four.or(is_below_inner, four.is_at_most(outer, x));
+    pub(super) fn at(side: impl Side, block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
+        let thresholds = side.thresholds(block);
+        let (last, least) = (side.seen(four, last), thresholds.least(four, x));
+        let is_below_inner = four.is_below(x, four.load(&thresholds.inner));
+        let sticks_not = four.or(is_below_inner, four.is_at_most(four.load(&thresholds.outer), x));
         let slides = four.and(four.is_at_most(last, least), sticks_not);
         Self { last, z: four.max(least, last), is_below_inner, slides }
     }
 
     /// Where lo begins to push the output `z`.
     #[inline(always)]
-    fn pushed_from<S: Side>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
-        let (outer, inner) = S::thresholds(block);
+    fn pushed_from(Thresholds { outer, inner }: &Thresholds, four: F, z: F::Numbers) -> F::Numbers {
         four.add(z, four.select(four.is_below(z, four.splat(0.0)), four.load(inner), four.load(outer)))
     }
 
     /// Its output at the input zero, if it stays on its line.
     #[inline(always)]
-    fn offset<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
-        let (outer, inner) = S::thresholds(block);
+    fn offset(&self, Thresholds { outer, inner }: &Thresholds, four: F) -> F::Numbers {
         let slid = four.negated(four.select(self.is_below_inner, four.load(inner), four.load(outer)));
         four.select(self.slides, slid, self.z)
     }
 
     /// Where its line begins, having come from `last`.
     #[inline(always)]
-    fn begin<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
-        let (outer, inner) = S::thresholds(block);
+    fn begin(&self, Thresholds { outer, inner }: &Thresholds, four: F) -> F::Numbers {
         let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
         let below = four.select(self.is_below_inner, four.add(self.last, inner), outer);
         let begins = four.select(four.is_below(self.last, zero), below, four.add(self.last, outer));
@@ -59,22 +54,22 @@ impl<F: FourLanes> Seen<F> {
 
     /// Where its line ends ahead: where it is pushed, or sticks at zero.
     #[inline(always)]
-    fn end<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
-        let sticks = four.select(self.is_below_inner, four.load(S::thresholds(block).1), four.splat(f64::INFINITY));
-        four.select(self.slides, sticks, Self::pushed_from::<S>(block, four, self.z))
+    fn end(&self, thresholds: &Thresholds, four: F) -> F::Numbers {
+        let sticks = four.select(self.is_below_inner, four.load(&thresholds.inner), four.splat(f64::INFINITY));
+        four.select(self.slides, sticks, Self::pushed_from(thresholds, four, self.z))
     }
 
     /// Where its line ends behind: where the opposite bound pushes it, or infinitely far ahead if it slides; of an identity only where
     /// it weighs otherwise.
     #[inline(always)]
-    fn back<S: Side>(&self, block: &Block, four: F) -> F::Numbers {
-        let (inner, outer) = S::opposite_thresholds(block);
-        let (inner, outer, zero) = (four.load(inner), four.load(outer), four.splat(0.0));
+    fn back(&self, side: impl Side, block: &Block, four: F) -> F::Numbers {
+        let opposite = side.opposite_thresholds(block);
+        let (inner, outer, zero) = (four.load(&opposite.inner), four.load(&opposite.outer), four.splat(0.0));
         let is_above = four.is_below(zero, self.z);
         let turned =
             four.select(self.slides, four.splat(f64::INFINITY), four.sub(self.z, four.select(is_above, inner, outer)));
         let weighs_otherwise = four.select(four.is_below(self.z, zero), four.splat(f64::NEG_INFINITY), zero);
-        let is_identity = four.is_at_most(four.add(outer, four.load(S::thresholds(block).0)), zero);
+        let is_identity = four.is_at_most(four.add(outer, four.load(&side.thresholds(block).outer)), zero);
         four.select(is_identity, weighs_otherwise, turned)
     }
 }
@@ -103,7 +98,7 @@ pub(super) struct At(pub(super) f64);
 impl Start for At {
     #[inline(always)]
     fn of<F: FourLanes>(self, block: &Block, four: F, last: F::Numbers) -> F::Numbers {
-        Both::next(block, four, four.splat(self.0), last)
+        Both.next(block, four, four.splat(self.0), last)
     }
 }
 
@@ -122,31 +117,32 @@ impl<O: Start> BankLoop for Look<'_, O> {
     #[inline(always)]
     fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Piece {
         match self.direction {
-            Direction::Rising => self.seen_from::<Rising, F, W>(four, blocks),
-            Direction::Falling => self.seen_from::<Falling, F, W>(four, blocks),
+            Direction::Rising => self.seen_from::<F, W>(Rising, four, blocks),
+            Direction::Falling => self.seen_from::<F, W>(Falling, four, blocks),
         }
     }
 }
 
 impl<O: Start> Look<'_, O> {
     #[inline(always)]
-    fn seen_from<S: Side, F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Piece {
-        let (x, nothing) = (four.splat(S::turned(self.x)), four.splat(0.0));
+    fn seen_from<F: FourLanes, W: Weights>(self, side: impl Side, four: F, blocks: &[Block]) -> Piece {
+        let (x, nothing) = (four.splat(side.turned(self.x)), four.splat(0.0));
         let (mut slope, mut offset) = (nothing, nothing);
         let (mut begin, mut end) = (four.splat(f64::NEG_INFINITY), four.splat(f64::INFINITY));
         for (block, last) in blocks.iter().zip(self.outputs) {
-            let seen = Seen::at::<S>(block, four, x, self.start.of(block, four, four.load(last)));
-            let w = W::along::<S, F>(block, four, seen.z);
+            let thresholds = side.thresholds(block);
+            let seen = Seen::at(side, block, four, x, self.start.of(block, four, four.load(last)));
+            let w = W::along(side, block, four, seen.z);
             slope = four.add(slope, four.select(seen.slides, w, nothing));
-            offset = four.mul_add(w, seen.offset::<S>(block, four), offset);
-            begin = four.max(begin, seen.begin::<S>(block, four));
-            end = four.min(end, seen.end::<S>(block, four));
+            offset = four.mul_add(w, seen.offset(thresholds, four), offset);
+            begin = four.max(begin, seen.begin(thresholds, four));
+            end = four.min(end, seen.end(thresholds, four));
         }
         Piece {
             direction: self.direction,
-            line: Line { slope: four.total(slope), offset: S::turned(four.total(offset)) },
-            begin: S::turned(four.largest(begin)),
-            end: S::turned(four.smallest(end)),
+            line: Line { slope: four.total(slope), offset: side.turned(four.total(offset)) },
+            begin: side.turned(four.largest(begin)),
+            end: side.turned(four.smallest(end)),
         }
     }
 }
@@ -165,20 +161,20 @@ impl BankLoop for LookBack<'_> {
     #[inline(always)]
     fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> f64 {
         match self.direction {
-            Direction::Rising => self.seen_from::<Rising, F>(four, blocks),
-            Direction::Falling => self.seen_from::<Falling, F>(four, blocks),
+            Direction::Rising => self.seen_from(Rising, four, blocks),
+            Direction::Falling => self.seen_from(Falling, four, blocks),
         }
     }
 }
 
 impl LookBack<'_> {
     #[inline(always)]
-    fn seen_from<S: Side, F: FourLanes>(self, four: F, blocks: &[Block]) -> f64 {
-        let x = four.splat(S::turned(self.x));
+    fn seen_from<F: FourLanes>(self, side: impl Side, four: F, blocks: &[Block]) -> f64 {
+        let x = four.splat(side.turned(self.x));
         let mut back = four.splat(f64::NEG_INFINITY);
         for (block, z) in blocks.iter().zip(self.outputs) {
-            back = four.max(back, Seen::at::<S>(block, four, x, four.load(z)).back::<S>(block, four));
+            back = four.max(back, Seen::at(side, block, four, x, four.load(z)).back(side, block, four));
         }
-        S::turned(four.largest(back))
+        side.turned(four.largest(back))
     }
 }

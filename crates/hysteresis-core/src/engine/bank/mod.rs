@@ -3,11 +3,11 @@
 //! After a small move a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
 
 mod block;
-mod course;
 mod find;
 mod look;
 mod members;
 mod moves;
+mod run;
 mod side;
 mod sweep;
 #[cfg(test)]
@@ -25,7 +25,6 @@ use super::memory_state::BankState;
 use super::solve::Point;
 use crate::error::{Error, check_finite, check_length};
 use crate::operator::Operator;
-use course::Turns;
 pub(crate) use members::Members;
 
 /// A bank of operators, each with its output.
@@ -36,7 +35,8 @@ pub(crate) struct Bank {
     outputs: Box<[Lanes]>,
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     now: Point,
-    turns: Turns,
+    /// Which way the input went last.
+    direction: Direction,
     /// The line from there on, if it was drawn.
     ahead: Option<Piece>,
 }
@@ -45,8 +45,8 @@ impl Bank {
     /// A bank whose operators all start from zero.
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
         let zeros: Box<[Lanes]> = members.blocks.iter().map(|_| [0.0; LANES]).collect();
-        let (now, turns) = (Point { input: 0.0, output: 0.0 }, Turns::of(members.blocks.len()));
-        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, turns, ahead: None };
+        let (now, direction) = (Point { input: 0.0, output: 0.0 }, Direction::Rising);
+        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, direction, ahead: None };
         bank.reset();
         bank
     }
@@ -76,7 +76,6 @@ impl Bank {
         let led_to_them =
             self.members.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z);
         self.now = Point { input: if led_to_them { input } else { f64::NAN }, output: self.sum() };
-        self.turns = Turns::of(self.members.blocks.len());
         self.ahead = None;
     }
 
@@ -95,7 +94,9 @@ impl Bank {
     pub(crate) fn state(&self, input: f64) -> BankState {
         let mut settled = self.clone();
         settled.settle(input);
-        BankState { outputs: settled.outputs().into(), line: self.ahead.map(|piece| piece.direction) }
+        // In the mirror zero has the other sign: files have none.
+        let outputs = settled.outputs().iter().map(|z| z + 0.0).collect();
+        BankState { outputs, line: self.ahead.map(|piece| piece.direction) }
     }
 
     /// Continues from saved operator outputs, which must sum to `output` but for rounding.

@@ -4,18 +4,20 @@ use super::super::direction::Direction;
 use super::super::line::{Line, Piece};
 use super::super::solve::{Path, Point, Reach, first_guess, solve};
 use super::Bank;
-use super::course::Push;
+use super::block::{Behind, Both, Unmoved};
 use super::find::{Find, FirstLine};
 use super::look::{At, Here, Look, LookBack, Start};
 use super::members::Members;
-use super::sweep::{Run, Slot, Sweep, Taken};
+use super::run::{Run, Taken};
+use super::side::Unguessed;
+use super::sweep::{Slot, Sweep};
 
 impl Bank {
     /// Moves the input from `from`, on the line that was drawn, to `to`. After a small move the next line is drawn.
     pub(crate) fn move_input(&mut self, from: f64, to: f64) {
         if self.jump(from, to).is_none() {
             self.go(from, to);
-            self.draw_line(self.turns.direction());
+            self.draw_line(self.direction);
         }
     }
 
@@ -46,8 +48,8 @@ impl Bank {
 
     #[inline]
     fn go(&mut self, from: f64, to: f64) {
-        let push = self.turns.push(from, to);
-        self.now.output = sweep(&self.members, &mut *self.outputs, self.now.input, from, push, to);
+        self.direction = Direction::of_move(from, to);
+        self.now.output = sweep(&self.members, &mut *self.outputs, self.now.input, from, to);
         self.now.input = to;
         self.ahead = None;
     }
@@ -56,7 +58,7 @@ impl Bank {
     pub(super) fn settle(&mut self, input: f64) {
         if self.knows_its_input() && input != self.now.input {
             self.now.output =
-                self.members.run(Sweep { outputs: &mut *self.outputs, start: Here, push: Push::Either, x: input });
+                self.members.run(Sweep { outputs: &mut *self.outputs, start: Here, bounds: Both, x: input });
             self.now.input = input;
         }
     }
@@ -87,13 +89,13 @@ impl Bank {
     /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn. Inputs and
     /// outputs are relative to `origin`, samples and what is put out are not. No line was drawn before.
     pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Taken {
-        let Self { members, outputs: z, now, turns, .. } = self;
-        members.run(Run { members, z, now, turns, origin, samples, outputs })
+        let Self { members, outputs: z, now: Point { input, output }, direction, .. } = self;
+        members.run(Run { members, z, input, output, direction, origin, samples, outputs })
     }
 
     /// The sum of the outputs as they are.
     pub(super) fn sum(&self) -> f64 {
-        self.members.run(Sweep { outputs: &*self.outputs, start: Here, push: Push::Nowhere, x: 0.0 })
+        self.members.run(Sweep { outputs: &*self.outputs, start: Here, bounds: Unmoved, x: 0.0 })
     }
 
     /// The output after a move of the input from `from` to `to`: on the line that would be drawn then, or the sum.
@@ -102,10 +104,9 @@ impl Bank {
         if self.stays(from, to) {
             self.now.output
         } else if self.members.is_small(to - from) {
-            let direction = if to >= from { Direction::Rising } else { Direction::Falling };
-            self.piece(At(from), direction, to).line.at(to)
+            self.piece(At(from), Direction::of_move(from, to), to).line.at(to)
         } else {
-            sweep(&self.members, &*self.outputs, self.now.input, from, Push::between(from, to), to)
+            sweep(&self.members, &*self.outputs, self.now.input, from, to)
         }
     }
 
@@ -187,10 +188,13 @@ impl Path<f64> for FirstMove<'_> {
 
 /// Every operator after a move of the input from `from` to `to`, the outputs being those of the input `here`: the sum of w_i z_i.
 #[inline]
-fn sweep(members: &Members, outputs: impl IntoIterator<Item: Slot>, here: f64, from: f64, push: Push, to: f64) -> f64 {
-    if from == here || from.is_nan() {
-        members.run(Sweep { outputs, start: Here, push, x: to })
+fn sweep(members: &Members, outputs: impl IntoIterator<Item: Slot>, here: f64, from: f64, to: f64) -> f64 {
+    let bounds = Behind(Unguessed::of_move(from, to));
+    if from == here {
+        members.run(Sweep { outputs, start: Here, bounds, x: to })
+    } else if from.is_nan() {
+        members.run(Sweep { outputs, start: Here, bounds: Both, x: to })
     } else {
-        members.run(Sweep { outputs, start: At(from), push: Push::Either, x: to })
+        members.run(Sweep { outputs, start: At(from), bounds, x: to })
     }
 }

@@ -2,82 +2,109 @@
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use super::super::four_lanes::{FourLanes, Lanes};
-use super::block::Block;
+use super::block::{Block, Thresholds};
 
 /// The side from which a bank is seen.
-pub(super) trait Side {
-    /// Inputs and outputs as they are seen.
-    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers;
-
+pub(super) trait Side: Copy {
     /// A number, seen or seen back.
-    fn turned(number: f64) -> f64;
+    fn turned(self, number: f64) -> f64;
 
-    /// The thresholds above zero (r, if the input rises) and below (rc).
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes);
+    /// Numbers, seen or seen back.
+    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers;
 
-    /// The thresholds of the opposite bound, above zero (rb) and below (ra).
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes);
+    /// What is there for a rising input and for a falling one: of this side, and of the opposite one.
+    fn sides<T>(self, both: &[T; 2]) -> (&T, &T);
+
+    /// The thresholds of the bound behind the input.
+    #[inline(always)]
+    fn thresholds(self, block: &Block) -> &Thresholds {
+        self.sides(&block.thresholds).0
+    }
+
+    /// Those of the opposite bound, as they are seen from there.
+    #[inline(always)]
+    fn opposite_thresholds(self, block: &Block) -> &Thresholds {
+        self.sides(&block.thresholds).1
+    }
 
     /// The weights above zero and below.
-    fn weights(block: &Block) -> (&Lanes, &Lanes);
+    #[inline(always)]
+    fn weights(self, block: &Block) -> (&Lanes, &Lanes) {
+        self.sides(&block.weights)
+    }
 }
 
 /// The input rises.
+#[derive(Clone, Copy)]
 pub(super) struct Rising;
 
 impl Side for Rising {
     #[inline(always)]
-    fn seen<F: FourLanes>(_: F, numbers: F::Numbers) -> F::Numbers {
-        numbers
-    }
-
-    #[inline(always)]
-    fn turned(number: f64) -> f64 {
+    fn turned(self, number: f64) -> f64 {
         number
     }
 
     #[inline(always)]
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.r, &block.rc)
+    fn seen<F: FourLanes>(self, _: F, numbers: F::Numbers) -> F::Numbers {
+        numbers
     }
 
     #[inline(always)]
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.rb, &block.ra)
-    }
-
-    #[inline(always)]
-    fn weights(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.above, &block.below)
+    fn sides<T>(self, [rising, falling]: &[T; 2]) -> (&T, &T) {
+        (rising, falling)
     }
 }
 
 /// The input falls.
+#[derive(Clone, Copy)]
 pub(super) struct Falling;
 
 impl Side for Falling {
     #[inline(always)]
-    fn seen<F: FourLanes>(four: F, numbers: F::Numbers) -> F::Numbers {
-        four.negated(numbers)
-    }
-
-    #[inline(always)]
-    fn turned(number: f64) -> f64 {
+    fn turned(self, number: f64) -> f64 {
         -number
     }
 
     #[inline(always)]
-    fn thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.ra, &block.rb)
+    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers {
+        four.turned(numbers, four.splat(-0.0))
     }
 
     #[inline(always)]
-    fn opposite_thresholds(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.rc, &block.r)
+    fn sides<T>(self, [rising, falling]: &[T; 2]) -> (&T, &T) {
+        (falling, rising)
+    }
+}
+
+/// The input goes either way: no branch hangs on it, as a processor cannot guess the way of a drive that jumps.
+#[derive(Clone, Copy)]
+pub(super) struct Unguessed {
+    /// -0 if the input falls, else 0.
+    signed_zero: f64,
+}
+
+impl Unguessed {
+    /// Of a move of the input. (A comparison would become a branch.)
+    #[inline(always)]
+    pub(super) fn of_move(from: f64, to: f64) -> Self {
+        Self { signed_zero: 0.0_f64.copysign(to - from) }
+    }
+}
+
+impl Side for Unguessed {
+    #[inline(always)]
+    fn turned(self, number: f64) -> f64 {
+        f64::from_bits(number.to_bits() ^ self.signed_zero.to_bits())
     }
 
     #[inline(always)]
-    fn weights(block: &Block) -> (&Lanes, &Lanes) {
-        (&block.below, &block.above)
+    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers {
+        four.turned(numbers, four.splat(self.signed_zero))
+    }
+
+    #[inline(always)]
+    fn sides<T>(self, both: &[T; 2]) -> (&T, &T) {
+        let side = usize::from(self.signed_zero.is_sign_negative());
+        (&both[side], &both[1 - side])
     }
 }

@@ -11,7 +11,7 @@ pub(super) trait Weights {
     fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
 
     /// From `z` on, both as they are seen.
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers;
+    fn along<S: Side, F: FourLanes>(side: S, block: &Block, four: F, z: F::Numbers) -> F::Numbers;
 }
 
 /// The same above and below zero.
@@ -20,11 +20,11 @@ pub(super) struct Whole;
 impl Weights for Whole {
     #[inline(always)]
     fn of<F: FourLanes>(block: &Block, four: F, _: F::Numbers) -> F::Numbers {
-        four.load(&block.above)
+        four.load(&block.weights[0])
     }
 
     #[inline(always)]
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
+    fn along<S: Side, F: FourLanes>(_: S, block: &Block, four: F, z: F::Numbers) -> F::Numbers {
         Self::of(block, four, z)
     }
 }
@@ -36,13 +36,14 @@ impl Weights for Split {
     /// At zero either will do.
     #[inline(always)]
     fn of<F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
-        four.select(four.is_below(four.splat(0.0), z), four.load(&block.above), four.load(&block.below))
+        let [above, below] = &block.weights;
+        four.select(four.is_below(four.splat(0.0), z), four.load(above), four.load(below))
     }
 
     /// At zero it is about to come above.
     #[inline(always)]
-    fn along<S: Side, F: FourLanes>(block: &Block, four: F, z: F::Numbers) -> F::Numbers {
-        let (above, below) = S::weights(block);
+    fn along<S: Side, F: FourLanes>(side: S, block: &Block, four: F, z: F::Numbers) -> F::Numbers {
+        let (above, below) = side.weights(block);
         four.select(four.is_below(z, four.splat(0.0)), four.load(below), four.load(above))
     }
 }
