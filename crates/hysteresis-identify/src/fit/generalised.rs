@@ -304,6 +304,14 @@ mod tests {
             let without = solution(0.0, 0.0, told, dependent);
             assert!(without.lags.is_none() && (without.told[told - 1] + 0.2).abs() < 1e-9, "{dependent:?} {without:?}");
         }
+        // Also where rounding leaves nothing, or something of lags that are not there.
+        let mut exact = triangle([5.0, 0.05, 0.0]);
+        exact[(3, 4)] = 0.0;
+        let lags = Generalised::of(&exact, 1, &[false; 3], 400).lags.unwrap();
+        assert!((lags.likely[0] - 0.05).abs() < 1e-9 && (lags.likely[1] - 0.1).abs() < 1e-9, "{:?}", lags.likely);
+        let mut exact = triangle([1e-15, 1e-15, 0.0]);
+        exact[(3, 4)] = 0.0;
+        assert!(Generalised::of(&exact, 1, &[false; 3], 400).lags.is_none());
         let nothing = Generalised::of(&Mat::zeros(4, 4), 2, &[false], 100);
         assert!(nothing.lags.is_none() && nothing.told == [0.0; 2]);
     }
