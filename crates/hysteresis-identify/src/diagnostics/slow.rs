@@ -97,12 +97,10 @@ mod tests {
     use crate::fit::factor::TriangularFactor;
     use crate::white_noise::white;
 
+    type Operator = fn(f64) -> f64;
+
     /// Of a record of `drive`, with operators that make these of it, beside a slow change of half the range and noise.
-    fn found(
-        drive: impl Fn(f64) -> f64,
-        operators: &[fn(f64) -> f64],
-        change_of: impl Fn(f64) -> f64,
-    ) -> Option<Finding> {
+    fn found(drive: impl Fn(f64) -> f64, operators: &[Operator], change_of: impl Fn(f64) -> f64) -> Option<Finding> {
         let input: Vec<f64> = (0..400).map(|k| drive(f64::from(k) / 400.0)).collect();
         let records = [Record::new(&input, &input, 0).unwrap()];
         let (mut slow, mut columns) = (Slow::of(&records[0]), [0.0; COLUMNS]);
@@ -121,7 +119,7 @@ mod tests {
     #[test]
     fn operators_that_never_move_hide_no_slow_change() {
         let drive = |t: f64| (1.0 - t) * (40.0 * t).sin();
-        let (moves, rests, still): (fn(f64) -> f64, fn(f64) -> f64, fn(f64) -> f64) = (|u| u, |_| 0.0, |_| 3.0);
+        let [moves, rests, still]: [Operator; 3] = [|u| u, |_| 0.0, |_| 3.0];
         let alone = found(drive, &[moves], |t| t).unwrap();
         assert!(alone.value > 0.9, "{alone:?}");
         for others in [&[moves, rests][..], &[moves, still], &[rests, still, moves, moves]] {

@@ -337,7 +337,9 @@ mod tests {
             let row = |i: usize| {
                 let [a, b, lag, e] = [0, 1, 2, 3].map(|k| numbers[4 * i + k]);
                 let mut row = vec![a, b, lag, 0.5 * lag + 0.01 * e];
-                third.into_iter().for_each(|share| row.insert(1, share * a));
+                if let Some(share) = third {
+                    row.insert(1, share * a);
+                }
                 row
             };
             let all: Vec<_> = (0..20).map(row).collect();
