@@ -261,30 +261,3 @@ fn intervals_hold_the_truth() {
     println!("all cases: {share:.1} %");
     assert!((90.0..99.0).contains(&share), "{share} %");
 }
-
-/// An operator that never moves has a weight if the smoothness tells it. What the records tell is as sure beside it as without it.
-#[test]
-fn a_weight_that_the_smoothness_alone_tells_leaves_the_errors() {
-    let mut compared = 0;
-    for case in cases().iter().filter(|case| !case.fits_dynamics && !case.fits_creep && !case.is_default) {
-        for seed in 0..3 {
-            let sample = sample(case, seed);
-            let record = Record::new(&sample.input, &sample.output, 0).unwrap();
-            let with = |never_moved: &[f64]| {
-                let thresholds = Thresholds::Given([&THRESHOLDS, never_moved].concat());
-                let options = Options { thresholds, smoothness: Setting::Fixed(1e-3), ..options(case) };
-                run(&[record], &options).unwrap()
-            };
-            let (plain, more) = (with(&[]), with(&[400.0, 408.0]));
-            if weights(&more)[6] == 0.0 {
-                continue; // held there
-            }
-            compared += 1;
-            let (plain, more) = (plain.standard_errors, more.standard_errors);
-            for (more, plain) in [(more.lag, plain.lag), (more.input_offset, plain.input_offset)] {
-                assert!((0.8..1.25).contains(&(more / plain)), "{} {seed}: {more} {plain}", case.name);
-            }
-        }
-    }
-    assert!(compared > 5, "{compared}");
-}
