@@ -16,7 +16,7 @@ use faer::Mat;
 use super::autoregression::{Autoregression, RowFilter};
 use super::chain::Chain;
 use super::course::Course;
-use super::factor::{TriangularFactor, back_substitute, triangle_of};
+use super::factor::{Echelon, TriangularFactor, echelon_of, triangle_of};
 use super::generalised::{Amplitudes, Generalised};
 use super::lags::Lags;
 use super::point::Parameter;
@@ -70,9 +70,9 @@ impl ColouredFit<'_> {
             Some(j) if free[j] < self.fit.unknowns.len() => penalty[(i, free[j])],
             _ => 0.0,
         });
-        let mut x = root(&plain, &coloured, &penalty, &second, white.deviation);
+        let (mut x, told) = root(&plain, &coloured, &penalty, &second, white.deviation);
         pass.count_delays(&second, &mut x);
-        white.with(x)
+        white.with(x, &told)
     }
 }
 
@@ -157,7 +157,7 @@ impl<'a> Pass<'a> {
         let from = all.ncols() - self.lags.len() - 1;
         let chosen: Vec<usize> =
             (0..self.own).chain(self.free.iter().map(|j| self.own + j)).chain(from..all.ncols()).collect();
-        triangle_of(Mat::from_fn(all.nrows(), chosen.len(), |i, j| all[(i, chosen[j])]))
+        echelon_of(Mat::from_fn(all.nrows(), chosen.len(), |i, j| all[(i, chosen[j])]), chosen.len())
     }
 
     /// The models of what is left in every record, enlarged to the noise of which the fit took a part.
@@ -273,8 +273,15 @@ impl<'a> Pass<'a> {
 }
 
 /// X with X X' = A^-1 (J' Omega J + s^2 P'P + J'L M L'J) A^-1, with A = J'J + P'P, P the penalty, which is taken as prior
-/// information, and M the mean square of the amplitudes of the lags.
-fn root(plain: &Mat<f64>, coloured: &Mat<f64>, penalty: &Mat<f64>, solution: &Generalised, deviation: f64) -> Mat<f64> {
+/// information, and M the mean square of the amplitudes of the lags. Beside it which columns are told: what depends on others has a row
+/// of zeros.
+fn root(
+    plain: &Mat<f64>,
+    coloured: &Mat<f64>,
+    penalty: &Mat<f64>,
+    solution: &Generalised,
+    deviation: f64,
+) -> (Mat<f64>, Vec<usize>) {
     let told = penalty.ncols();
     let extra = solution.lags.as_ref().map_or(0, Amplitudes::root_columns);
     let of_lags = |i: usize, k: usize| -> f64 {
@@ -282,35 +289,78 @@ fn root(plain: &Mat<f64>, coloured: &Mat<f64>, penalty: &Mat<f64>, solution: &Ge
         amplitudes.enumerate().map(|(j, amplitude)| plain[(i, told + j)] * amplitude).sum()
     };
     // R with R'R = A, and beside it Q'L times the root of M.
-    let r = triangle_of(Mat::from_fn(plain.nrows() + penalty.nrows(), told + extra, |i, j| {
+    let r = Mat::from_fn(plain.nrows() + penalty.nrows(), told + extra, |i, j| {
         match (i.checked_sub(plain.nrows()), j.checked_sub(told)) {
             (Some(i), None) => penalty[(i, j)],
             (Some(_), Some(_)) => 0.0,
             (None, Some(k)) => of_lags(i, k),
             (None, None) => plain[(i, j)],
         }
-    }));
+    });
+    let r = echelon_of(r, told);
     let noise = triangle_of(Mat::from_fn(coloured.nrows() + penalty.nrows(), told, |i, j| {
         match i.checked_sub(coloured.nrows()) {
             Some(i) => deviation * penalty[(i, j)],
             None => coloured[(i, j)],
         }
     }));
-    let square = r.get(..told, ..told);
+    let echelon = Echelon::of(r.as_ref());
+    let pivots = &echelon.pivots[..echelon.rank(told)];
     let mut x = Mat::zeros(told, told + extra);
     for k in 0..told + extra {
         let mut column: Vec<f64> = match k.checked_sub(told) {
-            None => (0..told).map(|i| noise[(k, i)]).collect(),
-            Some(k) => (0..told).map(|i| r[(i, told + k)]).collect(),
+            None => pivots.iter().map(|i| noise[(k, *i)]).collect(),
+            Some(k) => (0..pivots.len()).map(|i| r[(i, told + k)]).collect(),
         };
         if k < told {
-            for i in 0..told {
-                let head: f64 = (0..i).map(|j| square[(j, i)] * column[j]).sum();
-                column[i] = (column[i] - head) / square[(i, i)];
+            for (i, pivot) in pivots.iter().enumerate() {
+                let head: f64 = (0..i).map(|j| r[(j, *pivot)] * column[j]).sum();
+                column[i] = (column[i] - head) / r[(i, *pivot)];
             }
         }
-        back_substitute(square, &mut column);
-        column.into_iter().enumerate().for_each(|(i, value)| x[(i, k)] = value);
+        echelon.solve(told, column).into_iter().enumerate().for_each(|(i, value)| x[(i, k)] = value);
     }
-    x
+    (x, pivots.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::white_noise::white;
+
+    /// A fitted column that depends on others is not told, and changes nothing for them.
+    #[test]
+    fn a_dependent_column_has_no_errors_and_changes_none() {
+        let numbers = white(80);
+        // Two that are told and a lag; then a third one, of zeros or the sum of the others.
+        let columns = |third: Option<f64>| {
+            let row = |i: usize| {
+                let [a, b, lag, e] = [0, 1, 2, 3].map(|k| numbers[4 * i + k]);
+                let mut row = vec![a, b, lag, 0.5 * lag + 0.01 * e];
+                if let Some(share) = third {
+                    row.insert(1, share * a);
+                }
+                row
+            };
+            let all: Vec<_> = (0..20).map(row).collect();
+            echelon_of(Mat::from_fn(20, all[0].len(), |i, j| all[i][j]), all[0].len())
+        };
+        let errors = |third: Option<f64>| {
+            let (plain, told) = (columns(third), 2 + usize::from(third.is_some()));
+            let solution = Generalised::of(&plain, told, &[false], 20);
+            assert!(solution.lags.is_some());
+            let (x, told) = root(&plain, &plain, &Mat::zeros(0, told), &solution, 1.0);
+            (&x * x.transpose(), told)
+        };
+        let (expected, all) = errors(None);
+        assert_eq!(all, [0, 1]);
+        for third in [0.0, 2.0] {
+            let (with, told) = errors(Some(third));
+            assert_eq!(told, [0, 2]);
+            for (i, j) in [(0, 0), (0, 1), (1, 1)] {
+                assert!((with[(2 * i, 2 * j)] - expected[(i, j)]).abs() < 1e-9, "{with:?} {expected:?}");
+            }
+            assert!((0..3).all(|j| with[(1, j)] == 0.0), "{with:?}");
+        }
+    }
 }

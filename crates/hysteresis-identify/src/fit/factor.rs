@@ -3,7 +3,7 @@
 mod echelon;
 mod fold;
 
-use echelon::make_echelon;
+pub(crate) use echelon::{DEPENDS, Echelon, echelon_of, make_echelon};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor;
 use faer::reborrow::ReborrowMut;
@@ -23,7 +23,7 @@ const UP: f64 = f64::from_bits((1023 + 600) << 52);
 /// Upper-triangular R with R'R = A'A, for A of any number of rows, by Householder reflections.
 ///
 /// Unlike the Gram matrix A'A it loses no digits to squaring: the last diagonal element of the factor of \[A | y\] is
-/// the exact norm of the residual of y.
+/// the exact norm of the residual of y, if no column of A depends on those before it. See [`Echelon`] where one may.
 pub(crate) struct TriangularFactor {
     columns: usize,
     /// The factor of all folded rows, row by row.
@@ -60,8 +60,8 @@ impl TriangularFactor {
         }
     }
 
-    /// R of all rows so far; rows of zeros where A had fewer rows than columns. Where columns depend on those before them, R is in echelon
-    /// form, as [`triangle_of`] makes it: such a column takes no row.
+    /// R of all rows so far; rows of zeros where A had fewer rows than columns. It is in [echelon form](Echelon): a column that depends on
+    /// those before it takes no row, and all that stand behind it begin one row further up.
     pub(crate) fn finish(mut self) -> Mat<f64> {
         self.fold();
         let eights = self.columns.div_ceil(LANES);
@@ -69,7 +69,7 @@ impl TriangularFactor {
             let scale = self.scales.as_ref().and_then(|scales| scales.get(j)).copied().unwrap_or(1.0);
             if i <= j { self.triangle[i * eights + j / LANES][j % LANES] / scale } else { 0.0 }
         });
-        make_echelon(&mut triangle);
+        make_echelon(&mut triangle, self.columns);
         triangle
     }
 

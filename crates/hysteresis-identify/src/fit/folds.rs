@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::fit::bounded;
-use crate::fit::factor::triangle_of;
+use crate::fit::factor::echelon_of;
 use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Parameter;
 use crate::fit::projection::{ProjectedFit, Projection, penalised};
@@ -115,7 +115,7 @@ impl<'a> Stretches<'a> {
     /// The same with every stretch made of so many short ones, spread over the records.
     pub(crate) fn spread(projection: &'a Projection<'a>, fit: &'a ProjectedFit, turns: usize) -> Self {
         let parts = projection.parts(fit, FOLDS, turns);
-        let others = (0..FOLDS).map(|held_out| without(&parts, held_out)).collect();
+        let others = (0..FOLDS).map(|held_out| without(&parts, held_out, projection.own())).collect();
         Self { projection, fit, parts, others }
     }
 
@@ -216,13 +216,13 @@ impl StretchesUnderLaw<'_> {
 /// taken for linear.
 const STEP: f64 = 0.1;
 
-/// The triangle of all parts but one.
-fn without(parts: &[(Mat<f64>, usize)], held_out: usize) -> Mat<f64> {
+/// The triangle of all parts but one, of `own` columns of the records' own and others.
+fn without(parts: &[(Mat<f64>, usize)], held_out: usize, own: usize) -> Mat<f64> {
     let columns = parts[0].0.ncols();
     let others: Vec<_> = (0..parts.len()).filter(|i| *i != held_out).map(|i| &parts[i].0).collect();
     let height = parts[0].0.nrows();
     let stacked = Mat::from_fn(others.len() * height, columns, |i, j| others[i / height][(i % height, j)]);
-    triangle_of(stacked).get(..columns, ..).to_owned()
+    echelon_of(stacked, own).get(..columns, ..).to_owned()
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -1,8 +1,10 @@
 //! Generalised least squares: the parameters and the lags together, from rows that were whitened.
 
+use std::ops::Range;
+
 use faer::Mat;
 
-use super::factor::back_substitute;
+use super::factor::{DEPENDS, Echelon};
 use crate::numeric::as_f64;
 
 /// Lags count if they lower the whitened sum of squares by their number and so many of its standard deviations.
@@ -15,6 +17,7 @@ const SIZES: i32 = 25;
 const RATIOS: i32 = 8;
 
 /// The solution of generalised least squares, from the triangle of the whitened rows.
+#[derive(Debug)]
 pub(super) struct Generalised {
     /// Of the records' own and of what is free.
     pub(super) told: Vec<f64>,
@@ -27,6 +30,7 @@ pub(super) struct Generalised {
 /// Many of them go together with each other or with the weights of the operators, and the rows tell them badly. So they are
 /// taken for normal before the rows are seen, of one size for dynamics and of another for creep: the sizes at which the rows are
 /// the likeliest.
+#[derive(Debug)]
 pub(super) struct Amplitudes {
     /// What the rows make most likely.
     pub(super) likely: Vec<f64>,
@@ -37,32 +41,45 @@ pub(super) struct Amplitudes {
 }
 
 impl Generalised {
-    /// From the triangle of the whitened rows of what is told, the lags and the residual; whether each lag is creep.
+    /// From the triangle in echelon form of the whitened rows of what is told, the lags and the residual; whether each lag is creep.
+    ///
+    /// What is told by prior information alone, as the weight of an operator that never moves is under a smoothness, has a column of zeros
+    /// here. It takes no row, and is zero in the solution.
+    ///
+    /// A residual that the columns explain to rounding has the noise of rounding: lags of which it is made are told with hardly an
+    /// error. One of zeros has none, and no lags.
     pub(super) fn of(t: &Mat<f64>, told: usize, creeps: &[bool], rows: usize) -> Self {
         let end = t.ncols() - 1;
-        let noise = t[(end, end)].abs() / as_f64(rows.saturating_sub(end).max(1)).sqrt();
-        let evidence = (told..end).map(|i| (t[(i, end)] / noise).powi(2)).sum::<f64>();
-        let count = as_f64(end - told);
-        let is_told = evidence > count + EVIDENCE * (2.0 * count).sqrt();
-        let lags = if is_told { Amplitudes::of(t, told, creeps, noise) } else { None };
+        let echelon = Echelon::of(t.as_ref());
+        let (of_told, rank) = (echelon.rank(told), echelon.rank(end));
+        let rounding = DEPENDS * t.col(end).norm_l2();
+        let noise = t[(rank, end)].abs().max(rounding) / as_f64(rows.saturating_sub(rank).max(1)).sqrt();
+        let evidence = (of_told..rank).map(|i| (t[(i, end)] / noise).powi(2)).sum::<f64>();
+        let count = as_f64(rank - of_told);
+        let is_told = noise > 0.0 && evidence > count + EVIDENCE * (2.0 * count).sqrt();
+        let lags = if is_told { Amplitudes::of(t, told, of_told..rank, creeps, noise) } else { None };
         let of_lags = |i: usize| {
             lags.iter().flat_map(|lags| lags.likely.iter().enumerate()).map(|(j, c)| t[(i, told + j)] * c).sum::<f64>()
         };
-        let mut solution: Vec<f64> = (0..told).map(|i| t[(i, end)] - of_lags(i)).collect();
-        back_substitute(t.get(..told, ..told), &mut solution);
+        let solution = echelon.solve(told, (0..of_told).map(|i| t[(i, end)] - of_lags(i)).collect());
         Self { told: solution, lags }
     }
 }
 
 impl Amplitudes {
-    /// From the part of a triangle beside what is told; none if its singular values cannot be found.
-    fn of(t: &Mat<f64>, told: usize, creeps: &[bool], noise: f64) -> Option<Self> {
+    /// From the rows of a triangle that the lags take beside what is told; none if their singular values cannot be found.
+    ///
+    /// Lags that depend on others, or on what is told, leave directions along which the rows say nothing. They stay, with the size
+    /// of the others, as those do that nearly depend: what is told may be off by as much.
+    fn of(t: &Mat<f64>, told: usize, taken: Range<usize>, creeps: &[bool], noise: f64) -> Option<Self> {
         let end = t.ncols() - 1;
-        let seen: Vec<f64> = (told..end).map(|i| t[(i, end)] / noise).collect();
+        // As many rows as lags, of zeros where lags take none.
+        let at = |i: usize, column: usize| taken.clone().nth(i).map_or(0.0, |row| t[(row, column)]);
+        let seen: Vec<f64> = (0..end - told).map(|i| at(i, end) / noise).collect();
         let with = |ratio: i32| {
             let creep = 10.0_f64.powf(0.5 * f64::from(ratio));
             let scales: Vec<f64> = creeps.iter().map(|is_creep| if *is_creep { creep } else { 1.0 }).collect();
-            let lags = Mat::from_fn(end - told, end - told, |i, j| t[(told + i, told + j)] * scales[j] / noise);
+            let lags = Mat::from_fn(end - told, end - told, |i, j| at(i, told + j) * scales[j] / noise);
             Self::scaled(&lags, &seen, &scales)
         };
         (-RATIOS..=RATIOS).filter_map(with).min_by(|a, b| a.unlikely.total_cmp(&b.unlikely))
@@ -107,10 +124,18 @@ impl Amplitudes {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::fit::factor::{TriangularFactor, echelon_of};
+    use crate::white_noise::white;
 
     /// Three lags seen above noise of 0.1: the first well, the second hardly, the third not at all.
     fn triangle(seen: [f64; 3]) -> Mat<f64> {
+        echelon_of(columns(seen), 5)
+    }
+
+    fn columns(seen: [f64; 3]) -> Mat<f64> {
         let rows = 400_f64;
         let mut t = Mat::zeros(5, 5);
         (t[(0, 0)], t[(0, 1)], t[(0, 4)]) = (10.0, 5.0, 2.0);
@@ -142,13 +167,152 @@ mod tests {
     /// Dynamics of one amplitude that shows a lot, creep that is seen to be small.
     #[test]
     fn creep_has_a_size_of_its_own() {
-        let mut t = triangle([90.0, 0.0, 0.0]);
+        let mut t = columns([90.0, 0.0, 0.0]);
         (t[(2, 2)], t[(2, 4)]) = (100.0, 0.5);
+        let t = echelon_of(t, 5);
         let error = |creeps: [bool; 3]| {
             let lags = Generalised::of(&t, 1, &creeps, 400).lags.unwrap();
             (0..3).map(|k| lags.errors[(2, k)].powi(2)).sum::<f64>().sqrt()
         };
         let (alike, apart) = (error([false; 3]), error([false, true, true]));
         assert!(alike > 0.3 && apart < 0.03, "{alike} {apart}");
+    }
+
+    /// A column of this share of a, b, q and r, at this place.
+    type Dependent = (usize, [f64; 4]);
+
+    /// From rows of two columns a and b that are told, two lags q and r, and the residual 0.3 a - 0.2 b + `size` (0.5 q - 0.4 r) + noise,
+    /// with a dependent column inserted: then `told` columns are told.
+    fn solution(size: f64, noise: f64, told: usize, dependent: Option<Dependent>) -> Generalised {
+        const ROWS: usize = 400;
+        let numbers = white(5 * ROWS);
+        let columns = 5 + usize::from(dependent.is_some());
+        let mut factor = TriangularFactor::new(columns);
+        for number in numbers.chunks_exact(5) {
+            let [a, b, q, r, e] = [number[0], number[1] + 3.0, number[2] + 0.5 * number[0], number[3], number[4]];
+            let residual = 0.3 * a - 0.2 * b + size * (0.5 * q - 0.4 * r) + noise * 3.0_f64.sqrt() * e;
+            let mut row = vec![a, b, q, r, residual];
+            if let Some((place, parts)) = dependent {
+                row.insert(place, [a, b, q, r].iter().zip(parts).map(|(column, part)| column * part).sum());
+            }
+            factor.push(&row);
+        }
+        Generalised::of(&factor.finish(), told, &vec![false; columns - 1 - told], ROWS)
+    }
+
+    fn error(lags: &Amplitudes, parts: &[f64]) -> f64 {
+        let along = |k: usize| parts.iter().enumerate().map(|(j, part)| part * lags.errors[(j, k)]).sum::<f64>();
+        (0..lags.errors.ncols()).map(|k| along(k).powi(2)).sum::<f64>().sqrt()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// A column that is told and depends on others changes nothing, wherever it stands, also one of zeros: what it does is zero, or its
+        /// share in what those before it do together.
+        #[test]
+        fn a_dependent_column_that_is_told_changes_nothing(
+            place in 0..3_usize,
+            (of_a, of_b) in (-2.0..2.0_f64, -2.0..2.0_f64),
+            is_zero in any::<bool>(),
+            size in prop::sample::select(vec![0.0, 1.0, 30.0]),
+        ) {
+            let parts = if is_zero { [0.0; 4] } else { [of_a, of_b, 0.0, 0.0] };
+            let plain = solution(size, 0.1, 2, None);
+            let with = solution(size, 0.1, 3, Some((place, parts)));
+            // What a and b are multiplied by.
+            let mut values = with.told.clone();
+            let dependent = values.remove(place);
+            // Rounding of a column whose direction is that of a difference of the others.
+            let rounding = 1e-9 / (of_a * of_b).abs().min(1.0);
+            for (i, value) in values.iter().enumerate() {
+                prop_assert!((value + parts[i] * dependent - plain.told[i]).abs() < rounding, "{with:?} {plain:?}");
+            }
+            prop_assert_eq!(with.lags.is_some(), plain.lags.is_some());
+            if let (Some(with), Some(plain)) = (with.lags, plain.lags) {
+                for j in 0..2 {
+                    prop_assert!((with.likely[j] - plain.likely[j]).abs() < rounding);
+                    let parts = [[1.0, 0.0], [0.0, 1.0]][j];
+                    prop_assert!((error(&with, &parts) / error(&plain, &parts) - 1.0).abs() < rounding);
+                }
+            }
+        }
+
+        /// A lag that depends on others shares in what they do together, and changes neither that nor its error, nor what is told. Where
+        /// amplitudes are small beside their errors the prior draws a sum of three less towards zero than one of two: by less than a
+        /// hundredth of an amplitude that is as large as here.
+        #[test]
+        fn a_dependent_lag_changes_nothing(
+            place in 2..5_usize,
+            (of_q, of_r) in (-1.0..1.0_f64, -1.0..1.0_f64),
+            size in prop::sample::select(vec![0.0, 1.0, 30.0]),
+        ) {
+            let plain = solution(size, 0.1, 2, None);
+            let with = solution(size, 0.1, 2, Some((place, [0.0, 0.0, of_q, of_r])));
+            prop_assert_eq!(with.lags.is_some(), plain.lags.is_some());
+            for (with, plain) in with.told.iter().zip(&plain.told) {
+                prop_assert!((with - plain).abs() < 3e-3, "{with} {plain}"); // a third of its error
+            }
+            let (Some(with), Some(plain)) = (with.lags, plain.lags) else { return Ok(()) };
+            for j in 0..2 {
+                let alone = [[1.0, 0.0], [0.0, 1.0]][j];
+                let mut parts = alone.to_vec();
+                parts.insert(place - 2, [of_q, of_r][j]);
+                let effect: f64 = parts.iter().zip(&with.likely).map(|(part, c)| part * c).sum();
+                prop_assert!((effect - plain.likely[j]).abs() < 0.01 * plain.likely[j].abs(), "{effect} {:?}", plain.likely);
+                prop_assert!((error(&with, &parts) / error(&plain, &alone) - 1.0).abs() < 0.01);
+            }
+        }
+    }
+
+    /// What is told makes all of a lag: the rows say nothing of it, and it stays as large as those of which they say something.
+    #[test]
+    fn a_lag_that_is_told_keeps_its_size() {
+        let plain = solution(1.0, 0.1, 2, None);
+        let with = solution(1.0, 0.1, 2, Some((2, [2.0, 0.5, 0.0, 0.0])));
+        assert!(
+            with.told.iter().zip(&plain.told).all(|(with, plain)| (with - plain).abs() < 1e-9),
+            "{with:?} {plain:?}"
+        );
+        let (with, plain) = (with.lags.unwrap(), plain.lags.unwrap());
+        assert!(with.likely[0].abs() < 1e-9 && (with.likely[1] - plain.likely[0]).abs() < 1e-9);
+        assert!((0.2..2.0).contains(&error(&with, &[1.0, 0.0, 0.0])), "{:?}", with.errors);
+        assert!((error(&with, &[0.0, 1.0, 0.0]) / error(&plain, &[1.0, 0.0]) - 1.0).abs() < 1e-9);
+    }
+
+    /// The noise is that of the rows whatever column depends.
+    #[test]
+    fn noise_alone_has_no_lags_beside_a_dependent_column() {
+        let of_lags = [(2, [0.0; 4]), (2, [1.0, 0.5, 0.0, 0.0]), (3, [0.0, 0.0, 0.5, 0.0]), (4, [0.0, 0.0, 1.0, 1.0])];
+        for (told, dependent) in of_lags.map(|lag| (2, lag)).into_iter().chain([(3, (1, [0.5, 0.0, 0.0, 0.0]))]) {
+            let with = solution(0.0, 0.1, told, Some(dependent));
+            assert!(with.lags.is_none(), "{dependent:?} {with:?}");
+            assert!(with.told.iter().all(|value| value.is_finite()), "{dependent:?} {with:?}");
+        }
+    }
+
+    /// Lags that make all of the residual are told to rounding. One that is told has none, and neither has one of zeros.
+    #[test]
+    fn without_noise_all_is_told() {
+        let cases = [(2, None), (3, Some((1, [0.5, 0.0, 0.0, 0.0]))), (2, Some((4, [0.0, 0.0, 0.0, 1.0])))];
+        for (told, dependent) in cases {
+            let Generalised { told: values, lags } = solution(1.0, 0.0, told, dependent);
+            let lags = lags.unwrap();
+            assert!((lags.likely[0] - 0.5).abs() < 1e-9, "{dependent:?} {:?}", lags.likely);
+            assert!((lags.likely[1..].iter().sum::<f64>() + 0.4).abs() < 1e-9, "{dependent:?} {:?}", lags.likely);
+            assert!(error(&lags, &[1.0, 0.0]) < 1e-9 && values.iter().all(|value| value.is_finite()), "{dependent:?}");
+            let without = solution(0.0, 0.0, told, dependent);
+            assert!(without.lags.is_none() && (without.told[told - 1] + 0.2).abs() < 1e-9, "{dependent:?} {without:?}");
+        }
+        // Also where rounding leaves nothing, or something of lags that are not there.
+        let mut exact = triangle([5.0, 0.05, 0.0]);
+        exact[(3, 4)] = 0.0;
+        let lags = Generalised::of(&exact, 1, &[false; 3], 400).lags.unwrap();
+        assert!((lags.likely[0] - 0.05).abs() < 1e-9 && (lags.likely[1] - 0.1).abs() < 1e-9, "{:?}", lags.likely);
+        let mut exact = triangle([1e-15, 1e-15, 0.0]);
+        exact[(3, 4)] = 0.0;
+        assert!(Generalised::of(&exact, 1, &[false; 3], 400).lags.is_none());
+        let nothing = Generalised::of(&Mat::zeros(4, 4), 2, &[false], 100);
+        assert!(nothing.lags.is_none() && nothing.told == [0.0; 2]);
     }
 }

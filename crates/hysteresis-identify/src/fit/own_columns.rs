@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::factor::back_substitute;
+use super::factor::Echelon;
 use crate::creep_model::CreepBasis;
 use crate::record::Record;
 
@@ -87,36 +87,39 @@ pub(crate) fn underway(creep: &CreepBasis, samples: usize, dt: f64) -> Vec<f64> 
     decay(unit, &creep.time_constants, samples, dt)
 }
 
-/// What goes with these unknowns of the records' own.
+/// What goes with these unknowns of the records' own: zero for what the rows do not tell.
 pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec<f64> {
     let left = |i: usize| {
         let modelled: f64 = unknowns.iter().enumerate().map(|(j, c)| c * factor[(i, own + j)]).sum();
         factor[(i, factor.ncols() - 1)] - modelled
     };
-    let mut values: Vec<f64> = (0..own).map(left).collect();
-    back_substitute(factor.get(..own, ..own), &mut values);
-    values
+    let echelon = Echelon::of(factor.get(.., ..own));
+    echelon.solve(own, (0..echelon.rank(own)).map(left).collect())
 }
 
 /// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
 ///
 /// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
 /// enormous weight would fit noise with it. Such columns become exactly zero.
+///
+/// A column of the records' own takes no row if it depends on others, as that of a record without a row does.
 pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
     let last = factor.ncols() - 1;
-    let mut a = factor.get(own.., own..last).to_owned();
+    let rank = Echelon::of(factor.get(.., ..own)).rank(own);
+    let mut a = factor.get(rank.., own..last).to_owned();
     for j in 0..a.ncols() {
         if a.col(j).norm_l2() <= MIN_VARYING_SHARE * factor.col(own + j).norm_l2() {
             a.col_mut(j).fill(0.0);
         }
     }
-    (a, (own..factor.nrows()).map(|i| factor[(i, last)]).collect())
+    (a, (rank..factor.nrows()).map(|i| factor[(i, last)]).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::creep_model::CreepModel;
+    use crate::fit::factor::TriangularFactor;
 
     #[test]
     fn records_with_a_start_left_out_have_creep_under_way() {
@@ -135,5 +138,39 @@ mod tests {
         assert!(row[..3] == [0.0, 1.0, 0.0] && (row[3] - expected).abs() < 1e-12 && row[4] == 0.0, "{row:?}");
         assert_eq!(own.split(&[1.0, 2.0, 3.0, 0.5, 0.6]), (vec![1.0, 2.0, 3.0], vec![0.0, 0.5, 0.6]));
         assert_eq!(OwnColumns::new(&records, |_| 0.1, &CreepBasis::default()).len(), 3);
+    }
+
+    /// A record without a row, and creep under way in a record of one row, change nothing for the others.
+    #[test]
+    fn what_no_row_tells_is_zero_and_takes_nothing_from_the_rest() {
+        let numbers = crate::white_noise::white(300);
+        let triangle = |own: &dyn Fn(usize) -> Vec<f64>| {
+            let columns = own(0).len() + 3;
+            let mut factor = TriangularFactor::new(columns);
+            for (k, number) in numbers.chunks_exact(3).enumerate() {
+                let [a, b] = [number[0], number[1] + 2.0];
+                let y = 0.5 + 2.0 * a - b + 0.1 * number[2] + if k == 0 { 7.0 } else { 0.0 };
+                factor.push(&[own(k), vec![a, b, y]].concat());
+            }
+            factor.finish()
+        };
+        // One record of all rows but the first, and one of the first.
+        let of = |k: usize| [f64::from(u8::from(k > 0)), f64::from(u8::from(k == 0))];
+        let plain = triangle(&|k| of(k).to_vec());
+        let more = triangle(&|k| vec![of(k)[0], 0.0, of(k)[1], 0.3 * of(k)[1]]);
+        let (a, b) = below_own(&plain, 2);
+        let (c, d) = below_own(&more, 4);
+        let products = |a: &Mat<f64>, b: &[f64]| {
+            let all = Mat::from_fn(b.len(), 3, |i, j| if j < 2 { a[(i, j)] } else { b[i] });
+            all.transpose() * &all
+        };
+        let difference = products(&a, &b) - products(&c, &d);
+        assert!(difference.norm_max() < 1e-10, "{difference:?}");
+        let (values, expected) = (own_values(&more, 4, &[2.0, -1.0]), own_values(&plain, 2, &[2.0, -1.0]));
+        assert!(values[1] == 0.0 && values[3] == 0.0, "{values:?}");
+        assert!(
+            (values[0] - expected[0]).abs() < 1e-12 && (values[2] - expected[1]).abs() < 1e-12,
+            "{values:?} {expected:?}"
+        );
     }
 }

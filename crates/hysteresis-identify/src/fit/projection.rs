@@ -4,7 +4,7 @@ use faer::Mat;
 
 use crate::fit::bounded;
 use crate::fit::course::Course;
-use crate::fit::factor::TriangularFactor;
+use crate::fit::factor::{Echelon, TriangularFactor};
 use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Point;
 use crate::fit::smoothness::{penalty, with_penalty};
@@ -250,9 +250,16 @@ impl Linearised {
         self.penalty
     }
 
-    /// The rows of the triangle that belong to what the records have of their own, but for the right-hand side.
-    pub(crate) fn own_rows(&self) -> Mat<f64> {
-        self.factor.get(..self.own, ..self.factor.ncols() - 1).to_owned()
+    /// How many columns the records have of their own.
+    pub(crate) fn own(&self) -> usize {
+        self.own
+    }
+
+    /// Those of them that do not depend on others, and the rows of the triangle that they take, but for the right-hand side.
+    pub(crate) fn own_rows(&self) -> (Vec<usize>, Mat<f64>) {
+        let Echelon { pivots, .. } = Echelon::of(self.factor.get(.., ..self.own));
+        let rows = self.factor.get(..pivots.len(), ..self.factor.ncols() - 1).to_owned();
+        (pivots, rows)
     }
 
     pub(crate) fn penalty(&self) -> &Mat<f64> {

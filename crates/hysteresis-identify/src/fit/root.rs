@@ -44,9 +44,10 @@ impl Root {
         gradient.iter().all(|(parameter, _)| self.places[*parameter].is_some())
     }
 
-    /// The same with another covariance.
-    pub(crate) fn with(self, x: Mat<f64>) -> Self {
-        Self { x, ..self }
+    /// The same with another covariance, in which only these rows are told.
+    pub(crate) fn with(self, x: Mat<f64>, told: &[usize]) -> Self {
+        let places = self.places.iter().map(|place| place.filter(|row| told.contains(row))).collect();
+        Self { x, places, ..self }
     }
 
     /// The parameters that have a place, in the order of their rows.
@@ -101,23 +102,24 @@ fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows:
             None => break r,
         };
     };
-    let above = linearised.own_rows();
-    let own = above.nrows();
-    let whole =
-        Mat::from_fn(own + free.len(), own + free.len(), |i, j| match (i.checked_sub(own), j.checked_sub(own)) {
-            (None, None) => above[(i, j)],
-            (None, Some(j)) => above[(i, own + free[j])],
-            (Some(i), Some(j)) => r[(i, j)],
-            (Some(_), None) => 0.0,
-        });
+    let (own, (of_own, above)) = (linearised.own(), linearised.own_rows());
+    // The columns that are told, and their rows of the triangle.
+    let told: Vec<usize> = of_own.iter().copied().chain(free.iter().map(|j| own + j)).collect();
+    let whole = Mat::from_fn(told.len(), told.len(), |i, j| match (i.checked_sub(of_own.len()), j) {
+        (None, j) => above[(i, told[j])],
+        (Some(_), j) if j < of_own.len() => 0.0,
+        (Some(i), j) => r[(i, j - of_own.len())],
+    });
     let estimated = free.len() + fit.output_offsets.len() + fit.underway.iter().filter(|d| **d != 0.0).count();
     let s = (fit.squares / as_f64(rows.saturating_sub(estimated).max(1))).sqrt();
-    let mut x = Mat::zeros(whole.nrows(), whole.nrows());
-    for k in 0..whole.nrows() {
-        let mut column = vec![0.0; whole.nrows()];
+    // One of the records' own columns that depends on others has a row of zeros.
+    let of_told: Vec<usize> = of_own.iter().copied().chain(own..own + free.len()).collect();
+    let mut x = Mat::zeros(own + free.len(), own + free.len());
+    for k in 0..told.len() {
+        let mut column = vec![0.0; told.len()];
         column[k] = s;
         back_substitute(whole.as_ref(), &mut column);
-        column.into_iter().enumerate().for_each(|(i, value)| x[(i, k)] = value);
+        column.into_iter().enumerate().for_each(|(i, value)| x[(of_told[i], k)] = value);
     }
     let mut places = vec![None; a.ncols()];
     free.iter().enumerate().for_each(|(place, parameter)| places[*parameter] = Some(own + place));

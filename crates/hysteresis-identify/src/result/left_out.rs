@@ -6,7 +6,7 @@ use faer::Mat;
 
 use crate::error::Error;
 use crate::fit::bounded;
-use crate::fit::factor::{TriangularFactor, triangle_of};
+use crate::fit::factor::{TriangularFactor, make_echelon, triangle_of};
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
 use crate::fit::projection::penalised;
 use crate::fit::shift::ShiftColumns;
@@ -275,11 +275,12 @@ impl LeaveOneOut<'_> {
         let Self { own, basis, penalty } = *self;
         let dropped: Vec<usize> = without.map_or_else(Vec::new, |place| own.of_record(place).collect());
         let kept: Vec<usize> = (0..factor.ncols()).filter(|j| !dropped.contains(j)).collect();
-        let factor = match without {
+        let mut factor = match without {
             None => factor.to_owned(),
             Some(_) => triangle_of(Mat::from_fn(factor.nrows(), kept.len(), |i, j| factor[(i, kept[j])])),
         };
         let told = own.len() - dropped.len();
+        make_echelon(&mut factor, told);
         let (a, b) = below_own(&factor, told);
         let (a, b) = penalised(&a, &b, penalty);
         let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0).collect();
