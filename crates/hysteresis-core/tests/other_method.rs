@@ -113,6 +113,29 @@ proptest! {
         }
     }
 
+    /// Those above zero are of one drive, those below of another.
+    #[test]
+    fn a_state_of_mixed_outputs_is_refused_or_goes_on(
+        model in invertible_model(8),
+        x in samples(),
+        y in samples(),
+        at in -0.5 * REACH..0.5 * REACH,
+        z in samples(),
+    ) {
+        let above = outputs(&driven(forwards(&model)[1].clone(), &[&x[..], &[at]].concat()));
+        let below = outputs(&driven(forwards(&model)[1].clone(), &[&y[..], &[at]].concat()));
+        let mixed: Vec<f64> = above.iter().zip(below).map(|(above, below)| if *above > 0.0 { *above } else { below }).collect();
+        let mut started = Inverse::with_initial(&CompiledModel::new(&model), None, &mixed).unwrap();
+        started.follow(&[at]).unwrap();
+        let mut other = model.inverse(None).unwrap();
+        if other.set_state(&started.state()).is_ok() {
+            for sample in &z {
+                go_on_alike(&mut started, &mut other, &[*sample], drive_tolerance(&model))?;
+                restored_goes_on(&other, &[])?;
+            }
+        }
+    }
+
     /// Initial outputs may be such that no drive leads to them.
     #[test]
     fn a_state_of_any_outputs_is_refused_or_goes_on(
@@ -202,6 +225,34 @@ fn the_branch_that_a_bank_is_on_is_no_turning_point() {
         turning.set_state(&driven(bank, drive).state()).unwrap();
         assert_eq!(turning.turning_points(), expected, "{drive:?}");
     }
+}
+
+#[test]
+fn a_reversal_that_left_operators_above_and_below_zero_is_one_turning_point() {
+    // Those of 1 and 2 at 4 and 3, those of 9 and 10 at -4 and -5, and the last one still at -10.
+    for sign in [1.0, -1.0] {
+        let drive = [-30.0, 5.0, 4.5].map(|x| sign * x);
+        let [mut turning, bank] = forwards(&plays(&[0.0, 1.0, 2.0, 9.0, 10.0, 20.0]));
+        assert_eq!(driven(turning.clone(), &drive).turning_points(), drive[..2]);
+        turning.set_state(&driven(bank, &drive).state()).unwrap();
+        assert_eq!(turning.turning_points(), drive[..2]);
+    }
+}
+
+#[test]
+fn a_reversal_at_the_very_input_is_not_put_behind_it_by_rounding() {
+    // Of the second play x + rb is where it is, but z - rb is x plus a rounding.
+    let (x, outputs) = (-7.561972036017953, [-7.561972036017953, 12.179220943829758, 28.84588761049643]);
+    let (outer, inner) = ([0.0, 16.666666666666668, 33.333333333333336], [0.0, 19.74119297984771, 36.40785964651438]);
+    let model =
+        ModifiedPrandtlIshlinskii::new(&[0.2, 0.0, 0.5], &outer, &inner, &inner, &outer, Offsets::default()).unwrap();
+    let model = model.with_negative_weights(&[1.9, 0.0, 0.0]).unwrap();
+    let mut bank = driven(Forward::with_initial(&CompiledModel::new(&model), &outputs).unwrap(), &[x]);
+    let [mut turning, _] = forwards(&model);
+    turning.set_state(&bank.state()).unwrap();
+    assert_eq!(turning.turning_points(), [0.0; 0]);
+    restored_goes_on(&turning, &[]).unwrap();
+    go_on_alike(&mut bank, &mut turning, &[x, -9.0, 8.0, x, 70.0], 1e-13).unwrap();
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
 /// Which algorithm evaluates a stream.
 ///
 /// Both give the same outputs, to 1e-12 of the range. Streams of nested thresholds take turning points unless they are asked for
-/// the other one by [`Forward::with_method`](crate::Forward::with_method).
+/// the other one by [`Forward::with_method`](crate::Forward::with_method). Either takes the saved states of the other.
 ///
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};

@@ -29,9 +29,14 @@ impl PlayAt {
         self.output - self.fall
     }
 
+    /// How far the input moves from where it slides one way to where it slides the other.
+    pub(super) fn width(&self) -> f64 {
+        self.rise + self.fall
+    }
+
     /// What its inputs and outputs were rounded to.
     pub(super) fn scale(&self) -> f64 {
-        self.output + self.rise + self.fall
+        self.output + self.width()
     }
 }
 

@@ -67,8 +67,8 @@ pub(super) fn left_by(family: &mut [PlayAt], reversals: &[Reversal]) {
 /// Turning points that lead to the plays of both families, the input being at `input`. What the model puts out at them is left open.
 pub(super) fn memory_of(above: &[PlayAt], below: &[PlayAt], input: f64) -> TurningPointState {
     let (mut positive, mut negative) = (reversals(above, input), reversals(below, -input));
-    let rises =
-        slides(&positive, above, Direction::Rising, input) || slides(&negative, below, Direction::Falling, -input);
+    let rises = has_moved(&positive, above, Direction::Rising, input)
+        || has_moved(&negative, below, Direction::Falling, -input);
     let direction = if rises { Direction::Rising } else { Direction::Falling };
     let moving = (
         take_moving(&mut positive, above, direction, input),
@@ -88,8 +88,8 @@ fn reversals(family: &[PlayAt], input: f64) -> Vec<Reversal> {
     let mut reversals = Vec::new();
     let mut moved = 0;
     while let Some(off_zero) = family[moved..].iter().position(|play| play.output > 0.0) {
-        let falling = longest(family, moved + off_zero, Direction::Falling);
-        let rising = longest(family, moved + off_zero, Direction::Rising);
+        let falling = longest(family, moved + off_zero, Direction::Falling, input);
+        let rising = longest(family, moved + off_zero, Direction::Rising, input);
         // What rests at zero where a wider play does not was left there by a fall.
         let is_rising = off_zero == 0
             && (rising.moved > falling.moved || rising.moved == falling.moved && !falling.is_at(input, family));
@@ -100,42 +100,46 @@ fn reversals(family: &[PlayAt], input: f64) -> Vec<Reversal> {
     reversals
 }
 
-/// The reversal that ended in this direction and left play number `first`, and all the wider ones that it has left.
-fn longest(family: &[PlayAt], first: usize, ended: Direction) -> Reversal {
+/// The reversal that ended in this direction and left play number `first`, and all the wider ones that it has left. What rounding
+/// puts behind the present input was there.
+fn longest(family: &[PlayAt], first: usize, ended: Direction, input: f64) -> Reversal {
     let play = &family[first];
-    let input = match ended {
-        Direction::Rising => play.slides_up_at(),
-        Direction::Falling => play.slides_down_at(),
+    let turned = match ended {
+        Direction::Rising => play.slides_up_at().max(input),
+        Direction::Falling => play.slides_down_at().min(input),
     };
-    let mut reversal = Reversal { ended, input, moved: first + 1 };
+    let mut reversal = Reversal { ended, input: turned, moved: first + 1 };
     reversal.moved += family[reversal.moved..].iter().take_while(|play| reversal.leaves(play)).count();
     reversal
 }
 
 /// Whether the plays of the newest reversal slide, the input being at `input`: then it is none, but where the branch in this
-/// direction has come to.
+/// direction has come to. Plays of no width slide on any branch.
 fn slides(reversals: &[Reversal], family: &[PlayAt], direction: Direction, input: f64) -> bool {
-    reversals.first().is_some_and(|newest| newest.ended == direction && newest.is_at(input, family))
+    reversals.first().is_some_and(|newest| {
+        let has_width = family[newest.moved - 1].width() > 0.0;
+        (newest.ended == direction || !has_width) && newest.is_at(input, family)
+    })
+}
+
+/// Whether that tells the direction of the branch.
+fn has_moved(reversals: &[Reversal], family: &[PlayAt], direction: Direction, input: f64) -> bool {
+    slides(reversals, family, direction, input) && !slides(reversals, family, direction.reversed(), input)
 }
 
 /// Takes off what is no reversal as its plays slide.
 fn take_moving(reversals: &mut Vec<Reversal>, family: &[PlayAt], direction: Direction, input: f64) -> Reversal {
-    if slides(reversals, family, direction, input) {
-        Reversal { input, ..reversals.remove(0) }
-    } else {
-        Reversal { ended: direction, input, moved: 0 }
-    }
+    let slide = slides(reversals, family, direction, input);
+    Reversal { ended: direction, input, moved: if slide { reversals.remove(0).moved } else { 0 } }
 }
 
-/// A reversal as the model sees it: its input, the direction that it ended, and the distance of the inputs from which on the widest
-/// play that it left slides up and down.
+/// A reversal as the model sees it: its input, the direction that it ended, and the width of the widest play that it left.
 type Seen = (f64, Direction, f64);
 
 fn oldest_first(reversals: &[Reversal], family: &[PlayAt], sign: f64) -> Vec<Seen> {
     let seen = |reversal: &Reversal| {
         let Reversal { ended, input, moved } = *reversal;
-        let widest = &family[moved - 1];
-        (sign * input, if sign > 0.0 { ended } else { ended.reversed() }, widest.rise + widest.fall)
+        (sign * input, if sign > 0.0 { ended } else { ended.reversed() }, family[moved - 1].width())
     };
     reversals.iter().rev().map(seen).collect()
 }
@@ -166,8 +170,8 @@ fn numbers(positive: &[Seen], negative: &[Seen]) -> ((Vec<u64>, Vec<u64>), u64) 
 }
 
 /// Whether the two families tell of the same reversal.
-fn is_same((input, ended, gap): &Seen, (other, other_ended, other_gap): &Seen) -> bool {
-    ended == other_ended && (input - other).abs() <= rounding(input.abs() + gap + other_gap)
+fn is_same((input, ended, width): &Seen, (other, other_ended, other_width): &Seen) -> bool {
+    ended == other_ended && (input - other).abs() <= rounding(input.abs() + width + other_width)
 }
 
 /// What the engine keeps of a family: the reversals newest first, their numbers oldest first.
