@@ -113,12 +113,12 @@ fn longest(family: &[PlayAt], first: usize, ended: Direction, input: f64) -> Rev
     reversal
 }
 
-/// Whether the plays of the newest reversal slide, the input being at `input`: then it is none, but where the branch in this
-/// direction has come to. Plays of no width slide on any branch.
+/// Whether a branch in this direction that has come to `input` has left the plays of the newest reversal: then they slide, and that
+/// is no reversal. Plays of no width slide on any branch.
 fn slides(reversals: &[Reversal], family: &[PlayAt], direction: Direction, input: f64) -> bool {
     reversals.first().is_some_and(|newest| {
-        let has_width = family[newest.moved - 1].width() > 0.0;
-        (newest.ended == direction || !has_width) && newest.is_at(input, family)
+        let branch = Reversal { ended: direction, input, moved: newest.moved };
+        family[..branch.moved].iter().all(|play| branch.leaves(play))
     })
 }
 
