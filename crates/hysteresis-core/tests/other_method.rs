@@ -242,8 +242,10 @@ fn a_reversal_that_left_operators_above_and_below_zero_is_one_turning_point() {
 #[test]
 fn a_reversal_at_the_very_input_is_not_put_behind_it_by_rounding() {
     // Of the second play x + rb is where it is, but z - rb is x plus a rounding.
-    let (x, outputs) = (-7.561972036017953, [-7.561972036017953, 12.179220943829758, 28.84588761049643]);
-    let (outer, inner) = ([0.0, 16.666666666666668, 33.333333333333336], [0.0, 19.74119297984771, 36.40785964651438]);
+    let x = -7.561_972_036_017_953;
+    let outputs = [x, 12.179_220_943_829_758, 28.845_887_610_496_43];
+    let outer = [0.0, 16.666_666_666_666_668, 33.333_333_333_333_336];
+    let inner = [0.0, 19.741_192_979_847_71, 36.407_859_646_514_38];
     let model =
         ModifiedPrandtlIshlinskii::new(&[0.2, 0.0, 0.5], &outer, &inner, &inner, &outer, Offsets::default()).unwrap();
     let model = model.with_negative_weights(&[1.9, 0.0, 0.0]).unwrap();
