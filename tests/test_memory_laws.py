@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -140,3 +142,29 @@ def test_memory_holds_inputs_of_the_history_in_their_order(case: Case) -> None:
     stream.run(xs)
     later = iter([0.0, *xs[:-1]])  # the rest position may be the first reversal
     assert all(any(x == reversal for x in later) for reversal in stream.memory)
+
+
+def both_methods(drawn: Drawn, limits: tuple[float, float] | None) -> Iterator[list[Any]]:
+    """Forward models and inverses by turning points and by the bank, in either order."""
+    model = drawn.model()
+    for methods in (("turning_points", "bank"), ("bank", "turning_points")):
+        yield [model.forward(method=method) for method in methods]
+        if model.invertible:
+            yield [model.inverse(limits, method=method) for method in methods]
+
+
+@given(with_history(any_nested_models() | invertible_models(), histories=3))
+def test_a_state_goes_on_by_either_method(
+    case: tuple[Drawn, list[float], list[float], list[float]],
+) -> None:
+    drawn, xs, ys, zs = case
+    for one, other in both_methods(drawn, (drawn.rest - 300.0, drawn.rest + 400.0)):
+        assert one.method != other.method
+        scale = drawn.output_scale if isinstance(one, mh.Forward) else drawn.drive_scale
+        tolerance = 1e-12 * scale([*xs, *ys, *zs])
+        one.run(xs)
+        other.run(zs)  # what the taker remembers before makes no difference
+        other.state = json.loads(json.dumps(one.state))
+        np.testing.assert_allclose(other.run(ys), one.run(ys), rtol=0, atol=tolerance)
+        one.state = json.loads(json.dumps(other.state))
+        np.testing.assert_allclose(one.run(zs), other.run(zs), rtol=0, atol=tolerance)

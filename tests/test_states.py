@@ -7,7 +7,7 @@ import json
 import math
 import pickle
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import mpi_hyst as mh
 import numpy as np
@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import (
     BAD,
+    WALK,
     Drawn,
     Stream,
     any_invertible_models,
@@ -193,15 +194,62 @@ def test_turning_points_out_of_order_or_numbered_wrongly_are_refused() -> None:
             assert_refused(stream, changed(stream.state, (*path, 0, "reversal"), 99))
 
 
-def test_a_state_of_a_larger_model_or_of_the_other_method_is_refused() -> None:
+def test_a_state_of_a_larger_model_is_refused() -> None:
     for small, large in ((turning_points(3), turning_points(8)), (banks(3), banks(8))):
         for one, other in zip(used(small), used(large), strict=True):
             assert_refused(one, other.state)
     for one, other in zip(used(banks(8)), used(banks(3)), strict=True):
         assert_refused(one, other.state)
-    for one, other in zip(used(turning_points()), used(banks()), strict=True):
-        assert_refused(one, other.state)
-        assert_refused(other, one.state)
+
+
+def test_a_state_of_the_other_method_goes_on_and_is_kept() -> None:
+    for makers in ((turning_points, banks), (banks, turning_points)):
+        for one, other in zip(used(makers[0]()), used(makers[1]()), strict=True):
+            other.run([-9.0, 9.0])
+            other.state = json.loads(json.dumps(one.state))
+            assert other.method != one.method
+            assert pickle.loads(pickle.dumps(other)).method == other.method
+            np.testing.assert_allclose(other.run(WALK), one.run(WALK), rtol=0, atol=1e-12)
+
+
+def test_outputs_that_no_drive_leads_to_are_no_state_of_turning_points() -> None:
+    bank = model(3).forward([0.0, 5.0, 3.5])
+    bank.step(5.0)
+    stream = model(3).forward()
+    stream.run(WALK)
+    assert_refused(stream, bank.state)
+    with pytest.raises(ValueError, match="some drive leads to from rest"):
+        stream.state = bank.state
+
+
+def test_an_array_takes_states_of_either_method() -> None:
+    models = [model(), model(5)]
+    array = mh.ActuatorArray(models).forward()
+    banks_of = [made.forward(method="bank") for made in models]
+    for bank in banks_of:
+        bank.run(WALK)
+    array.state = [bank.state for bank in banks_of]
+    expected = [bank.step(-2.0) for bank in banks_of]
+    np.testing.assert_allclose(array.step([-2.0, -2.0]), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("form", ["state", "state_bytes"])
+def test_a_controller_goes_on_from_a_state_of_either_method(form: str) -> None:
+    limits = (-20.0, 20.0)
+    methods: list[Literal["turning_points", "bank"]] = ["turning_points", "bank"]
+    made = [
+        mh.control.HybridController(
+            model().inverse(limits, method=method), kp=0.1, ki=5.0, dt=1e-3, limits=limits
+        )
+        for method in methods
+    ]
+    for one, other in (made, made[::-1]):
+        for k in range(40):
+            one.step(math.sin(0.3 * k), 0.0)
+        other.state = one.state if form == "state" else one.state_bytes()
+        for k in range(40):
+            sample = (math.sin(0.5 * k), 0.1)
+            assert other.step(*sample) == pytest.approx(one.step(*sample), rel=0, abs=1e-12)
 
 
 def test_a_drive_outside_the_limits_is_no_state_of_an_inverse() -> None:

@@ -279,6 +279,10 @@ class Forward:
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
         bit.
+
+        A stream of the other `method` takes it too, and goes on with the same outputs to 1e-12 of the range. Turning
+        points cannot tell operator outputs that no drive leads to, as `initial` may be: then ValueError is raised, and
+        the stream is as before.
         """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
@@ -346,6 +350,10 @@ class Inverse:
     def state(self) -> dict[str, Any]:
         """Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
         bit.
+
+        A stream of the other `method` takes it too, and goes on with the same outputs to 1e-12 of the range. Turning
+        points cannot tell operator outputs that no drive leads to, as `initial` may be: then ValueError is raised, and
+        the stream is as before.
         """
     @state.setter
     def state(self, state: dict[str, Any]) -> None: ...
@@ -441,7 +449,7 @@ class PrandtlIshlinskii:
         `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
         computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
         operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
-        1e-12 of the range.
+        1e-12 of the range, and either goes on from a `state` of the other.
 
         Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
         """
@@ -617,7 +625,7 @@ class ModifiedPrandtlIshlinskii:
         `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
         computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
         operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
-        1e-12 of the range.
+        1e-12 of the range, and either goes on from a `state` of the other.
 
         Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
         """
@@ -923,7 +931,7 @@ class ForwardArray:
     @property
     def state(self) -> list[dict[str, Any]]:
         """Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
-        bit for bit.
+        bit for bit. Each is the `state` of a single stream of its model, of either `method`.
         """
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
@@ -983,7 +991,7 @@ class InverseArray:
     @property
     def state(self) -> list[dict[str, Any]]:
         """Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
-        bit for bit.
+        bit for bit. Each is the `state` of a single stream of its model, of either `method`.
         """
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...

@@ -3,15 +3,14 @@
 use alloc::sync::Arc;
 
 use super::bank::Members;
-use super::engine_changes::HeapFamilies;
-use super::families::Families;
+use super::engine_changes::NestedModel;
 use crate::error::Error;
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets};
 
 /// Which algorithm evaluates a stream.
 ///
 /// Both give the same outputs, to 1e-12 of the range. Streams of nested thresholds take turning points unless they are asked for
-/// the other one by [`Forward::with_method`](crate::Forward::with_method).
+/// the other one by [`Forward::with_method`](crate::Forward::with_method). Either takes the saved states of the other.
 ///
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
@@ -58,7 +57,7 @@ pub struct CompiledModel {
     slopes: (f64, f64),
     fingerprint: u64,
     min_weight: f64,
-    pub(super) families: Result<Arc<HeapFamilies>, Error>,
+    pub(super) nested: Result<Arc<NestedModel>, Error>,
     pub(super) members: Arc<Members>,
 }
 
@@ -66,21 +65,22 @@ impl CompiledModel {
     /// Sorts the thresholds and sums the weights: O(n log n).
     #[must_use]
     pub fn new(model: &ModifiedPrandtlIshlinskii) -> Self {
+        let members = Arc::new(Members::of(model));
         Self {
             offsets: model.offsets(),
             invertible: model.check_invertible(),
             slopes: model.slope_range(),
             fingerprint: model.fingerprint(),
             min_weight: model.members().fold(f64::INFINITY, |least, (w, v, _)| least.min(w).min(v)),
-            families: Families::of(model.members()).map(Arc::new),
-            members: Arc::new(Members::of(model)),
+            nested: NestedModel::of(&members).map(Arc::new),
+            members,
         }
     }
 
     /// Which algorithm evaluates a stream that starts at rest.
     #[must_use]
     pub fn method(&self) -> Method {
-        if self.families.is_ok() { Method::TurningPoints } else { Method::Bank }
+        if self.nested.is_ok() { Method::TurningPoints } else { Method::Bank }
     }
 
     /// The number of operators.

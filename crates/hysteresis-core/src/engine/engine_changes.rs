@@ -1,13 +1,15 @@
 //! What the engine remembers, out of a saved state, into one, and with other weights.
+#![expect(clippy::inline_always, reason = "the tables of a model are read at every sample that leaves its line")]
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use super::bank::Members;
 use super::branch::Branch;
 use super::checks::restore_tolerance;
 use super::direction::Direction;
 use super::engine_state::EngineState;
-use super::families::{Families, Stacks};
+use super::families::{Evaluates, Families, Stacks};
 use super::family::Family;
 use super::memory::Memory;
 use super::memory_state::{FamilyState, TurningPointState};
@@ -19,11 +21,34 @@ use crate::store::Heap;
 /// Far more reversals than any stream sees, and far from the end of the counter.
 const MAX_REVERSALS: u64 = 1 << 63;
 
-/// The families of a model whose tables lie on the heap.
-pub(crate) type HeapFamilies = Families<f64, Heap>;
+/// A model of nested thresholds, its tables on the heap.
+#[derive(Debug)]
+pub(crate) struct NestedModel {
+    pub(super) families: Families<f64, Heap>,
+    /// Its operators in the order of the model: for states of a bank.
+    pub(super) members: Arc<Members>,
+}
+
+impl NestedModel {
+    /// # Errors
+    /// As [`Families::of`].
+    pub(crate) fn of(members: &Arc<Members>) -> Result<Self, Error> {
+        Ok(Self { families: Families::of(members.of_model())?, members: members.clone() })
+    }
+}
+
+impl Evaluates for Arc<NestedModel> {
+    type Number = f64;
+    type Store = Heap;
+
+    #[inline(always)]
+    fn families(&self) -> &Families<f64, Heap> {
+        &self.families
+    }
+}
 
 /// The engine of a model that its streams share.
-pub(crate) type SharedEngine = Engine<Arc<HeapFamilies>>;
+pub(crate) type SharedEngine = Engine<Arc<NestedModel>>;
 
 impl EngineState<f64> {
     /// Whether the input `x` lies on both branches.
@@ -34,32 +59,39 @@ impl EngineState<f64> {
 
 impl SharedEngine {
     /// Takes over other weights of the same operators, the input being at `input`: whether they differ.
-    pub(crate) fn reweigh(&mut self, families: &Arc<HeapFamilies>, input: f64) -> Result<bool, Error> {
-        let differ = self.model.check_same_operators(families)?;
+    pub(crate) fn reweigh(&mut self, model: &Arc<NestedModel>, input: f64) -> Result<bool, Error> {
+        let differ = self.model.families.check_same_operators(&model.families)?;
+        // Also where no weight differs: the operators may have another order.
+        self.model = model.clone();
         if differ {
-            self.model = families.clone();
-            let Self { model: families, state, stacks, .. } = self;
-            let direction = state.direction;
+            let Self { model, state, stacks, .. } = self;
+            let (families, direction) = (model.families(), state.direction);
             state.positive.reweigh(&families.positive, &mut stacks.positive, direction);
             state.negative.reweigh(&families.negative, &mut stacks.negative, direction.reversed());
-            for direction in [Direction::Rising, Direction::Falling] {
-                self.renew_outputs(direction, input);
-            }
-            self.state.positive.renew_top(&self.stacks.positive);
-            self.state.negative.renew_top(&self.stacks.negative);
+            self.renew_all_outputs(input);
         }
         Ok(differ)
     }
 
     /// The number of operators with memory.
     pub(crate) fn operators(&self) -> usize {
-        self.model.positive.len()
+        self.model.families.positive.len()
+    }
+
+    /// Computes the output at every turning point, the input being at `input`.
+    fn renew_all_outputs(&mut self, input: f64) {
+        for direction in [Direction::Rising, Direction::Falling] {
+            self.renew_outputs(direction, input);
+        }
+        self.state.positive.renew_top(&self.stacks.positive);
+        self.state.negative.renew_top(&self.stacks.negative);
     }
 
     /// Computes the output at every turning point that lies in `direction` of `input`: the model is back at it when the
     /// input is back there, so a copy of the state goes there and looks.
     fn renew_outputs(&mut self, direction: Direction, input: f64) {
-        let Self { model: families, state, stacks, reversals } = self;
+        let Self { model, state, stacks, reversals } = self;
+        let families = model.families();
         let mut start = *state;
         if direction != start.direction {
             start.reverse(families, input, *reversals + 1);
@@ -108,6 +140,26 @@ impl SharedEngine {
 
     /// Continues from a saved state that was at this input and output.
     pub(crate) fn restore(&mut self, state: &TurningPointState, input: f64, output: f64) -> Result<(), Error> {
+        let candidate = Self::of_state(&self.model, state)?;
+        candidate.check_position(input, output)?;
+        candidate.check_turning_points(input)?;
+        *self = candidate;
+        Ok(())
+    }
+
+    /// A state that was at `input`, with the outputs that the model has at its turning points, whatever it says there.
+    pub(crate) fn with_outputs(
+        model: &Arc<NestedModel>,
+        state: &TurningPointState,
+        input: f64,
+    ) -> Result<TurningPointState, Error> {
+        let mut engine = Self::of_state(model, state)?;
+        engine.renew_all_outputs(input);
+        Ok(engine.state())
+    }
+
+    /// The engine that a saved state describes, wherever its input was.
+    fn of_state(model: &Arc<NestedModel>, state: &TurningPointState) -> Result<Self, Error> {
         let TurningPointState { direction, reversals, .. } = *state;
         if reversals > MAX_REVERSALS {
             return Err(Error::State { expected: "at most 2^63 reversals" });
@@ -116,21 +168,17 @@ impl SharedEngine {
             saved.check(family.len(), reversals, direction)?;
             Ok(Branch::restored(family, saved, direction))
         };
-        let families = self.model.clone();
+        let families = model.families();
         let (positive, positive_stack) = restored(&families.positive, &state.positive, direction)?;
         let (negative, negative_stack) = restored(&families.negative, &state.negative, direction.reversed())?;
         let engine_state = EngineState { direction, positive, negative };
         let stacks = Stacks { positive: positive_stack, negative: negative_stack };
-        let candidate = Self { model: families, state: engine_state, stacks, reversals };
-        candidate.check_position(input, output)?;
-        candidate.check_turning_points(input)?;
-        *self = candidate;
-        Ok(())
+        Ok(Self { model: model.clone(), state: engine_state, stacks, reversals })
     }
 
     /// The input must lie on the branches that the state tells of, and the model have the output there.
     fn check_position(&self, input: f64, output: f64) -> Result<(), Error> {
-        if self.state.holds(input) && self.agree(self.state.line(&self.model).at(input), output, input) {
+        if self.state.holds(input) && self.agree(self.state.line(self.model.families()).at(input), output, input) {
             Ok(())
         } else {
             Err(Error::State { expected: "the output that the model has at the last input on this branch" })
@@ -149,6 +197,6 @@ impl SharedEngine {
 
     /// Whether two outputs at inputs of that magnitude are equal but for rounding.
     fn agree(&self, one: f64, other: f64, input: f64) -> bool {
-        (one - other).abs() <= restore_tolerance(self.model.output_scale(input.abs() + f64::MIN_POSITIVE))
+        (one - other).abs() <= restore_tolerance(self.model.families.output_scale(input.abs() + f64::MIN_POSITIVE))
     }
 }

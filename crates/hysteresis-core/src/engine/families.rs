@@ -31,42 +31,26 @@ pub trait Evaluates: Clone + core::fmt::Debug {
     fn families(&self) -> &Families<Self::Number, Self::Store>;
 }
 
-#[cfg(feature = "alloc")]
-impl<T: Real, S: Store> Evaluates for alloc::sync::Arc<Families<T, S>> {
-    type Number = T;
-    type Store = S;
-
-    #[inline(always)]
-    fn families(&self) -> &Families<T, S> {
-        self
-    }
-}
-
 impl<T: Real, S: Store> Families<T, S> {
     /// The families of a model. `members` are the
     /// weights above and below zero and the operators, one by one, at most as many as there is room for.
     ///
     /// # Errors
     /// As [`Family::nested`].
-    pub(crate) fn of(members: impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone) -> Result<Self, Error> {
+    pub(crate) fn of(members: impl Iterator<Item = WeightsAndPlay> + Clone) -> Result<Self, Error> {
         let count = members.clone().count();
         let none = Member { place: 0, weight: 0.0, rise: T::ZERO, fall: T::ZERO };
         let mut identity_weight = 0.0;
         let (mut positive, mut negative): (S::Of<_>, S::Of<_>) = (S::filled(none, count), S::filled(none, count));
         let (mut above_zero, mut below_zero) = (0, 0);
-        for (place, (above, below, z)) in members.enumerate() {
-            // What both sides of an identity have is a straight line that always slides, so the slope stays above it;
-            // the rest, if it is split, is a one-sided play of no width.
-            let straight = if z.is_identity() { above.min(below) } else { 0.0 };
-            identity_weight += straight;
-            if !z.is_identity() || above > straight {
-                let (rise, fall) = (T::narrow(z.r()), T::narrow(z.rb()));
-                positive.as_mut()[above_zero] = Member { place, weight: above - straight, rise, fall };
+        for (place, member) in members.enumerate() {
+            identity_weight += straight(&member);
+            if let Some(play) = play_above_zero(place, &member) {
+                positive.as_mut()[above_zero] = play;
                 above_zero += 1;
             }
-            if !z.is_identity() || below > straight {
-                let (rise, fall) = (T::narrow(z.ra()), T::narrow(z.rc()));
-                negative.as_mut()[below_zero] = Member { place, weight: below - straight, rise, fall };
+            if let Some(play) = play_below_zero(place, &member) {
+                negative.as_mut()[below_zero] = play;
                 below_zero += 1;
             }
         }
@@ -94,6 +78,29 @@ impl<S: Store> Families<f64, S> {
     pub(crate) fn output_scale(&self, input: f64) -> f64 {
         self.identity_weight.abs() * input + self.positive.output_scale(input) + self.negative.output_scale(input)
     }
+}
+
+/// The weights above and below zero of an operator, and the operator.
+pub(super) type WeightsAndPlay = (f64, f64, CoupledPlay);
+
+/// What both sides of an identity have is a straight line that always slides, so the slope stays above it; the rest, if it
+/// is split, is a one-sided play of no width.
+fn straight((above, below, z): &WeightsAndPlay) -> f64 {
+    if z.is_identity() { above.min(*below) } else { 0.0 }
+}
+
+/// What a member of a model is in the family above zero, if it is anything there.
+pub(super) fn play_above_zero<T: Real>(place: usize, member: &WeightsAndPlay) -> Option<Member<T>> {
+    let (straight, (above, _, z)) = (straight(member), member);
+    let (rise, fall) = (T::narrow(z.r()), T::narrow(z.rb()));
+    (!z.is_identity() || *above > straight).then_some(Member { place, weight: above - straight, rise, fall })
+}
+
+/// The same in the family below zero, in the mirrored coordinate.
+pub(super) fn play_below_zero<T: Real>(place: usize, member: &WeightsAndPlay) -> Option<Member<T>> {
+    let (straight, (_, below, z)) = (straight(member), member);
+    let (rise, fall) = (T::narrow(z.ra()), T::narrow(z.rc()));
+    (!z.is_identity() || *below > straight).then_some(Member { place, weight: below - straight, rise, fall })
 }
 
 /// Whether the weights of two families differ; their thresholds may not.

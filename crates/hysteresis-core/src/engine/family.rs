@@ -171,7 +171,7 @@ impl<T: Real, S: Store> Family<T, S> {
 }
 
 /// Sorts by a, then by b; what is equal keeps its order.
-fn sort<T: Real>(members: &mut [Member<T>]) {
+pub(super) fn sort<T: Real>(members: &mut [Member<T>]) {
     members.sort_unstable_by(|one, other| {
         let (rise, fall) =
             (one.rise.wide().total_cmp(&other.rise.wide()), one.fall.wide().total_cmp(&other.fall.wide()));

@@ -11,6 +11,7 @@ use super::engine_changes::SharedEngine;
 use super::line::Piece;
 use super::memory::Memory;
 use super::memory_state::MemoryState;
+use super::other_method::{operators_of, turning_points_of};
 use super::solve::{Point, Reach};
 use super::turning_point_engine::Engine;
 use crate::error::Error;
@@ -30,8 +31,8 @@ impl CompiledModel {
     }
 
     fn turning_points_at_rest(&self) -> Result<HeapMemory, Error> {
-        let families = self.families.as_ref().map_err(|error| *error)?;
-        Ok(HeapMemory::TurningPoints(Box::new(Engine::new(families.clone()))))
+        let nested = self.nested.as_ref().map_err(|error| *error)?;
+        Ok(HeapMemory::TurningPoints(Box::new(Engine::new(nested.clone()))))
     }
 
     fn bank_at_rest(&self) -> HeapMemory {
@@ -86,12 +87,17 @@ impl HeapMemory {
         }
     }
 
-    /// Continues from a saved state that was at this input and output.
+    /// Continues from a saved state, of either method, that was at this input and output.
     pub(crate) fn restore(&mut self, state: &MemoryState, input: f64, output: f64) -> Result<(), Error> {
         match (self, state) {
             (Self::TurningPoints(engine), MemoryState::TurningPoints(state)) => engine.restore(state, input, output),
             (Self::Bank(bank), MemoryState::Bank(state)) => bank.restore(state, input, output),
-            _ => Err(Error::State { expected: "the memory of a stream of the same method" }),
+            (Self::TurningPoints(engine), MemoryState::Bank(state)) => {
+                engine.restore(&turning_points_of(engine.model(), state, input, output)?, input, output)
+            }
+            (Self::Bank(bank), MemoryState::TurningPoints(state)) => {
+                bank.restore(&operators_of(bank.members(), state, input, output)?, input, output)
+            }
         }
     }
 
@@ -100,8 +106,8 @@ impl HeapMemory {
     /// The position, the turning points and the operator outputs stay; what they sum to is computed anew.
     pub(crate) fn reweigh(&mut self, compiled: &CompiledModel, input: f64) -> Result<bool, Error> {
         match self {
-            Self::TurningPoints(engine) => match &compiled.families {
-                Ok(families) => engine.reweigh(families, input),
+            Self::TurningPoints(engine) => match &compiled.nested {
+                Ok(nested) => engine.reweigh(nested, input),
                 Err(_) => Err(Error::OtherOperators {
                     what: "number of operators with nested thresholds",
                     expected: count_as_f64(engine.operators()),

@@ -27,6 +27,8 @@ mod lookup;
 mod memory;
 #[cfg(feature = "alloc")]
 mod memory_state;
+#[cfg(feature = "alloc")]
+mod other_method;
 mod search;
 mod solve;
 mod turning_point_engine;

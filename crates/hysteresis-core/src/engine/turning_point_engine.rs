@@ -148,9 +148,9 @@ mod tests {
     use alloc::vec::Vec;
     use core::cell::Cell;
 
+    use super::super::bank::Members;
     use super::super::branch::Checkpoint;
-    use super::super::engine_changes::SharedEngine;
-    use super::super::families::Families;
+    use super::super::engine_changes::{NestedModel, SharedEngine};
     use super::super::solve::{Path, first_guess, solve};
     use super::*;
     use crate::model::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
@@ -185,7 +185,7 @@ mod tests {
 
     /// How many looks the search from the state of an engine to an output takes, on the whole range of inputs.
     fn looks(engine: &SharedEngine, from: Point, to: f64) -> u32 {
-        let (mut state, families, stacks) = (engine.state, &*engine.model, &engine.stacks);
+        let (mut state, families, stacks) = (engine.state, engine.model.families(), &engine.stacks);
         let direction = if to < from.output { Direction::Falling } else { Direction::Rising };
         if direction != state.direction {
             state.reverse(families, from.input, u64::MAX);
@@ -210,7 +210,7 @@ mod tests {
                 let weights: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.7 / f64::from(n) }).collect();
                 let model =
                     ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default()).unwrap();
-                let mut engine = SharedEngine::new(Families::of(model.members()).unwrap().into());
+                let mut engine = SharedEngine::new(NestedModel::of(&Members::of(&model).into()).unwrap().into());
                 let (mut seed, mut at, mut most) = (0x9E37_79B9_7F4A_7C15, 0.0, 0);
                 for k in 0..4000 {
                     // Every tenth move goes back to the middle, every third is small.

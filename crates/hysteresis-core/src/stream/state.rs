@@ -3,8 +3,11 @@ use crate::error::{Bound, Error, is_admissible};
 
 /// Everything that a stream remembers: restored, it continues bit for bit; by a bank, on a processor of the same kind.
 ///
+/// A stream of the other [`Method`](crate::Method) takes the state too, and goes on with the same outputs to 1e-12 of the range.
+/// Operator outputs that no drive leads to, as arbitrary initial ones may be, are known to a bank alone.
+///
 /// ```
-/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
 /// let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let mut stream = actuator.forward();
@@ -14,6 +17,10 @@ use crate::error::{Bound, Error, is_admissible};
 /// let mut other = actuator.forward();
 /// other.set_state(&saved)?;
 /// assert_eq!(other.step(-100.0), next);
+///
+/// let mut bank = Forward::with_method(&CompiledModel::new(&actuator), Method::Bank)?;
+/// bank.set_state(&saved)?;
+/// assert!((bank.step(-100.0) - next).abs() < 1e-15);
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

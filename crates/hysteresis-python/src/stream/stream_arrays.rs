@@ -238,7 +238,7 @@ macro_rules! stream_array_methods {
             }
 
             /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
-            /// bit for bit.
+            /// bit for bit. Each is the `state` of a single stream of its model, of either `method`.
             #[getter]
             fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
                 let states: Vec<_> = shared(slf)?.stream.streams().iter().map(|stream| stream.state()).collect();

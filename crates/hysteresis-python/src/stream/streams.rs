@@ -80,6 +80,10 @@ macro_rules! stream_methods {
         process_methods!($class, stream {
             /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
             /// bit.
+            ///
+            /// A stream of the other `method` takes it too, and goes on with the same outputs to 1e-12 of the range. Turning
+            /// points cannot tell operator outputs that no drive leads to, as `initial` may be: then ValueError is raised, and
+            /// the stream is as before.
             #[getter]
             fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
                 let state = shared(slf)?.stream.state();

@@ -108,8 +108,13 @@ impl Members {
     }
 
     /// The operators with their weights, in the order of the model.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (SplitWeight, CoupledPlay)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (SplitWeight, CoupledPlay)> + Clone {
         self.blocks.iter().flat_map(Block::operators).take(self.operators)
+    }
+
+    /// The same as a model gives them: weights above and below zero, and the operator.
+    pub(crate) fn of_model(&self) -> impl Iterator<Item = (f64, f64, CoupledPlay)> + Clone {
+        self.iter().map(|(SplitWeight { above, below }, operator)| (above, below, operator))
     }
 
     /// Whether the weights of the same operators in the same order differ.

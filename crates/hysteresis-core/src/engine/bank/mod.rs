@@ -79,6 +79,11 @@ impl Bank {
         self.ahead = None;
     }
 
+    /// The weights and operators.
+    pub(crate) fn members(&self) -> &Arc<Members> {
+        &self.members
+    }
+
     /// Whether an input is known to have led to the outputs: a move to where the bank is changes nothing then.
     pub(crate) fn knows_its_input(&self) -> bool {
         !self.now.input.is_nan()
