@@ -65,7 +65,8 @@ pub(crate) fn solve<T: Real>(
         step = step.wrapping_add(1);
         let piece = path.look(direction, guess);
         let newton = piece.line.inverted().at(target);
-        let begin = direction.further(piece.begin, near.input);
+        // It holds where it was looked at, also if rounding lets it begin beyond that.
+        let begin = direction.nearer(direction.further(piece.begin, near.input), guess);
         let on_piece = direction.has_passed(begin, newton) & !direction.has_passed(piece.end, newton);
         if (on_piece || newton == guess) && !direction.leads_away(newton, limit) {
             return Reach { input: newton, output: target, saturated: false };

@@ -223,3 +223,28 @@ fn a_line_has_the_same_bits_from_anywhere_on_it() {
         }
     }
 }
+
+/// Two operators are pushed from inputs that differ by a rounding. A look between them sees a piece that begins beyond it.
+#[test]
+fn a_target_at_a_kink_of_two_operators_is_found() {
+    let (r, rc) = (
+        [0.0, 0.0, 16.666_666_666_666_668, 33.333_333_333_333_336],
+        [0.0, 0.0, 16.666_666_666_666_668, 33.333_333_333_333_336],
+    );
+    let ra = [0.0, 13.137_289_532_145_14, 37.041_820_125_948_94, 57.357_402_734_020_08];
+    let rb = [0.0, 0.0, 28.406_883_998_651_39, 54.937_953_358_834_19];
+    let above = [0.2, 0.0, 0.325_139_646_038_842_8, 0.0];
+    let below = [1.667_902_080_302_201, 0.393_311_575_720_360_96, 0.239_347_844_452_909_21, 0.760_140_048_218_771_7];
+    let model = ModifiedPrandtlIshlinskii::new(&above, &r, &ra, &rb, &rc, Offsets::default());
+    let model = model.unwrap().with_negative_weights(&below).unwrap();
+    for processor in [Processor::here(), Processor::portable()] {
+        let mut bank = Bank::at_rest(Arc::new(Members::on(processor, &model)));
+        let outputs =
+            [-47.095_751_169_551_42, -39.010_292_929_558_595, -17.792_343_786_680_085, -34.459_010_453_346_75].into();
+        let (input, output, to) = (-47.095_751_169_551_42, -124.346_534_131_212_34, -32.772_494_052_728_95);
+        bank.restore(&BankState { outputs, line: None }, input, output).unwrap();
+        let reach = bank.move_output(Direction::Rising, Point { input, output }, to, (-1e3, 1e3));
+        assert!((reach.input - -1.125_677_120_013_416).abs() < 1e-12, "{reach:?}");
+        assert!((bank.now().output - to).abs() < 1e-12);
+    }
+}
