@@ -5,7 +5,7 @@ use core::array;
 
 use super::super::four_lanes::{FourLanes, LANES, Lanes};
 use super::members::SplitWeight;
-use super::side::Side;
+use super::side::{Side, Unguessed};
 use crate::operator::CoupledPlay;
 
 /// The thresholds of the bound behind an input that rises, or of one that falls in the mirror.
@@ -86,9 +86,9 @@ pub(super) trait Bounds: Copy {
 
 /// Those behind the input: seen from its side it rises.
 #[derive(Clone, Copy)]
-pub(super) struct Behind<S>(pub(super) S);
+pub(super) struct Behind(pub(super) Unguessed);
 
-impl<S: Side> Bounds for Behind<S> {
+impl Bounds for Behind {
     #[inline(always)]
     fn next<F: FourLanes>(self, block: &Block, four: F, x: F::Numbers, z: F::Numbers) -> F::Numbers {
         let Self(side) = self;

@@ -17,13 +17,13 @@ use crate::error::is_admissible;
 /// How many samples go through a block together: as many as there are registers for.
 const TOGETHER: usize = 4;
 
-/// Takes every sample, up to the first admissible one after which a line is to be drawn. Inputs and outputs are relative to `origin`, samples and
-/// what is put out are not.
+/// Takes every sample, up to the first admissible one after which a line is to be drawn. Inputs and outputs are relative to `origin`,
+/// samples and what is put out are not.
 pub(super) struct Run<'a> {
     pub(super) members: &'a Members,
     pub(super) z: &'a mut [Lanes],
-    /// The last input and what the outputs sum to, each behind a pointer of its own: side by side they would be one vector, and every input would wait
-    /// for the output before it.
+    /// The last input and what the outputs sum to, each behind a pointer of its own: side by side they would be one vector, and every
+    /// input would wait for the output before it.
     pub(super) input: &'a mut f64,
     pub(super) output: &'a mut f64,
     pub(super) direction: &'a mut Direction,
