@@ -106,8 +106,8 @@ pub(crate) fn solve<T: Real>(
 /// How many times as far as Newton's method a step goes that is to find what lies beyond the target.
 const FURTHER: f64 = 16.0;
 
-/// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output `target`: as good as a
-/// parabola for slopes that change little, and a single division. Without `far`, a straight line.
+/// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output
+/// `target`: as good as a parabola for slopes that change little, and a single division. Without `far`, a straight line.
 #[inline(always)]
 pub(crate) fn first_guess<T: Real>(near: Point<T>, slope: T, far: Option<Point<T>>, target: T) -> T {
     let rise = target - near.output;

@@ -149,8 +149,8 @@ impl Forward {
     /// Continues from `state`, bit for bit; from a state of the other [`Method`], with the same outputs to 1e-12 of the range.
     ///
     /// # Errors
-    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points: operator outputs of a bank that no drive leads to), [`Error::Domain`] for a number that is not finite;
-    /// the stream is as before then.
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points:
+    /// operator outputs of a bank that no drive leads to), [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         state.check_model(self.fingerprint)?;
         check_input("state.last_input", state.last_input)?;

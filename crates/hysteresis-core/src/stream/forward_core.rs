@@ -53,7 +53,7 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     }
 
     /// The same after a move that was a step back or not.
-    #[inline]
+    #[inline(always)]
     fn draw_segment(&mut self, x: T, step_back: bool) {
         self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
         if let Some(back) = self.memory.back_after(step_back) {

@@ -134,7 +134,7 @@ pub(crate) fn eights(numbers: &[f64]) -> Vec<Lanes> {
         .collect()
 }
 
-/// Copies the signals of a sample, of which `eight` has number 0, 1 and so on.
+/// Copies the signals of a sample: `eight(i)` is the i-th group of eight signals.
 pub(crate) fn copy_signals<'s>(eight: impl Fn(usize) -> &'s Lanes, signals: &mut [f64]) {
     let (eights, rest) = signals.as_chunks_mut::<LANES>();
     let whole = eights.len();

@@ -35,8 +35,6 @@ pub(crate) struct Bank {
     outputs: Box<[Lanes]>,
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     now: Point,
-    /// Which way the input went last.
-    direction: Direction,
     /// The line from there on, if it was drawn.
     ahead: Option<Piece>,
 }
@@ -45,8 +43,8 @@ impl Bank {
     /// A bank whose operators all start from zero.
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
         let zeros: Box<[Lanes]> = members.blocks.iter().map(|_| [0.0; LANES]).collect();
-        let (now, direction) = (Point { input: 0.0, output: 0.0 }, Direction::Rising);
-        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, direction, ahead: None };
+        let now = Point { input: 0.0, output: 0.0 };
+        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, ahead: None };
         bank.reset();
         bank
     }

@@ -17,7 +17,7 @@ impl Bank {
     pub(crate) fn move_input(&mut self, from: f64, to: f64) {
         if self.jump(from, to).is_none() {
             self.go(from, to);
-            self.draw_line(self.direction);
+            self.draw_line(Direction::of_move(from, to));
         }
     }
 
@@ -48,7 +48,6 @@ impl Bank {
 
     #[inline]
     fn go(&mut self, from: f64, to: f64) {
-        self.direction = Direction::of_move(from, to);
         self.now.output = sweep(&self.members, &mut *self.outputs, self.now.input, from, to);
         self.now.input = to;
         self.ahead = None;
@@ -89,8 +88,8 @@ impl Bank {
     /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn. Inputs and
     /// outputs are relative to `origin`, samples and what is put out are not. No line was drawn before.
     pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Taken {
-        let Self { members, outputs: z, now: Point { input, output }, direction, .. } = self;
-        members.run(Run { members, z, input, output, direction, origin, samples, outputs })
+        let Self { members, outputs: z, now: Point { input, output }, .. } = self;
+        members.run(Run { members, z, input, output, origin, samples, outputs })
     }
 
     /// The sum of the outputs as they are.

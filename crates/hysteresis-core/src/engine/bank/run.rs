@@ -3,7 +3,6 @@
 
 use core::array;
 
-use super::super::direction::Direction;
 use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::solve::Point;
 use super::block::{Behind, Block, Both};
@@ -26,7 +25,6 @@ pub(super) struct Run<'a> {
     /// input would wait for the output before it.
     pub(super) input: &'a mut f64,
     pub(super) output: &'a mut f64,
-    pub(super) direction: &'a mut Direction,
     pub(super) origin: Point,
     pub(super) samples: &'a [f64],
     pub(super) outputs: &'a mut [f64],
@@ -44,12 +42,12 @@ impl BankLoop for Run<'_> {
 
     #[inline(always)]
     fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Taken {
-        let Self { members, z, input, output, direction, origin, samples, outputs } = self;
+        let Self { members, z, input, output, origin, samples, outputs } = self;
         let now = Point { input: *input, output: *output };
         let taken = Taken { samples: 0, rejected: 0 };
-        let mut runner = Runner { members, z, now, direction: *direction, origin, taken };
+        let mut runner = Runner { members, z, now, origin, taken };
         runner.run::<F, W>(four, blocks, samples, outputs);
-        (*input, *output, *direction) = (runner.now.input, runner.now.output, runner.direction);
+        (*input, *output) = (runner.now.input, runner.now.output);
         runner.taken
     }
 }
@@ -59,7 +57,6 @@ struct Runner<'a> {
     members: &'a Members,
     z: &'a mut [Lanes],
     now: Point,
-    direction: Direction,
     origin: Point,
     taken: Taken,
 }
@@ -116,13 +113,12 @@ impl Runner<'_> {
             _ => self.either_way::<F, W>(four, blocks, inputs, moves.map(|(from, to)| Unguessed::of_move(from, to))),
         };
         self.now = Point { input: d, output: sums[TOGETHER - 1] };
-        self.direction = Direction::of_move(c, d);
         self.taken.samples += TOGETHER;
         sums.map(|sum| sum + self.origin.output)
     }
 
-    /// The sum at every input, as a [`Sweep`] takes it, all of them being on the way to the same side. Its sign comes as a number that the
-    /// compiler does not know, or it would make differences of the products.
+    /// The sum at every input, as a [`Sweep`] takes it (a zero of the mirror is made one of this side), all of them being on the way to the
+    /// same side. Its sign comes as a number that the compiler does not know, or it would make differences of the products.
     #[inline(always)]
     fn one_way<F: FourLanes, W: Weights>(
         &mut self,
@@ -142,7 +138,7 @@ impl Runner<'_> {
             }
             *slot = four.store(side.seen(four, z));
         }
-        sums.map(|sum| side.turned(four.total(sum)))
+        sums.map(|sum| side.turned(four.total(sum)) + 0.0)
     }
 
     /// The same for each input on the way to its side.
@@ -165,7 +161,7 @@ impl Runner<'_> {
             }
             *slot = four.store(z);
         }
-        array::from_fn(|k| sides[k].turned(four.total(sums[k])))
+        array::from_fn(|k| sides[k].turned(four.total(sums[k])) + 0.0)
     }
 
     /// Moves to one input after the other: whether none led to a line.
@@ -190,7 +186,6 @@ impl Runner<'_> {
                     Sweep { outputs, start: Here, bounds: Behind(Unguessed::of_move(from, x)), x }
                         .run::<F, W>(four, blocks)
                 };
-                self.direction = Direction::of_move(from, x);
                 self.now = Point { input: x, output };
             } else {
                 self.taken.rejected += 1;

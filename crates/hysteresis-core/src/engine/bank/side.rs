@@ -84,7 +84,7 @@ pub(super) struct Unguessed {
 }
 
 impl Unguessed {
-    /// Of a move of the input. (A comparison would become a branch.)
+    /// Of a move of the input. (A comparison would become a branch.) A move from zero to -0 counts as a fall: it pushes nothing.
     #[inline(always)]
     pub(super) fn of_move(from: f64, to: f64) -> Self {
         Self { signed_zero: 0.0_f64.copysign(to - from) }

@@ -1,4 +1,4 @@
-//! The loop over all operators, four at once, without a branch.
+//! The loop over all operators for one sample, four at once, without a branch.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use super::super::four_lanes::{FourLanes, Lanes};
