@@ -4,7 +4,6 @@ use faer::Mat;
 
 use crate::finding::Finding;
 use crate::finding_code::FindingCode;
-use crate::fit::factor::Echelon;
 use crate::numeric::as_f64;
 use crate::record::Record;
 
@@ -43,8 +42,7 @@ impl Slow {
 
 /// Whether the residual follows a slow change once the operators may give back what they have taken up of it.
 ///
-/// `factor` is R, in echelon form, of the operators, the slow columns and the residual. Columns that depend take no row: those of operators
-/// that never move, and a slow one of which operators make all, as that of a ramp makes all of time.
+/// `factor` is R of the slow columns and the residual, of which a column in front, that of each operator, is projected out.
 pub(super) fn change(factor: &Mat<f64>, records: &[Record<'_>]) -> Option<Finding> {
     /// The multiple correlation: a quarter of the squares.
     const LIMIT: f64 = 0.5;
@@ -52,18 +50,13 @@ pub(super) fn change(factor: &Mat<f64>, records: &[Record<'_>]) -> Option<Findin
     const MATTERS: f64 = 0.01;
     /// What remains of a slow change is no beginning that settles.
     const SETTLES: f64 = 0.3;
-    let (echelon, last) = (Echelon::of(factor.as_ref()), factor.ncols() - 1);
-    let beside = |slow: usize| {
-        let first = echelon.rank(last - COLUMNS + slow);
-        (first..factor.nrows()).map(|row| factor[(row, last)].powi(2)).sum::<f64>()
-    };
-    let (without, with, with_fast) = (beside(0), beside(COLUMNS - 1), beside(COLUMNS));
-    // The operators, time and the slow exponential.
-    let first = last - COLUMNS;
-    let right = (0..echelon.rank(last - 1)).map(|row| factor[(row, last)]).collect();
-    let amplitudes = echelon.solve(last - 1, right);
+    let residual = |from: usize| (from..=COLUMNS).map(|row| factor[(row, COLUMNS)].powi(2)).sum::<f64>();
+    let (without, with, with_fast) = (residual(0), residual(COLUMNS - 1), residual(COLUMNS));
+    // Back substitution for time and the slow exponential.
+    let slow = factor[(1, COLUMNS)] / factor[(1, 1)];
+    let time = (factor[(0, COLUMNS)] - factor[(0, 1)] * slow) / factor[(0, 0)];
     let range = records.iter().map(Record::output_range).fold(0.0, f64::max);
-    let moved = range_of(amplitudes[first], amplitudes[first + 1]) / range;
+    let moved = range_of(time, slow) / range;
     let value = (1.0 - with / without).max(0.0).sqrt();
     let message = format!(
         "a slow change of {:.1} % of the range lies beside the motion and explains {:.0} % of the squares of the residual: \
@@ -89,51 +82,4 @@ fn range_of(time: f64, slow: f64) -> f64 {
     let values: Vec<f64> = (0..=POINTS).map(at).collect();
     let (low, high) = crate::signal::bounds(&values);
     high - low
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fit::factor::TriangularFactor;
-    use crate::white_noise::white;
-
-    type Operator = fn(f64) -> f64;
-
-    /// Of a record of `drive`, with operators that make these of it, beside a slow change of half the range and noise.
-    fn found(drive: impl Fn(f64) -> f64, operators: &[Operator], change_of: impl Fn(f64) -> f64) -> Option<Finding> {
-        let input: Vec<f64> = (0..400).map(|k| drive(f64::from(k) / 400.0)).collect();
-        let records = [Record::new(&input, &input, 0).unwrap()];
-        let (mut slow, mut columns) = (Slow::of(&records[0]), [0.0; COLUMNS]);
-        let mut factor = TriangularFactor::new(1 + operators.len() + COLUMNS + 1);
-        for ((u, e), k) in input.iter().zip(white(400)).zip(0_u32..) {
-            slow.write(&mut columns);
-            let mut row = vec![1.0];
-            row.extend(operators.iter().map(|operator| operator(*u)));
-            row.extend(columns);
-            row.push(change_of(f64::from(k) / 400.0) + 0.05 * e);
-            factor.push(&row);
-        }
-        change(&factor.finish(), &records)
-    }
-
-    #[test]
-    fn operators_that_never_move_hide_no_slow_change() {
-        let drive = |t: f64| (1.0 - t) * (40.0 * t).sin();
-        let [moves, rests, still]: [Operator; 3] = [|u| u, |_| 0.0, |_| 3.0];
-        let alone = found(drive, &[moves], |t| t).unwrap();
-        assert!(alone.value > 0.9, "{alone:?}");
-        for others in [&[moves, rests][..], &[moves, still], &[rests, still, moves, moves]] {
-            let with = found(drive, others, |t| t).unwrap();
-            assert!((with.value - alone.value).abs() < 1e-9 && with.message == alone.message, "{with:?} {alone:?}");
-        }
-        assert_eq!(found(drive, &[moves, rests, still], |_| 0.0), None);
-    }
-
-    /// What an operator makes of a ramp is time: of a change it leaves the part that is no ramp.
-    #[test]
-    fn an_operator_may_make_all_of_time() {
-        let finding = found(|t| t, &[|u| u], |t| 0.5 * (1.0 - (-3.0 * t).exp())).unwrap();
-        assert!(finding.value > 0.8, "{finding:?}");
-        assert!(finding.message.starts_with("a slow change of 47."), "{finding:?}");
-    }
 }
