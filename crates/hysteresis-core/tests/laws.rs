@@ -288,7 +288,10 @@ proptest! {
             *place.get_mut(&mut x) = f64::NAN;
         }
         let mut block = vec![0.0; x.len()];
-        for mut forward in forwards(&model) {
+        // Also from outputs that no input has led to.
+        let odd: Vec<f64> = (0..model.weights().len()).map(|i| if i % 2 == 0 { REACH } else { -REACH }).collect();
+        let from_odd = Forward::with_initial(&CompiledModel::new(&model), &odd).unwrap();
+        for mut forward in forwards(&model).into_iter().chain([from_odd]) {
             let mut at_once = forward.clone();
             at_once.run(&x, &mut block).unwrap();
             prop_assert_eq!(&run(&mut forward, &x), &block);

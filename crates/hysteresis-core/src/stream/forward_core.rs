@@ -98,19 +98,17 @@ impl ForwardCore<f64, HeapMemory> {
         Ok(())
     }
 
-    /// Takes samples as long as a bank has drawn no line and none is to be drawn: how many.
+    /// Takes samples as long as a bank, led by an input, has drawn no line and none is to be drawn: how many.
     #[inline]
     fn run_without_line(&mut self, samples: &[f64], outputs: &mut [f64]) -> usize {
         let HeapMemory::Bank(bank) = &mut self.memory else { return 0 };
-        if bank.ahead().is_some() {
+        if bank.ahead().is_some() || !bank.knows_its_input() {
             return 0;
         }
         let taken = bank.run(samples, outputs, self.origin);
         self.rejected = self.rejected.saturating_add(taken.rejected);
         let Point { input, output } = bank.now();
-        if !input.is_nan() {
-            self.segment = Segment::point(input, output);
-        }
+        self.segment = Segment::point(input, output);
         taken.samples
     }
 }

@@ -218,7 +218,8 @@ impl Inverse {
     ///
     /// # Errors
     /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points:
-    /// operator outputs of a bank that no drive leads to), also one whose drive lies outside the limits, [`Error::Domain`] for a number that is not finite; the stream is as before then.
+    /// operator outputs of a bank that no drive leads to), also one whose drive lies outside the limits, [`Error::Domain`] for a number
+    /// that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         state.check_model(self.fingerprint)?;
         check_output("state.last_input", state.last_input)?;

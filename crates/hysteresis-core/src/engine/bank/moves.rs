@@ -86,7 +86,8 @@ impl Bank {
     }
 
     /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn. Inputs and
-    /// outputs are relative to `origin`, samples and what is put out are not. No line was drawn before.
+    /// outputs are relative to `origin`, samples and what is put out are not. No line was drawn before, and an input has led to the
+    /// outputs.
     pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Taken {
         let Self { members, outputs: z, now: Point { input, output }, .. } = self;
         members.run(Run { members, z, input, output, origin, samples, outputs })

@@ -5,7 +5,7 @@ use core::array;
 
 use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::solve::Point;
-use super::block::{Behind, Block, Both};
+use super::block::{Behind, Block};
 use super::look::Here;
 use super::members::{BankLoop, Members};
 use super::side::{Falling, Rising, Side, Unguessed};
@@ -79,8 +79,7 @@ impl Runner<'_> {
     #[inline(always)]
     fn moves(&self, samples: &[f64; TOGETHER]) -> Option<[f64; TOGETHER]> {
         let inputs = samples.map(|sample| sample - self.origin.input);
-        let mut last = self.now.input;
-        let mut all = !last.is_nan();
+        let (mut last, mut all) = (self.now.input, true);
         for (sample, x) in samples.iter().zip(inputs) {
             all &= is_admissible(*sample) & !self.leads_to_a_line(last, x);
             last = x;
@@ -179,13 +178,8 @@ impl Runner<'_> {
                 if self.leads_to_a_line(from, x) {
                     return false;
                 }
-                let outputs = &mut *self.z;
-                let output = if from.is_nan() {
-                    Sweep { outputs, start: Here, bounds: Both, x }.run::<F, W>(four, blocks)
-                } else {
-                    Sweep { outputs, start: Here, bounds: Behind(Unguessed::of_move(from, x)), x }
-                        .run::<F, W>(four, blocks)
-                };
+                let bounds = Behind(Unguessed::of_move(from, x));
+                let output = Sweep { outputs: &mut *self.z, start: Here, bounds, x }.run::<F, W>(four, blocks);
                 self.now = Point { input: x, output };
             } else {
                 self.taken.rejected += 1;

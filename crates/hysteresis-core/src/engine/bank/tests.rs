@@ -81,6 +81,9 @@ fn a_run_is_its_samples_up_to_the_first_small_move_on_any_processor() {
     let mut samples: Vec<f64> = drive().chain(staircases()).collect();
     (samples[50], samples[70], samples[2100]) = (f64::INFINITY, f64::NAN, -2e100);
     for mut bank in banks() {
+        if !bank.knows_its_input() {
+            bank.move_input(0.0, 0.0);
+        }
         let (mut one_by_one, mut last, mut taken, mut rejected) = (bank.clone(), 0.0, 0, 0);
         while taken < samples.len() {
             let mut outputs = samples.clone();
