@@ -255,7 +255,7 @@ proptest! {
         let (was, is) = (controller.peek(reference.into(), y), switched.peek(reference.into(), y));
         let change = (ki_dt(&switched) - ki_dt(&controller)) * error;
         // A second of bumpless_time: 10 000 samples, of which at most 20 have gone before the switch began it anew.
-        let lost = 2e-4 * switched.terms().bumpless.abs().max(controller.terms().bumpless.abs());
+        let lost = (switched.terms().bumpless.abs() + controller.terms().bumpless.abs()) / (10_000.0 - 20.0);
         let tolerance = lost + ROUNDING * scale(&controller).max(scale(&switched)).max(change.abs());
         prop_assert!((is - was - change).abs() <= tolerance, "{was} to {is}, {change} of it by ki");
     }
