@@ -283,11 +283,14 @@ fn the_memory_of_a_bank_comes_back() {
     );
     let stage = Stage::new(StageParts::new(model.unwrap())).unwrap();
     let mut forward = stage.forward(DT).unwrap();
-    // After the small move it is on a line.
-    for (drive, line) in [(5.0, "line: None"), (4.99, "line: Some(Falling)")] {
-        forward.step(drive);
+    // After eight small moves it is on a line.
+    for (small_moves, memory) in [(0, "small_moves: 0"), (1, "small_moves: 1"), (8, "line: Some(Falling)")] {
+        forward.reset();
+        for k in 0..=small_moves {
+            forward.step(5.0 - 0.01 * f64::from(k));
+        }
         let state = Sampled { dt: DT, stream: forward.state() };
-        assert!(format!("{state:?}").contains("Bank") && format!("{state:?}").contains(line), "{state:?}");
+        assert!(format!("{state:?}").contains("Bank") && format!("{state:?}").contains(memory), "{state:?}");
         assert_eq!(Sampled::from_bytes(&state.to_bytes()), Ok(state));
     }
 }

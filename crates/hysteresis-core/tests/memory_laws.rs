@@ -3,8 +3,8 @@
 mod support;
 
 use hysteresis_core::{
-    BankState, CompiledModel, CoupledPlay, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
-    Process, StreamState,
+    BankState, CompiledModel, CoupledPlay, Direction, Inverse, MemoryState, ModifiedPrandtlIshlinskii, Offsets,
+    PrandtlIshlinskii, Process, Ratios, StreamState,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -227,6 +227,45 @@ fn a_bank_of_split_weights_is_restored_within_the_roundings_of_its_sum() {
     }
 }
 
+/// On a line outputs may have other last bits than their sum, and after eight small moves one is drawn.
+#[test]
+fn a_bank_goes_on_bit_for_bit_between_small_moves() {
+    let weights: Vec<f64> = (0..20).map(|i| 1.0 / f64::from(3 + i)).collect();
+    let r: Vec<f64> = (0..20).map(|i| 5.0 * f64::from(i)).collect();
+    let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default()).unwrap();
+    let drive: Vec<f64> = (0..40).map(|k| f64::from(10 * (k % 20)) + 0.1 * f64::sin(f64::from(k))).collect();
+    for jump in drive {
+        let small: Vec<f64> = (0..20).map(|k| jump + 0.03 * f64::from(k)).collect();
+        let mut stream = bank(&model);
+        stream.step(jump - 80.0);
+        for k in 0..small.len() {
+            stream.step(small[k]);
+            let (mut one, mut other) = (stream.clone(), bank(&model));
+            other.set_state(&stream.state()).unwrap();
+            assert_eq!(run(&mut one, &small[k..]), run(&mut other, &small[k..]), "after {k} small moves to {jump}");
+            assert_eq!(one.state(), other.state());
+        }
+    }
+}
+
+#[test]
+fn a_bank_makes_fewer_small_moves_than_lead_to_a_line() {
+    let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
+    let mut stream = bank(&(&model).into());
+    stream.step(7.0);
+    let state = stream.state();
+    let with = |line, small_moves| {
+        let memory = MemoryState::Bank(BankState { outputs: [7.0, 5.0].into(), line, small_moves });
+        StreamState { memory, ..state.clone() }
+    };
+    stream.set_state(&with(None, 7)).unwrap();
+    for (line, small_moves) in [(None, 8), (None, 255), (Some(Direction::Rising), 1)] {
+        let error = stream.set_state(&with(line, small_moves)).unwrap_err();
+        assert!(error.to_string().contains("fewer small moves than lead to a line"), "{error}");
+        assert_eq!(stream.state(), with(None, 7));
+    }
+}
+
 #[test]
 fn a_bank_takes_only_finite_outputs_of_all_its_operators() {
     let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default()).unwrap();
@@ -234,7 +273,7 @@ fn a_bank_takes_only_finite_outputs_of_all_its_operators() {
     stream.step(7.0);
     let state = stream.state();
     for outputs in [&[7.0, 5.0, 0.0][..], &[7.0], &[7.0, f64::NAN], &[f64::INFINITY, 5.0]] {
-        let memory = MemoryState::Bank(BankState { outputs: outputs.into(), line: None });
+        let memory = MemoryState::Bank(BankState { outputs: outputs.into(), line: None, small_moves: 0 });
         let error = stream.set_state(&StreamState { memory, ..state.clone() }).unwrap_err();
         assert!(error.to_string().contains("one finite output for each operator"), "{error}");
     }

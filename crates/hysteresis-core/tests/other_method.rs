@@ -297,7 +297,7 @@ fn outputs_before_the_first_sample_are_refused_unless_at_rest() {
 fn what_a_bank_refuses_is_refused_by_turning_points_too() {
     let [mut turning, bank] = forwards(&plays(&[0.0, 1.0]));
     let good = driven(bank, &[3.0]).state();
-    let with = |outputs: &[f64]| MemoryState::Bank(BankState { outputs: outputs.into(), line: None });
+    let with = |outputs: &[f64]| MemoryState::Bank(BankState { outputs: outputs.into(), line: None, small_moves: 0 });
     for (memory, words) in [
         (with(&[3.0, 2.0, 1.0]), "one finite output for each operator"),
         (with(&[3.0, f64::NAN]), "one finite output for each operator"),

@@ -30,6 +30,15 @@ pub struct BankState {
     /// In which direction a straight line was drawn that the next sample may be on; None if none was.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub line: Option<Direction>,
+    /// Without a line: how many moves in a row were small up to now. After 8 of them one is drawn.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
+    pub small_moves: u8,
+}
+
+#[cfg(feature = "serde")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_zero(count: &u8) -> bool {
+    *count == 0
 }
 
 /// The turning points of both families of one-sided plays.

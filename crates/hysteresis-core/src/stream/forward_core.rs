@@ -102,10 +102,7 @@ impl ForwardCore<f64, HeapMemory> {
     #[inline]
     fn run_without_line(&mut self, samples: &[f64], outputs: &mut [f64]) -> usize {
         let HeapMemory::Bank(bank) = &mut self.memory else { return 0 };
-        if bank.ahead().is_some() || !bank.knows_its_input() {
-            return 0;
-        }
-        let taken = bank.run(samples, outputs, self.origin);
+        let Some(taken) = bank.run(samples, outputs, self.origin) else { return 0 };
         self.rejected = self.rejected.saturating_add(taken.rejected);
         let Point { input, output } = bank.now();
         self.segment = Segment::point(input, output);

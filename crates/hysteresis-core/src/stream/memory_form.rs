@@ -13,15 +13,20 @@ enum Numbered<'a> {
     TurningPoints(Cow<'a, TurningPointState>),
     Bank { outputs: Cow<'a, [f64]> },
     BankOnLine { outputs: Cow<'a, [f64]>, direction: Direction },
+    BankAfterSmallMoves { outputs: Cow<'a, [f64]>, small_moves: u8 },
 }
 
 impl<'a> From<&'a MemoryState> for Numbered<'a> {
     fn from(memory: &'a MemoryState) -> Self {
         match memory {
             MemoryState::TurningPoints(state) => Self::TurningPoints(Cow::Borrowed(state)),
-            MemoryState::Bank(BankState { outputs, line: None }) => Self::Bank { outputs: Cow::Borrowed(outputs) },
-            MemoryState::Bank(BankState { outputs, line: Some(direction) }) => {
-                Self::BankOnLine { outputs: Cow::Borrowed(outputs), direction: *direction }
+            MemoryState::Bank(BankState { outputs, line, small_moves }) => {
+                let outputs = Cow::Borrowed(&**outputs);
+                match (line, *small_moves) {
+                    (Some(direction), _) => Self::BankOnLine { outputs, direction: *direction },
+                    (None, 0) => Self::Bank { outputs },
+                    (None, small_moves) => Self::BankAfterSmallMoves { outputs, small_moves },
+                }
             }
         }
     }
@@ -29,11 +34,14 @@ impl<'a> From<&'a MemoryState> for Numbered<'a> {
 
 impl From<Numbered<'_>> for MemoryState {
     fn from(numbered: Numbered<'_>) -> Self {
-        let bank = |outputs: Cow<'_, [f64]>, line| Self::Bank(BankState { outputs: outputs.into_owned().into(), line });
+        let bank = |outputs: Cow<'_, [f64]>, line, small_moves| {
+            Self::Bank(BankState { outputs: outputs.into_owned().into(), line, small_moves })
+        };
         match numbered {
             Numbered::TurningPoints(state) => Self::TurningPoints(state.into_owned()),
-            Numbered::Bank { outputs } => bank(outputs, None),
-            Numbered::BankOnLine { outputs, direction } => bank(outputs, Some(direction)),
+            Numbered::Bank { outputs } => bank(outputs, None, 0),
+            Numbered::BankOnLine { outputs, direction } => bank(outputs, Some(direction), 0),
+            Numbered::BankAfterSmallMoves { outputs, small_moves } => bank(outputs, None, small_moves),
         }
     }
 }

@@ -21,14 +21,17 @@ pub(crate) struct Members {
     /// Whether any operator weighs differently above and below zero: the sum of all others needs no choice.
     split: bool,
     processor: Processor,
-    /// The largest move after which a line is drawn.
+    /// The largest move that counts as small.
     small_move: f64,
     /// About the slope of a long move: where a search begins.
     pub(super) slope: f64,
 }
 
-/// So many moves as the last one lead from one breakpoint to the next if a line is to be drawn: fewer would not pay.
+/// So many moves as the last one lead from one breakpoint to the next if it counts as small: fewer would not pay for a line.
 const MOVES_ON_A_LINE: f64 = 16.0;
+
+/// After so many small moves in a row a line is drawn: where a drive just turns round, as a sine at its peak, it would not pay.
+pub(super) const MOVES_BEFORE_A_LINE: u8 = 8;
 
 /// The weights of an operator above and below zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,10 +104,11 @@ impl Members {
         }
     }
 
-    /// Whether a line is drawn after a move.
+    /// How many small moves in a row there are with this one, `before` of them before it. To stay is none, and ends none.
     #[inline(always)]
-    pub(super) fn is_small(&self, distance: f64) -> bool {
-        distance.abs() <= self.small_move
+    pub(super) fn small_moves(&self, before: u8, distance: f64) -> u8 {
+        let with_it = MOVES_BEFORE_A_LINE.min(before + u8::from(distance != 0.0));
+        if distance.abs() <= self.small_move { with_it } else { 0 }
     }
 
     /// The operators with their weights, in the order of the model.

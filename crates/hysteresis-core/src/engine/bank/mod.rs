@@ -1,6 +1,6 @@
 //! The loop over all operators: for few of them, for thresholds that are not nested, and for arbitrary initial outputs.
 //!
-//! After a small move a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
+//! After some small moves a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
 
 mod block;
 mod find;
@@ -25,6 +25,7 @@ use super::memory_state::BankState;
 use super::solve::Point;
 use crate::error::{Error, check_finite, check_length};
 use crate::operator::Operator;
+use members::MOVES_BEFORE_A_LINE;
 pub(crate) use members::Members;
 
 /// A bank of operators, each with its output.
@@ -35,8 +36,29 @@ pub(crate) struct Bank {
     outputs: Box<[Lanes]>,
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     now: Point,
-    /// The line from there on, if it was drawn.
-    ahead: Option<Piece>,
+    ahead: Ahead,
+}
+
+/// What a bank knows of the samples to come.
+#[derive(Clone, Copy, Debug)]
+enum Ahead {
+    /// The line that they may be on.
+    Line(Piece),
+    /// No line was drawn; how many moves up to now were small, one after the other.
+    SmallMoves(u8),
+}
+
+impl Ahead {
+    #[inline]
+    fn line(self) -> Option<Piece> {
+        if let Self::Line(piece) = self { Some(piece) } else { None }
+    }
+
+    /// How many moves were small, one after the other. Those along a line are.
+    #[inline]
+    fn small_moves(self) -> u8 {
+        if let Self::SmallMoves(count) = self { count } else { MOVES_BEFORE_A_LINE }
+    }
 }
 
 impl Bank {
@@ -44,7 +66,7 @@ impl Bank {
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
         let zeros: Box<[Lanes]> = members.blocks.iter().map(|_| [0.0; LANES]).collect();
         let now = Point { input: 0.0, output: 0.0 };
-        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, ahead: None };
+        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, ahead: Ahead::SmallMoves(0) };
         bank.reset();
         bank
     }
@@ -74,7 +96,7 @@ impl Bank {
         let led_to_them =
             self.members.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z);
         self.now = Point { input: if led_to_them { input } else { f64::NAN }, output: self.sum() };
-        self.ahead = None;
+        self.ahead = Ahead::SmallMoves(0);
     }
 
     /// The weights and operators.
@@ -99,7 +121,11 @@ impl Bank {
         settled.settle(input);
         // In the mirror zero has the other sign: files have none.
         let outputs = settled.outputs().iter().map(|z| z + 0.0).collect();
-        BankState { outputs, line: self.ahead.map(|piece| piece.direction) }
+        let (line, small_moves) = match self.ahead {
+            Ahead::Line(piece) => (Some(piece.direction), 0),
+            Ahead::SmallMoves(count) => (None, count),
+        };
+        BankState { outputs, line, small_moves }
     }
 
     /// Continues from saved operator outputs, which must sum to `output` but for rounding.
@@ -116,10 +142,14 @@ impl Bank {
         if (sum - output).abs() > restore_tolerance(scale) {
             return Err(Error::State { expected: "operator outputs that sum to the output" });
         }
+        if state.small_moves >= if state.line.is_some() { 1 } else { MOVES_BEFORE_A_LINE } {
+            return Err(Error::State { expected: "fewer small moves than lead to a line, and none on a line" });
+        }
         in_lanes(&mut self.outputs, outputs);
         self.start_at(input);
-        if let Some(direction) = state.line {
-            self.draw_line(direction);
+        match state.line {
+            Some(direction) => self.draw_line(direction),
+            None => self.ahead = Ahead::SmallMoves(state.small_moves),
         }
         Ok(())
     }
@@ -130,7 +160,7 @@ impl Bank {
         self.settle(input);
         self.members = members.clone();
         self.now.output = self.sum();
-        if let Some(Piece { direction, .. }) = self.ahead {
+        if let Ahead::Line(Piece { direction, .. }) = self.ahead {
             self.draw_line(direction);
         }
         Ok(differ)
@@ -140,7 +170,7 @@ impl Bank {
     #[inline]
     pub(crate) fn fetch(&self, depth: usize) -> u64 {
         match depth {
-            0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.ahead.is_some()),
+            0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.ahead.small_moves()),
             1 => self.outputs.iter().fold(self.members.blocks.len() as u64, |read, lanes| read ^ lanes[0].to_bits()),
             2 => self.members.blocks.iter().fold(0, |read, block| read ^ block.fetch()),
             _ => 0,

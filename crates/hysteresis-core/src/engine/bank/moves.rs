@@ -3,20 +3,20 @@
 use super::super::direction::Direction;
 use super::super::line::{Line, Piece};
 use super::super::solve::{Path, Point, Reach, first_guess, solve};
-use super::Bank;
 use super::block::{Behind, Both, Unmoved};
 use super::find::{Find, FirstLine};
 use super::look::{At, Here, Look, LookBack, Start};
-use super::members::Members;
+use super::members::{MOVES_BEFORE_A_LINE, Members};
 use super::run::{Run, Taken};
 use super::side::Unguessed;
 use super::sweep::{Slot, Sweep};
+use super::{Ahead, Bank};
 
 impl Bank {
-    /// Moves the input from `from`, on the line that was drawn, to `to`. After a small move the next line is drawn.
+    /// Moves the input from `from`, on the line that was drawn, to `to`. After some small moves the next line is drawn.
     pub(crate) fn move_input(&mut self, from: f64, to: f64) {
         if self.jump(from, to).is_none() {
-            self.go(from, to);
+            self.go(from, to, MOVES_BEFORE_A_LINE);
             self.draw_line(Direction::of_move(from, to));
         }
     }
@@ -26,10 +26,11 @@ impl Bank {
     pub(crate) fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
         let from = self.known(from);
         if !self.stays(from, to) {
-            if self.members.is_small(to - from) {
+            let small_moves = self.small_moves(from, to);
+            if small_moves == MOVES_BEFORE_A_LINE {
                 return None;
             }
-            self.go(from, to);
+            self.go(from, to, small_moves);
         }
         Some(self.now.output)
     }
@@ -43,14 +44,20 @@ impl Bank {
     /// Whether a bank without a line is at `to` already.
     #[inline]
     fn stays(&self, from: f64, to: f64) -> bool {
-        to == from && self.ahead.is_none()
+        to == from && self.ahead.line().is_none()
+    }
+
+    /// How many small moves in a row there will be after one from `from` to `to`.
+    #[inline]
+    fn small_moves(&self, from: f64, to: f64) -> u8 {
+        self.members.small_moves(self.ahead.small_moves(), to - from)
     }
 
     #[inline]
-    fn go(&mut self, from: f64, to: f64) {
+    fn go(&mut self, from: f64, to: f64, small_moves: u8) {
         self.now.output = sweep(&self.members, &mut *self.outputs, self.now.input, from, to);
         self.now.input = to;
-        self.ahead = None;
+        self.ahead = Ahead::SmallMoves(small_moves);
     }
 
     /// Moves the input along the line that was drawn.
@@ -64,7 +71,9 @@ impl Bank {
 
     /// Draws the line in `direction` from where the bank is, if that is known.
     pub(super) fn draw_line(&mut self, direction: Direction) {
-        self.ahead = self.knows_its_input().then(|| self.piece(Here, direction, self.now.input));
+        if self.knows_its_input() {
+            self.ahead = Ahead::Line(self.piece(Here, direction, self.now.input));
+        }
     }
 
     fn piece(&self, start: impl Start, direction: Direction, x: f64) -> Piece {
@@ -74,23 +83,28 @@ impl Bank {
     /// The line from where the bank is, if it was drawn.
     #[inline]
     pub(crate) fn ahead(&self) -> Option<Piece> {
-        self.ahead
+        self.ahead.line()
     }
 
     /// Where the line ends behind the bank, if it holds on both sides.
     #[inline]
     pub(crate) fn back(&self) -> Option<f64> {
-        let direction = self.ahead?.direction;
+        let direction = self.ahead()?.direction;
         let back = self.members.run(LookBack { outputs: &self.outputs, direction, x: self.now.input });
         (back != direction.sign::<f64>() * f64::INFINITY).then_some(back)
     }
 
     /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn. Inputs and
-    /// outputs are relative to `origin`, samples and what is put out are not. No line was drawn before, and an input has led to the
-    /// outputs.
-    pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Taken {
-        let Self { members, outputs: z, now: Point { input, output }, .. } = self;
-        members.run(Run { members, z, input, output, origin, samples, outputs })
+    /// outputs are relative to `origin`, samples and what is put out are not. None if a line was drawn before, or if no input may have
+    /// led to the outputs.
+    pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Option<Taken> {
+        let Self { members, outputs: z, now: Point { input, output }, ahead, .. } = self;
+        match ahead {
+            Ahead::SmallMoves(small_moves) if !input.is_nan() => {
+                Some(members.run(Run { members, z, input, output, small_moves, origin, samples, outputs }))
+            }
+            _ => None,
+        }
     }
 
     /// The sum of the outputs as they are.
@@ -103,7 +117,7 @@ impl Bank {
         let from = self.known(from);
         if self.stays(from, to) {
             self.now.output
-        } else if self.members.is_small(to - from) {
+        } else if self.small_moves(from, to) == MOVES_BEFORE_A_LINE {
             self.piece(At(from), Direction::of_move(from, to), to).line.at(to)
         } else {
             sweep(&self.members, &*self.outputs, self.now.input, from, to)
@@ -115,13 +129,13 @@ impl Bank {
     pub(crate) fn move_output(&mut self, direction: Direction, from: Point, to: f64, limits: (f64, f64)) -> Reach {
         if !self.knows_its_input() {
             let reach = self.first_move(from.input, to, limits);
-            self.go(f64::NAN, reach.input);
+            self.go(f64::NAN, reach.input, 0);
             return reach;
         }
         self.settle(from.input);
         let (reach, piece) = self.find(Here, direction, from, to, direction.limit(limits));
-        self.go(from.input, reach.input);
-        self.ahead = Some(piece);
+        self.go(from.input, reach.input, 0);
+        self.ahead = Ahead::Line(piece);
         reach
     }
 
@@ -139,7 +153,7 @@ impl Bank {
 
     #[inline]
     fn find(&self, start: impl Start, direction: Direction, near: Point, to: f64, limit: f64) -> (Reach, Piece) {
-        let same_way = self.ahead.filter(|piece| piece.direction == direction);
+        let same_way = self.ahead().filter(|piece| piece.direction == direction);
         let slope = same_way.map_or(self.members.slope, |piece| piece.line.slope);
         let look = Look { outputs: &self.outputs, start, direction, x: first_guess(near, slope, None, to) };
         self.members.run(Find { look, near, to, limit })

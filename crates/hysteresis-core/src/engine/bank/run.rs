@@ -7,7 +7,7 @@ use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::solve::Point;
 use super::block::{Behind, Block};
 use super::look::Here;
-use super::members::{BankLoop, Members};
+use super::members::{BankLoop, MOVES_BEFORE_A_LINE, Members};
 use super::side::{Falling, Rising, Side, Unguessed};
 use super::sweep::Sweep;
 use super::weights::Weights;
@@ -25,6 +25,8 @@ pub(super) struct Run<'a> {
     /// input would wait for the output before it.
     pub(super) input: &'a mut f64,
     pub(super) output: &'a mut f64,
+    /// How many moves were small, one after the other.
+    pub(super) small_moves: &'a mut u8,
     pub(super) origin: Point,
     pub(super) samples: &'a [f64],
     pub(super) outputs: &'a mut [f64],
@@ -42,12 +44,12 @@ impl BankLoop for Run<'_> {
 
     #[inline(always)]
     fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Taken {
-        let Self { members, z, input, output, origin, samples, outputs } = self;
+        let Self { members, z, input, output, small_moves, origin, samples, outputs } = self;
         let now = Point { input: *input, output: *output };
         let taken = Taken { samples: 0, rejected: 0 };
-        let mut runner = Runner { members, z, now, origin, taken };
+        let mut runner = Runner { members, z, now, small_moves: *small_moves, origin, taken };
         runner.run::<F, W>(four, blocks, samples, outputs);
-        (*input, *output) = (runner.now.input, runner.now.output);
+        (*input, *output, *small_moves) = (runner.now.input, runner.now.output, runner.small_moves);
         runner.taken
     }
 }
@@ -57,6 +59,7 @@ struct Runner<'a> {
     members: &'a Members,
     z: &'a mut [Lanes],
     now: Point,
+    small_moves: u8,
     origin: Point,
     taken: Taken,
 }
@@ -77,20 +80,18 @@ impl Runner<'_> {
 
     /// The inputs of samples that are all admissible, none of them leading to a line.
     #[inline(always)]
-    fn moves(&self, samples: &[f64; TOGETHER]) -> Option<[f64; TOGETHER]> {
+    fn moves(&mut self, samples: &[f64; TOGETHER]) -> Option<[f64; TOGETHER]> {
         let inputs = samples.map(|sample| sample - self.origin.input);
-        let (mut last, mut all) = (self.now.input, true);
+        let (mut last, mut small_moves, mut all) = (self.now.input, self.small_moves, true);
         for (sample, x) in samples.iter().zip(inputs) {
-            all &= is_admissible(*sample) & !self.leads_to_a_line(last, x);
+            small_moves = self.members.small_moves(small_moves, x - last);
+            all &= is_admissible(*sample) & (small_moves < MOVES_BEFORE_A_LINE);
             last = x;
         }
+        if all {
+            self.small_moves = small_moves;
+        }
         all.then_some(inputs)
-    }
-
-    #[inline(always)]
-    #[expect(clippy::needless_bitwise_bool, reason = "vectors have no branches")]
-    fn leads_to_a_line(&self, from: f64, to: f64) -> bool {
-        self.members.is_small(to - from) & (to != from)
     }
 
     /// Moves to every input: the outputs there.
@@ -104,8 +105,8 @@ impl Runner<'_> {
         let [a, b, c, d] = inputs;
         let moves = [(self.now.input, a), (a, b), (b, c), (c, d)];
         let falls: u8 = moves.iter().map(|(from, to)| u8::from(to < from)).sum();
-        // 1 if none of the four falls, -1 if all do.
-        let sign = 1.0 - 0.5 * f64::from(falls);
+        // 1 if none of the four falls, -1 if all do: every product waits for it.
+        let sign = 1.0_f64.copysign(d - self.now.input);
         let sums = match usize::from(falls) {
             0 => self.one_way::<F, W>(four, blocks, inputs, Rising, sign),
             TOGETHER => self.one_way::<F, W>(four, blocks, inputs, Falling, sign),
@@ -175,9 +176,11 @@ impl Runner<'_> {
         for (sample, put_out) in samples.iter().zip(outputs) {
             if is_admissible(*sample) {
                 let (from, x) = (self.now.input, *sample - self.origin.input);
-                if self.leads_to_a_line(from, x) {
+                let small_moves = self.members.small_moves(self.small_moves, x - from);
+                if small_moves == MOVES_BEFORE_A_LINE {
                     return false;
                 }
+                self.small_moves = small_moves;
                 let bounds = Behind(Unguessed::of_move(from, x));
                 let output = Sweep { outputs: &mut *self.z, start: Here, bounds, x }.run::<F, W>(four, blocks);
                 self.now = Point { input: x, output };

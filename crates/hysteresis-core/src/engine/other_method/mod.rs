@@ -65,7 +65,7 @@ pub(super) fn operators_of(
         }
     }
     let outputs = led_to(members, &outputs, input)?;
-    Ok(BankState { outputs: outputs.into(), line: None })
+    Ok(BankState { outputs: outputs.into(), line: None, small_moves: 0 })
 }
 
 /// Turning points that lead to the outputs of a bank, saved at `input` and `output`.
