@@ -80,6 +80,7 @@ impl Runner<'_> {
 
     /// The inputs of samples that are all admissible, none of them leading to a line.
     #[inline(always)]
+    #[expect(clippy::needless_bitwise_bool, reason = "vectors have no branches")]
     fn moves(&mut self, samples: &[f64; TOGETHER]) -> Option<[f64; TOGETHER]> {
         let inputs = samples.map(|sample| sample - self.origin.input);
         let (mut last, mut small_moves, mut all) = (self.now.input, self.small_moves, true);
