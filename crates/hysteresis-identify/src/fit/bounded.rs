@@ -2,13 +2,11 @@
 
 use faer::{Mat, MatRef};
 
+use crate::fit::active_set::{SumOfSquares, minimise};
 use crate::fit::factor::{back_substitute, triangle_of};
 
 /// A column is taken as dependent on others if what is left of it is below this share of its norm.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-11;
-
-/// A gradient below this share of |a_j| |b| is rounding.
-const GRADIENT_TOLERANCE: f64 = 1e-13;
 
 /// The minimiser of |A x - b| over lower <= x <= upper.
 #[derive(Clone, Debug)]
@@ -21,136 +19,75 @@ pub(crate) struct Solution {
     pub(crate) kkt_residual: f64,
 }
 
-/// Solves min |A x - b| over lower_j <= x_j <= upper_j by the active-set method of Lawson and Hanson (Solving Least
-/// Squares Problems, 1974, chapter 23), with two bounds as in Stark and Parker (1995).
+/// Solves min |A x - b| over lower_j <= x_j <= upper_j, as [`minimise`] does, by a QR of A.
 ///
-/// Bounds may be infinite; an unknown without a lower bound starts at 0. `free` names the unknowns that are expected between their
-/// bounds: a good guess (the answer of a neighbouring problem) saves most of the work, a bad one changes nothing but
-/// the time. The answer satisfies the conditions of Karush, Kuhn and Tucker up to rounding; where columns depend on
-/// each other it is one of several.
+/// Bounds may be infinite; an unknown without a lower bound starts at 0. `free` is the guess of [`minimise`].
 pub(crate) fn solve(a: MatRef<'_, f64>, b: &[f64], bounds: &[(f64, f64)], free: &[usize]) -> Solution {
-    let mut problem = ActiveSet::new(a, b, bounds);
-    problem.start(free);
-    // Every round lowers |A x - b|, so no set of free unknowns comes back; the limit only guards against rounding.
-    for _ in 0..10 * (bounds.len() + 1) {
-        if !problem.improve() {
-            break;
-        }
-    }
-    let residual = problem.residual();
-    let kkt_residual = problem.kkt_residual(&residual);
-    Solution { squares: residual.iter().map(|e| e * e).sum(), kkt_residual, x: problem.x }
+    let problem = LeastSquares::new(a, b);
+    let start = bounds.iter().map(|(lower, _)| if lower.is_finite() { *lower } else { 0.0 }).collect();
+    let x = minimise(&problem, bounds, start, free);
+    Solution { squares: problem.squares(&x), kkt_residual: problem.kkt_residual(bounds, &x), x }
 }
 
-struct ActiveSet<'a> {
+struct LeastSquares<'a> {
     a: MatRef<'a, f64>,
     b: &'a [f64],
-    bounds: &'a [(f64, f64)],
     norms: Vec<f64>,
     b_norm: f64,
-    x: Vec<f64>,
-    /// The unknowns between their bounds, in the order of their release.
-    free: Vec<usize>,
 }
 
-impl<'a> ActiveSet<'a> {
-    fn new(a: MatRef<'a, f64>, b: &'a [f64], bounds: &'a [(f64, f64)]) -> Self {
+impl<'a> LeastSquares<'a> {
+    fn new(a: MatRef<'a, f64>, b: &'a [f64]) -> Self {
         let norms = (0..a.ncols()).map(|j| a.col(j).norm_l2()).collect();
         let b_norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        let x = bounds.iter().map(|(lower, _)| if lower.is_finite() { *lower } else { 0.0 }).collect();
-        Self { a, b, bounds, norms, b_norm, x, free: Vec::new() }
+        Self { a, b, norms, b_norm }
     }
 
-    /// Frees the guessed unknowns, and binds again those that depend on others or would leave their bounds.
-    fn start(&mut self, guess: &[usize]) {
-        self.free = guess.to_vec();
-        loop {
-            match self.minimum_over_free() {
-                Err(place) => {
-                    self.free.remove(place);
-                }
-                Ok(target) => {
-                    let before = self.free.len();
-                    for (j, x) in std::mem::take(&mut self.free).into_iter().zip(target) {
-                        let (lower, upper) = self.bounds[j];
-                        self.x[j] = x.clamp(lower, upper);
-                        if self.x[j] == x {
-                            self.free.push(j);
-                        }
-                    }
-                    if self.free.len() == before {
-                        return;
-                    }
-                }
+    fn squares(&self, x: &[f64]) -> f64 {
+        self.residual(x).iter().map(|e| e * e).sum()
+    }
+
+    fn kkt_residual(&self, bounds: &[(f64, f64)], x: &[f64]) -> f64 {
+        let gradient = self.downhill(x);
+        let missed = |(j, (lower, upper)): (usize, &(f64, f64))| {
+            let downhill = gradient(j);
+            let within = if downhill > 0.0 { x[j] < *upper } else { x[j] > *lower };
+            let share = downhill.abs() / (self.norms[j] * self.b_norm);
+            if within && downhill != 0.0 { share } else { 0.0 }
+        };
+        bounds.iter().enumerate().map(missed).fold(0.0, f64::max)
+    }
+
+    /// b - A x.
+    fn residual(&self, x: &[f64]) -> Vec<f64> {
+        let mut residual = self.b.to_vec();
+        for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+            for (i, e) in residual.iter_mut().enumerate() {
+                *e -= self.a[(i, j)] * x;
             }
         }
+        residual
+    }
+}
+
+impl SumOfSquares for LeastSquares<'_> {
+    const GRADIENT_TOLERANCE: f64 = 1e-13;
+
+    fn column_norm(&self, j: usize) -> f64 {
+        self.norms[j]
     }
 
-    /// Releases the bound unknown that promises most and moves to the new minimum; false if none can be released.
-    fn improve(&mut self) -> bool {
-        let residual = self.residual();
-        let mut candidates: Vec<(f64, usize)> = (0..self.x.len())
-            .filter(|j| !self.free.contains(j))
-            .map(|j| (dot(self.a, j, &residual), j))
-            .filter(|(downhill, j)| {
-                let (lower, upper) = self.bounds[*j];
-                let admissible = if *downhill > 0.0 { self.x[*j] < upper } else { self.x[*j] > lower };
-                admissible && downhill.abs() > GRADIENT_TOLERANCE * self.norms[*j] * self.b_norm
-            })
-            .collect();
-        let promise = |(downhill, j): &(f64, usize)| downhill.abs() / self.norms[*j];
-        candidates.sort_by(|p, q| promise(q).total_cmp(&promise(p)));
-        for (downhill, j) in candidates {
-            self.free.push(j);
-            // Rounding alone made the gradient if the column depends on free ones, or if the unknown would at once
-            // move out of its domain: Lawson and Hanson's guard against cycling.
-            match self.minimum_over_free() {
-                Ok(target) if (target[target.len() - 1] - self.x[j]) * downhill > 0.0 => {
-                    self.descend(target);
-                    return true;
-                }
-                _ => self.free.pop(),
-            };
-        }
-        false
+    fn size(&self) -> f64 {
+        self.b_norm
     }
 
-    /// Moves towards the minimum over the free unknowns, binding what meets its bound on the way.
-    fn descend(&mut self, mut target: Vec<f64>) {
-        while let Some((step, place, bound)) = self.first_bound_met(&target) {
-            for (j, target) in self.free.iter().zip(&target) {
-                let (lower, upper) = self.bounds[*j];
-                self.x[*j] = (self.x[*j] + step * (target - self.x[*j])).clamp(lower, upper);
-            }
-            self.x[self.free.remove(place)] = bound;
-            // Fewer columns of an independent set are independent.
-            let Ok(next) = self.minimum_over_free() else { return };
-            target = next;
-        }
-        for (j, target) in self.free.iter().zip(target) {
-            self.x[*j] = target;
-        }
+    fn downhill(&self, x: &[f64]) -> impl Fn(usize) -> f64 {
+        let residual = self.residual(x);
+        move |j| residual.iter().enumerate().map(|(i, e)| self.a[(i, j)] * e).sum()
     }
 
-    /// The share of the way to the target at which the first free unknown meets a bound, its place, and the bound.
-    fn first_bound_met(&self, target: &[f64]) -> Option<(f64, usize, f64)> {
-        let met = self.free.iter().zip(target).enumerate().filter_map(|(place, (j, target))| {
-            let (lower, upper) = self.bounds[*j];
-            let bound = target.clamp(lower, upper);
-            (bound != *target).then(|| ((bound - self.x[*j]) / (target - self.x[*j]), place, bound))
-        });
-        met.min_by(|p, q| p.0.total_cmp(&q.0))
-    }
-
-    /// The least-squares values of the free unknowns with the bound ones held, or the place of the first free one
-    /// whose column depends on those before it.
-    fn minimum_over_free(&self) -> Result<Vec<f64>, usize> {
-        let free = &self.free;
-        let mut held = self.x.clone();
-        for j in free {
-            held[*j] = 0.0;
-        }
-        let rest = self.residual_of(&held);
+    fn minimum_over(&self, free: &[usize], held: &[f64]) -> Result<Vec<f64>, usize> {
+        let rest = self.residual(held);
         let rows = self.b.len().max(free.len() + 1);
         let r = triangle_of(Mat::from_fn(rows, free.len() + 1, |i, column| match free.get(column) {
             _ if i >= self.b.len() => 0.0,
@@ -165,35 +102,6 @@ impl<'a> ActiveSet<'a> {
         back_substitute(r.as_ref(), &mut x);
         Ok(x)
     }
-
-    fn kkt_residual(&self, residual: &[f64]) -> f64 {
-        let missed = |(j, (lower, upper)): (usize, &(f64, f64))| {
-            let downhill = dot(self.a, j, residual);
-            let within = if downhill > 0.0 { self.x[j] < *upper } else { self.x[j] > *lower };
-            let share = downhill.abs() / (self.norms[j] * self.b_norm);
-            if within && downhill != 0.0 { share } else { 0.0 }
-        };
-        self.bounds.iter().enumerate().map(missed).fold(0.0, f64::max)
-    }
-
-    fn residual(&self) -> Vec<f64> {
-        self.residual_of(&self.x)
-    }
-
-    /// b - A x.
-    fn residual_of(&self, x: &[f64]) -> Vec<f64> {
-        let mut residual = self.b.to_vec();
-        for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-            for (i, e) in residual.iter_mut().enumerate() {
-                *e -= self.a[(i, j)] * x;
-            }
-        }
-        residual
-    }
-}
-
-fn dot(a: MatRef<'_, f64>, column: usize, v: &[f64]) -> f64 {
-    v.iter().enumerate().map(|(i, v)| a[(i, column)] * v).sum()
 }
 
 #[cfg(test)]
@@ -217,15 +125,16 @@ mod tests {
             if (0..n).any(|j| sides[j] == 2 && bounds[j].1.is_infinite()) {
                 continue;
             }
-            let mut problem = ActiveSet::new(a.as_ref(), b, bounds);
-            problem.x = (0..n).map(|j| if sides[j] == 2 { bounds[j].1 } else { bounds[j].0 }).collect();
-            problem.free = (0..n).filter(|j| sides[*j] == 0).collect();
-            let Ok(x) = problem.minimum_over_free() else { continue };
-            for (j, x) in problem.free.iter().zip(x) {
-                problem.x[*j] = x;
+            let problem = LeastSquares::new(a.as_ref(), b);
+            let held = |j: usize| [0.0, bounds[j].0, bounds[j].1][sides[j]];
+            let mut x: Vec<f64> = (0..n).map(held).collect();
+            let free: Vec<usize> = (0..n).filter(|j| sides[*j] == 0).collect();
+            let Ok(found) = problem.minimum_over(&free, &x) else { continue };
+            for (j, found) in free.iter().zip(found) {
+                x[*j] = found;
             }
-            if (0..n).all(|j| problem.x[j] >= bounds[j].0 && problem.x[j] <= bounds[j].1) {
-                best = best.min(problem.residual().iter().map(|e| e * e).sum());
+            if (0..n).all(|j| x[j] >= bounds[j].0 && x[j] <= bounds[j].1) {
+                best = best.min(problem.squares(&x));
             }
         }
         best
@@ -237,10 +146,10 @@ mod tests {
         bounds: &[(f64, f64)],
         solution: &Solution,
     ) -> Result<(), TestCaseError> {
-        let problem = ActiveSet { x: solution.x.clone(), ..ActiveSet::new(a.as_ref(), b, bounds) };
-        let residual = problem.residual();
+        let problem = LeastSquares::new(a.as_ref(), b);
+        let gradient = problem.downhill(&solution.x);
         for (j, (lower, upper)) in bounds.iter().enumerate() {
-            let (x, downhill) = (solution.x[j], dot(a.as_ref(), j, &residual));
+            let (x, downhill) = (solution.x[j], gradient(j));
             let rounding = 1e-9 * problem.norms[j] * problem.b_norm;
             prop_assert!((*lower..=*upper).contains(&x), "x[{}] = {} outside", j, x);
             prop_assert!(x == *upper || downhill <= rounding, "x[{}] wants up: {}", j, downhill);
@@ -248,10 +157,9 @@ mod tests {
         }
         prop_assert!(solution.kkt_residual <= 1e-9, "{}", solution.kkt_residual);
         // What is called a residual is one: an answer that is not the best has it.
-        let wrong = ActiveSet { x: bounds.iter().map(|(lower, _)| lower.max(-1e3)).collect(), ..problem };
-        let residual = wrong.residual();
-        let best = solution.squares >= residual.iter().map(|e| e * e).sum::<f64>() * (1.0 - 1e-9);
-        prop_assert!(best || wrong.kkt_residual(&residual) > 1e-9);
+        let wrong: Vec<f64> = bounds.iter().map(|(lower, _)| lower.max(-1e3)).collect();
+        let best = solution.squares >= problem.squares(&wrong) * (1.0 - 1e-9);
+        prop_assert!(best || problem.kkt_residual(bounds, &wrong) > 1e-9);
         Ok(())
     }
 

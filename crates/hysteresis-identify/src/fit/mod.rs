@@ -1,5 +1,6 @@
 //! The fit of a hysteresis model: the best weights at every point, and the search for the point.
 
+pub(crate) mod active_set;
 mod amplifier;
 mod autoregression;
 mod axes;

@@ -1,30 +1,23 @@
 //! Least squares with bounds, from the normal equations.
 //!
-//! The active-set method of [`bounded`](crate::fit::bounded) with a Cholesky factor of X'X in place of a QR of X: several times as
+//! As [`bounded`](crate::fit::bounded), with a Cholesky factor of X'X in place of a QR of X: several times as
 //! fast for a few dozen unknowns, and exact enough for a correction.
 
 use faer::Mat;
 
+use crate::fit::active_set::{SumOfSquares, minimise};
+
 /// A column of which, squared, less than this share is left beside those before it depends on them.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-13;
-
-/// A gradient below this share of |x_j| |e| is rounding.
-const GRADIENT_TOLERANCE: f64 = 1e-12;
 
 /// The minimiser of |X d - e|^2 over lower <= d <= upper, and that minimum; of `gram`, X'X of \[X | e\], the first `bounds.len()`
 /// columns and the last one count. Lower bounds are finite, zero lies within all bounds, and `free` names the unknowns that are
 /// expected between theirs.
 pub(super) fn solve(gram: &Mat<f64>, bounds: &[(f64, f64)], free: &[usize]) -> (Vec<f64>, f64) {
-    let mut problem = ActiveSet { gram, bounds, d: bounds.iter().map(|(lower, _)| *lower).collect(), free: Vec::new() };
-    problem.start(free);
-    // Every round lowers the sum of squares; the limit only guards against rounding.
-    for _ in 0..10 * (bounds.len() + 1) {
-        if !problem.improve() {
-            break;
-        }
-    }
-    let squares = problem.squares();
-    (problem.d, squares)
+    let problem = NormalEquations { gram };
+    let d = minimise(&problem, bounds, bounds.iter().map(|(lower, _)| *lower).collect(), free);
+    let squares = problem.squares(&d);
+    (d, squares)
 }
 
 /// Solves R'R x = b for the factor of a positive definite matrix in place of b, or says which column depends on those before it.
@@ -63,123 +56,45 @@ fn substitute(r: &[f64], x: &mut [f64]) {
     }
 }
 
-struct ActiveSet<'a> {
+struct NormalEquations<'a> {
     gram: &'a Mat<f64>,
-    bounds: &'a [(f64, f64)],
-    d: Vec<f64>,
-    /// The unknowns between their bounds, in the order of their release.
-    free: Vec<usize>,
 }
 
-impl ActiveSet<'_> {
+impl NormalEquations<'_> {
     fn residual(&self) -> usize {
         self.gram.ncols() - 1
     }
 
-    /// X'(e - X d), column by column.
-    fn downhill(&self, j: usize, d: &[f64]) -> f64 {
-        let column = self.gram.col(j);
-        column[self.residual()] - d.iter().enumerate().map(|(i, d)| column[i] * d).sum::<f64>()
-    }
-
-    fn squares(&self) -> f64 {
-        let last = self.residual();
-        let taken: f64 =
-            self.d.iter().enumerate().map(|(j, d)| d * (self.gram[(j, last)] + self.downhill(j, &self.d))).sum();
+    fn squares(&self, d: &[f64]) -> f64 {
+        let (last, gradient) = (self.residual(), self.downhill(d));
+        let taken: f64 = d.iter().enumerate().map(|(j, d)| d * (self.gram[(j, last)] + gradient(j))).sum();
         (self.gram[(last, last)] - taken).max(0.0)
     }
+}
 
-    /// Frees the guessed unknowns, and binds again those that depend on others or would leave their bounds.
-    fn start(&mut self, guess: &[usize]) {
-        self.free = guess.to_vec();
-        loop {
-            match self.minimum_over_free() {
-                Err(place) => {
-                    self.free.remove(place);
-                }
-                Ok(target) => {
-                    let before = self.free.len();
-                    for (j, d) in std::mem::take(&mut self.free).into_iter().zip(target) {
-                        let (lower, upper) = self.bounds[j];
-                        self.d[j] = d.clamp(lower, upper);
-                        if self.d[j] == d {
-                            self.free.push(j);
-                        }
-                    }
-                    if self.free.len() == before {
-                        return;
-                    }
-                }
-            }
-        }
+impl SumOfSquares for NormalEquations<'_> {
+    const GRADIENT_TOLERANCE: f64 = 1e-12;
+
+    fn column_norm(&self, j: usize) -> f64 {
+        self.gram[(j, j)].sqrt()
     }
 
-    /// Releases the bound unknown that promises most and moves to the new minimum; false if none can be released.
-    fn improve(&mut self) -> bool {
+    fn size(&self) -> f64 {
         let last = self.residual();
-        let size = self.gram[(last, last)].sqrt();
-        let mut candidates: Vec<(f64, f64, usize)> = Vec::new();
-        for j in (0..self.d.len()).filter(|j| !self.free.contains(j)) {
-            let (downhill, norm) = (self.downhill(j, &self.d), self.gram[(j, j)].sqrt());
-            let (lower, upper) = self.bounds[j];
-            let admissible = if downhill > 0.0 { self.d[j] < upper } else { self.d[j] > lower };
-            if admissible && downhill.abs() > GRADIENT_TOLERANCE * norm * size {
-                candidates.push((downhill.abs() / norm, downhill, j));
-            }
-        }
-        candidates.sort_by(|(p, ..), (q, ..)| q.total_cmp(p));
-        for (_, downhill, j) in candidates {
-            self.free.push(j);
-            // Rounding alone made the gradient if the column depends on free ones, or if the unknown would at once move out of
-            // its domain: Lawson and Hanson's guard against cycling.
-            match self.minimum_over_free() {
-                Ok(target) if (target[target.len() - 1] - self.d[j]) * downhill > 0.0 => {
-                    self.descend(target);
-                    return true;
-                }
-                _ => self.free.pop(),
-            };
-        }
-        false
+        self.gram[(last, last)].sqrt()
     }
 
-    /// Moves towards the minimum over the free unknowns, binding what meets its bound on the way.
-    fn descend(&mut self, mut target: Vec<f64>) {
-        while let Some((step, place, bound)) = self.first_bound_met(&target) {
-            for (j, target) in self.free.iter().zip(&target) {
-                let (lower, upper) = self.bounds[*j];
-                self.d[*j] = (self.d[*j] + step * (target - self.d[*j])).clamp(lower, upper);
-            }
-            self.d[self.free.remove(place)] = bound;
-            // Fewer columns of an independent set are independent.
-            let Ok(next) = self.minimum_over_free() else { return };
-            target = next;
-        }
-        for (j, target) in self.free.iter().zip(target) {
-            self.d[*j] = target;
+    fn downhill(&self, d: &[f64]) -> impl Fn(usize) -> f64 {
+        move |j| {
+            let column = self.gram.col(j);
+            column[self.residual()] - d.iter().enumerate().map(|(i, d)| column[i] * d).sum::<f64>()
         }
     }
 
-    /// The share of the way to the target at which the first free unknown meets a bound, its place, and the bound.
-    fn first_bound_met(&self, target: &[f64]) -> Option<(f64, usize, f64)> {
-        let met = self.free.iter().zip(target).enumerate().filter_map(|(place, (j, target))| {
-            let (lower, upper) = self.bounds[*j];
-            let bound = target.clamp(lower, upper);
-            (bound != *target).then(|| ((bound - self.d[*j]) / (target - self.d[*j]), place, bound))
-        });
-        met.min_by(|p, q| p.0.total_cmp(&q.0))
-    }
-
-    /// The values of the free unknowns at the minimum with the bound ones held, or the place of the first free one whose column
-    /// depends on those before it.
-    fn minimum_over_free(&self) -> Result<Vec<f64>, usize> {
-        let free = &self.free;
+    fn minimum_over(&self, free: &[usize], held: &[f64]) -> Result<Vec<f64>, usize> {
         let r = factor(free.len(), |i, j| self.gram[(free[i], free[j])])?;
-        let mut held = self.d.clone();
-        for j in free {
-            held[*j] = 0.0;
-        }
-        let mut x: Vec<f64> = free.iter().map(|j| self.downhill(*j, &held)).collect();
+        let gradient = self.downhill(held);
+        let mut x: Vec<f64> = free.iter().map(|j| gradient(*j)).collect();
         substitute(&r, &mut x);
         Ok(x)
     }
