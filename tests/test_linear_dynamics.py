@@ -114,3 +114,25 @@ def test_wrong_parameters_are_named(make: Any, message: str) -> None:
     with pytest.raises(ValueError) as caught:
         make()
     assert str(caught.value).startswith(message) and ", got " in str(caught.value)
+
+
+def test_what_ends_at_an_edge_is_told_without_a_number_that_is_none() -> None:
+    # Slow loops tell no resonance: its lag and a dead time below zero go against each other.
+    records = [mh.datasets.piezo_stack(name) for name in ("major_loops", "decaying_loops")]
+    found = mh.identify(
+        [(one.u, one.y) for one in records],
+        skip=[one.skip for one in records],
+        dt=records[0].dt,
+        operators=16,
+        weights="free",
+        dynamics=2,
+    )
+    assert isinstance(found.dynamics, mh.plant.SecondOrder) and found.dead_time is not None
+    assert found.dynamics.frequency == pytest.approx(0.5 / records[0].dt)
+    assert found.dead_time == pytest.approx(-1.5 * records[0].dt)
+    assert all(map(math.isnan, (found.frequency_std, found.dead_time_std, found.lag_std)))
+    told = {one.code: one.message for one in found.warnings}
+    assert "edge of its domain" in told["resonance_not_excited"]
+    assert "ms but not how exactly" in told["dead_time_confounded"]
+    assert "1.50 samples or more" in told["negative_dead_time"]
+    assert not any("NaN" in message for message in told.values())

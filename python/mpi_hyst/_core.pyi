@@ -1215,13 +1215,13 @@ class Identification:
         """Standard error of the dead time, in the unit of `lag`: 0 if it was given, NaN at a bound."""
     @property
     def lag_std(self) -> float:
-        """Standard error of the lag, in its unit."""
+        """Standard error of the lag, in its unit; NaN if a part of it lies at a bound or is not told."""
     @property
     def frequency_std(self) -> float:
-        """Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any."""
+        """Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any, NaN at a bound."""
     @property
     def damping_std(self) -> float:
-        """Standard error of the damping ratio, of several modes that of the first; 0 for a lag and without dynamics."""
+        """Standard error of the damping ratio, of several modes that of the first; 0 without one, NaN at a bound."""
     @property
     def loop_shift_std(self) -> _Vector:
         """Standard errors of the amplitudes of the loop shift."""

@@ -53,7 +53,8 @@ pub enum FindingCode {
     /// records, 4 / sqrt(m), if that is more. m is the number of independent samples, N (1 - a b) / (1 + a b) with a
     /// and b the correlations of neighbouring samples of either signal (Bartlett, J. Roy. Stat. Soc. 98, 536, 1935).
     /// What moves the output by less than 1e-4 of its range rms is not told. Beside the operators, which take up a part of it:
-    /// the multiple correlation of what they leave with time and a slow exponential; limit 0.5.
+    /// the multiple correlation of what they leave with time and a slow exponential; limit 0.5. Where these explain most, it is told in
+    /// the place of [`StartUpTransient`](Self::StartUpTransient).
     Drift,
     /// The residual follows the input: a bend of the whole curve that the model lacks. Value: the multiple correlation
     /// with the first three powers of the input; limit as for [`Drift`](Self::Drift), but 0.6, and what moves the output by

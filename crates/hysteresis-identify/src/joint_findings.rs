@@ -108,16 +108,24 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
     // The one of the result knows what the model lacks, but is not a number where the dead time settled at 0.
     let (settled, of_result) = (error?, errors.dead_time / space.intervals().smallest());
     let error = if settled.is_nan() { settled } else { settled.max(of_result) };
-    let lag = space.linear_part(&fit.point).lag();
+    let sum = with_error_of_lag(space.linear_part(&fit.point).lag(), errors.lag);
     let alone = if error.is_nan() { "not at all".to_owned() } else { format!("to {error:.2} samples") };
     let message = format!(
-        "dead time is confounded with the lag of the dynamics: the records tell their sum, {:.4} ms to {:.4} ms, and the \
-         dead time alone {alone}",
-        1e3 * lag,
-        1e3 * errors.lag
+        "dead time is confounded with the lag of the dynamics: the records tell their sum, {sum}, and the dead time alone {alone}"
     );
     let code = FindingCode::DeadTimeConfounded;
     (error.is_nan() || error > MAX_DEAD_TIME_ERROR).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
+}
+
+/// A sum of lags, and to how much it is told: that is not a number where a part of it lies at the edge of its domain or is not told.
+fn with_error_of_lag(lag: f64, error: f64) -> String {
+    if error.is_nan() {
+        return format!(
+            "{:.4} ms but not how exactly, as a part of it ended at the edge of its domain or is not told",
+            1e3 * lag
+        );
+    }
+    format!("{:.4} ms to {:.4} ms", 1e3 * lag, 1e3 * error)
 }
 
 /// A dead time that an amplifier may have a part of.
@@ -139,10 +147,9 @@ fn with_amplifier(
         }
     };
     let message = format!(
-        "dead time is confounded with the lag of an amplifier: the records tell the sum of all lags, {:.4} ms to {:.4} ms, but \
-         hardly a lag of {value:.2} samples in front of the hysteresis from a dead time",
-        1e3 * part.lag(),
-        1e3 * errors.lag
+        "dead time is confounded with the lag of an amplifier: the records tell the sum of all lags, {}, but hardly a lag of \
+         {value:.2} samples in front of the hysteresis from a dead time",
+        with_error_of_lag(part.lag(), errors.lag)
     );
     is_doubtful.then(|| Finding::new(FindingCode::DeadTimeConfounded, value, limit, message))
 }
@@ -175,8 +182,11 @@ fn too_little(space: &Space, (evidence, needed): (f64, f64)) -> Finding {
 }
 
 fn negative(space: &Space, fit: &ProjectedFit) -> Option<Finding> {
-    let samples = fit.point.get(Parameter::DeadTime) / space.intervals().smallest();
-    let message = format!("the position leads the drive by {:.2} samples", -samples);
+    let value = fit.point.get(Parameter::DeadTime);
+    let samples = value / space.intervals().smallest();
+    let is_edge = space.axis(Parameter::DeadTime).is_some_and(|axis| value <= axis.lower);
+    let or_more = if is_edge { " or more: the search for it ended at the edge of its domain" } else { "" };
+    let message = format!("the position leads the drive by {:.2} samples{or_more}", -samples);
     let code = FindingCode::NegativeDeadTime;
     (samples < NEGATIVE_SAMPLES).then(|| Finding::new(code, samples, NEGATIVE_SAMPLES, message))
 }

@@ -9,8 +9,8 @@ use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::Stage;
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, Error, FindingCode, Identification, Options, Order, Record, SearchStage, Setting, Stop,
-    Thresholds, WeightLaw, identify,
+    CreepModel, DynamicsModel, Error, FindingCode, Identification, LoopShiftModel, Options, Order, Record, SearchStage,
+    Setting, Stop, Thresholds, WeightLaw, identify,
 };
 
 const DT: f64 = 1e-3;
@@ -298,6 +298,26 @@ fn a_dead_time_that_is_given_stays() {
     assert!((second(&found).frequency() - 60.0).abs() < 1e-4, "{:?}", found.dynamics);
     assert!(!found.covariance.parameters.contains(&"dead_time".to_owned()));
     assert!(found.covariance.parameters.contains(&"frequency".to_owned()));
+}
+
+/// A record of which the fit reads no sample, as those that are not left out act behind a negative dead time, has no offset to estimate.
+#[test]
+fn an_offset_that_no_sample_tells_counts_for_no_sample() {
+    let behind = Behind { creep: None, dynamics: Some(resonance(80.0, 0.1)), dead_time: 2.0 };
+    let mut output = stage_output(&actuator(), &behind, DT, &drive());
+    output.iter_mut().zip(noise(drive().len(), 0.05, 5)).for_each(|(y, e)| *y += e);
+    let (input, left_out) = (drive(), (0..drive().len() - 2).collect::<Vec<_>>());
+    let options = Options {
+        creep: CreepModel::None,
+        loop_shift: LoopShiftModel::None,
+        smoothness: Setting::Fixed(0.0),
+        ..options()
+    };
+    let record = Record::new(&input, &output, 0).unwrap();
+    let unread = record.leaving_out(&left_out).unwrap();
+    let alone = run(&[record], &options).unwrap();
+    let both = run(&[record, unread], &options).unwrap();
+    assert!((both.noise / alone.noise - 1.0).abs() < 1e-5, "{} {}", both.noise, alone.noise);
 }
 
 /// The covariance has the squares of the standard errors on its diagonal.

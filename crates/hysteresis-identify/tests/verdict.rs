@@ -116,3 +116,32 @@ fn a_drive_beyond_the_range_is_an_extrapolation() {
     assert!((finding.value - 0.05).abs() < 0.005 && finding.severity == Severity::Amber, "{finding:?}");
     assert!(finding.message.starts_with("held-out record 0: the drive reaches"), "{finding}");
 }
+
+/// Operators that the drive does not reach leave columns of zeros before the slow ones.
+#[test]
+fn a_slow_change_is_told_beside_operators_that_never_move() {
+    let input = drive();
+    let drifts = |(k, y): (usize, f64)| y + 0.3 * number(k) / number(SAMPLES);
+    let clean = position(&input);
+    let drifting: Vec<f64> = clean.iter().copied().enumerate().map(drifts).collect();
+    for beyond in [0, 1, 3] {
+        let thresholds = (0..8 + beyond).map(|i| if i < 8 { 60.0 * number(i) } else { 1000.0 * number(i) }).collect();
+        let options = Options {
+            thresholds: Thresholds::Given(thresholds),
+            weights: WeightLaw::Free,
+            dead_time: Setting::Fixed(0.0),
+            ..Options::default()
+        };
+        let found = |output| {
+            let record = Record::new(&input, output, 0).unwrap();
+            identify(&[record], &options, &mut |_| ControlFlow::Continue(())).unwrap()
+        };
+        let slow = found(&drifting);
+        let drift = find(&slow, FindingCode::Drift);
+        assert!(drift.message.starts_with("a slow change of"), "{beyond} {drift}");
+        let unreached = slow.warnings.iter().find(|finding| finding.code == FindingCode::UnreachedThreshold);
+        assert_eq!(unreached.map_or(0.0, |finding| finding.value), number(beyond));
+        let codes: Vec<_> = found(&clean).warnings.iter().map(|finding| finding.code).collect();
+        assert!(!codes.contains(&FindingCode::Drift), "{beyond} {codes:?}");
+    }
+}

@@ -117,9 +117,8 @@ fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     }
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
     let begins_wrong = is_there(FindingCode::StartUpTransient);
-    let drift = survey.slow_change(records).filter(|_| !is_there(FindingCode::Drift));
-    // A beginning that settles is a slow change, too: what explains most is told.
-    if let Some(drift) = drift.filter(|drift| !begins_wrong || drift.value > slow::MOST) {
+    let drift = survey.slow_change(records, begins_wrong).filter(|_| !is_there(FindingCode::Drift));
+    if let Some(drift) = drift {
         found.retain(|finding| finding.code != FindingCode::StartUpTransient);
         found.push(drift);
     }

@@ -21,10 +21,8 @@ pub(super) struct Survey {
     operator_bounds: Vec<(f64, f64)>,
     /// The threshold r of every operator.
     thresholds: Vec<f64>,
-    /// R of the operators' outputs, each record's mean removed.
+    /// R of [means | operators | slow columns | residual], in echelon form.
     factor: Mat<f64>,
-    /// What is left of the slow columns and of the residual behind the operators, as R.
-    slow: Mat<f64>,
     /// The norm of the outputs, each record's mean removed.
     output_norm: f64,
 }
@@ -68,10 +66,8 @@ impl Survey {
             let output = centred(&record.output()[record.skip()..]);
             squares += as_f64(output.len()) * signal::rms(&output).powi(2);
         }
-        let whole = factor.finish();
-        let factor = whole.get(means..means + n, means..means + n).to_owned();
-        let slow = whole.get(means + n.., means + n..).to_owned();
-        Self { residuals, operator_bounds, thresholds, factor, slow, output_norm: squares.sqrt() }
+        let factor = factor.finish();
+        Self { residuals, operator_bounds, thresholds, factor, output_norm: squares.sqrt() }
     }
 
     pub(super) fn operators(&self) -> usize {
@@ -79,8 +75,8 @@ impl Survey {
     }
 
     /// A slow change beside the operators.
-    pub(super) fn slow_change(&self, records: &[Record<'_>]) -> Option<Finding> {
-        slow::change(&self.slow, records)
+    pub(super) fn slow_change(&self, records: &[Record<'_>], begins_wrong: bool) -> Option<Finding> {
+        slow::change(&self.factor, records, begins_wrong)
     }
 
     fn is_moved(&self, operator: usize) -> bool {
@@ -108,8 +104,9 @@ impl Survey {
         // Singular values of unit columns are known to the rounding of the operators, about 1e-16.
         const SMALLEST_NOISE: f64 = 1e-9;
         let moved: Vec<usize> = (0..self.operators()).filter(|i| self.is_moved(*i)).collect();
-        let rows = self.factor.nrows();
-        let column = |i: usize| (0..rows).map(|row| self.factor[(row, i)]).collect::<Vec<f64>>();
+        // Of the operators' outputs, each record's mean removed: all of it stands in as many rows as there are operators.
+        let (means, rows) = (self.residuals.len(), self.operators());
+        let column = |i: usize| (0..rows).map(|row| self.factor[(means + row, means + i)]).collect::<Vec<f64>>();
         let units: Vec<Vec<f64>> = moved.iter().map(|i| unit(&column(*i))).collect();
         let scaled = Mat::from_fn(rows, moved.len(), |row, i| units[i][row]);
         let smallest = scaled.singular_values().ok()?.into_iter().fold(f64::INFINITY, f64::min);

@@ -110,7 +110,7 @@ fn root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>, rows:
         (Some(_), j) if j < of_own.len() => 0.0,
         (Some(i), j) => r[(i, j - of_own.len())],
     });
-    let estimated = free.len() + fit.output_offsets.len() + fit.underway.iter().filter(|d| **d != 0.0).count();
+    let estimated = free.len() + of_own.len();
     let s = (fit.squares / as_f64(rows.saturating_sub(estimated).max(1))).sqrt();
     // One of the records' own columns that depends on others has a row of zeros.
     let of_told: Vec<usize> = of_own.iter().copied().chain(own..own + free.len()).collect();

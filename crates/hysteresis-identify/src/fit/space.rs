@@ -334,11 +334,12 @@ impl Space {
         self.axes.iter().map(within).collect()
     }
 
-    /// For every axis a neighbour of the point within the bounds, and how far away it is.
+    /// For every axis a neighbour of the point within the bounds, and how far away it is. Also where the drive varies by the last digits
+    /// alone, that is more than nothing.
     pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
         let neighbour = |axis: &Axis| {
             let value = point.get(axis.parameter);
-            let step = DIFFERENCE_STEP * axis.scale;
+            let step = (DIFFERENCE_STEP * axis.scale).max(2.0 * f64::EPSILON * value.abs());
             let other = if value + step <= axis.upper { value + step } else { value - step };
             (axis.parameter, point.with(axis.parameter, other), other - value)
         };
@@ -368,4 +369,22 @@ fn shift_columns(
     let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
     let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
     Ok(columns.map(|columns| columns.limited_by(inputs)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_are_apart_where_the_drive_varies_by_its_last_digits() {
+        for size in [5.0, -5.0, 1e6] {
+            let input: Vec<f64> = (0..100).map(|k| size + f64::from(k % 10) * f64::EPSILON * size).collect();
+            let record = Record::new(&input, &input, 0).unwrap();
+            let space = Space::new(&[record], &Options::default()).unwrap();
+            let neighbours = space.neighbours(space.origin());
+            let distances: Vec<_> = neighbours.iter().map(|(parameter, _, distance)| (*parameter, *distance)).collect();
+            assert!(distances.iter().any(|(parameter, _)| *parameter == Parameter::InputOffset));
+            assert!(distances.iter().all(|(_, distance)| *distance != 0.0), "{distances:?}");
+        }
+    }
 }

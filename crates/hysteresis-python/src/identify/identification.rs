@@ -205,19 +205,19 @@ result_methods!(Identification {
         self.found.standard_errors.dead_time
     }
 
-    /// Standard error of the lag, in its unit.
+    /// Standard error of the lag, in its unit; NaN if a part of it lies at a bound or is not told.
     #[getter]
     fn lag_std(&self) -> f64 {
         self.found.standard_errors.lag
     }
 
-    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any.
+    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any, NaN at a bound.
     #[getter]
     fn frequency_std(&self) -> f64 {
         self.found.standard_errors.frequency
     }
 
-    /// Standard error of the damping ratio, of several modes that of the first; 0 for a lag and without dynamics.
+    /// Standard error of the damping ratio, of several modes that of the first; 0 without one, NaN at a bound.
     #[getter]
     fn damping_std(&self) -> f64 {
         self.found.standard_errors.damping

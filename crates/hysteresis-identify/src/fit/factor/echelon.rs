@@ -82,19 +82,19 @@ fn stands_alone(r: MatRef<'_, f64>, row: usize, column: usize) -> bool {
     left > DEPENDS * r.col(column).norm_l2()
 }
 
-/// Makes a column zero below `row`.
+/// Makes a column zero below `row`. Over its norm the column has squares that neither overflow nor vanish.
 fn reflect(r: &mut Mat<f64>, row: usize, column: usize, norm: f64) {
-    let after = -norm.copysign(r[(row, column)]);
-    let mut vector: Vec<f64> = (row..=column).map(|i| r[(i, column)]).collect();
-    vector[0] -= after;
-    let scale = -1.0 / (after * vector[0]);
+    let sign = 1.0_f64.copysign(r[(row, column)]);
+    let mut vector: Vec<f64> = (row..=column).map(|i| r[(i, column)] / norm).collect();
+    vector[0] += sign;
+    let scale = sign / vector[0];
     for j in column..r.ncols() {
         let product: f64 = vector.iter().zip(row..).map(|(v, i)| v * r[(i, j)]).sum();
         for (v, i) in vector.iter().zip(row..) {
             r[(i, j)] -= scale * product * v;
         }
     }
-    r[(row, column)] = after;
+    r[(row, column)] = -sign * norm;
     for i in row + 1..=column {
         r[(i, column)] = 0.0;
     }
@@ -140,6 +140,20 @@ mod tests {
         let r = echelon_of(matrix, 3);
         assert_eq!(Echelon::of(r.as_ref()).pivots, [0, 2]);
         assert!((r[(1, 2)].abs() - 5.0).abs() < 1e-12 && r[(2, 2)] == 0.0, "{r:?}");
+    }
+
+    /// Squares of such columns are no numbers, or nothing.
+    #[test]
+    fn rows_are_turned_whatever_the_unit() {
+        for unit in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let rows = [[1.0, 1.0, 2.0, 5.0], [0.0, 0.0, 3.0, 1.0], [0.0, 0.0, 4.0, 2.0], [0.0; 4]];
+            let mut r = Mat::from_fn(4, 4, |i, j| unit * rows[i][j]);
+            make_echelon(&mut r, 4);
+            // (3, 4) becomes (-5, 0), and (1, 2) what it is along it and across.
+            let expected = [[1.0, 1.0, 2.0, 5.0], [0.0, 0.0, -5.0, -2.2], [0.0, 0.0, 0.0, 0.4], [0.0; 4]];
+            let error = |(i, j): (usize, usize)| (r[(i, j)].abs() / unit - f64::abs(expected[i][j])).abs();
+            assert!((0..16).map(|k| error((k / 4, k % 4))).all(|error| error < 1e-12), "{r:?}");
+        }
     }
 
     #[test]
