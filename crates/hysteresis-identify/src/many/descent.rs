@@ -3,6 +3,7 @@
 use super::columns::{Outputs, Rows};
 use super::normal::{Gram, Normal};
 use super::visits::Visits;
+use crate::error::Error;
 use crate::fit::bank::OperatorBank;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
@@ -84,24 +85,25 @@ impl<'a> Problem<'a> {
         outputs().map(|y| (y - mean).powi(2)).sum()
     }
 
-    /// One pass: the best weights at the point of a start, and the problem of a step from there.
-    pub(super) fn pass(&self, about: Start) -> State {
-        let normal = self.normal(&about).unwrap();
+    /// One pass: the best weights at the point of a start, and the problem of a step from there. An error where no model can have the
+    /// weights of the start: those of a drive of 1e-160 are beyond 1e100.
+    pub(super) fn pass(&self, about: Start) -> Result<State, Error> {
+        let normal = self.normal(&about)?;
         let guess = positive(&about.unknowns);
         let (step, objective) = normal.solve(&at_least_zero(&about.unknowns), &guess);
         let unknowns = moved(&about.unknowns, &step);
         let output_offset = about.output_offset + normal.offset(&step);
         let guess = positive(&unknowns);
         let best = Start { point: about.point, unknowns, output_offset };
-        State { best, objective, normal, about, guess }
+        Ok(State { best, objective, normal, about, guess })
     }
 
     /// The problem about a start; the derivatives are those at its weights.
-    fn normal(&self, about: &Start) -> Option<Normal> {
+    fn normal(&self, about: &Start) -> Result<Normal, Error> {
         let weights = self.basis.weights(&about.unknowns);
         let dt = self.space.intervals().of_record(0);
         let visits = Visits::new(self.record.input(), self.course, about.point.get(Parameter::DeadTime) / dt);
-        let outputs = |point: &Point| visits.outputs(point, &weights, self.space, self.basis).ok();
+        let outputs = |point: &Point| visits.outputs(point, &weights, self.space, self.basis);
         let here = outputs(&about.point)?;
         let mut there = Vec::new();
         for (parameter, point, distance) in self.space.neighbours(&about.point) {
@@ -117,7 +119,7 @@ impl<'a> Problem<'a> {
         let rows = Rows { visits: &visits, z: &z, here: &here, there: &there, measured: &measured };
         let columns = 1 + self.basis.columns() + there.len() + 1;
         let gram = Gram::of(self.course.len(), columns, |first, block| rows.write(first, columns, block));
-        Some(gram.finish(
+        Ok(gram.finish(
             self.basis,
             &self.projection.penalty(self.basis, &about.point, self.smoothness),
             &about.unknowns,
@@ -125,7 +127,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Descends from a start in a box-shaped trust region, as the search of a single fit does.
-    pub(super) fn improve(&self, mut here: State, patience: Patience) -> State {
+    pub(super) fn improve(&self, mut here: State, patience: Patience) -> Result<State, Error> {
         let least = ROUNDING_SQUARES * self.base_squares();
         let axes = self.space.axes();
         let mut radius = FIRST_RADIUS;
@@ -139,7 +141,7 @@ impl<'a> Problem<'a> {
             if decrease_promised.is_nan() || decrease_promised <= patience.gain * here.objective || size < MIN_STEP {
                 break;
             }
-            let there = self.pass(next);
+            let there = self.pass(next)?;
             let decrease = here.objective - there.objective;
             if decrease > 0.75 * decrease_promised {
                 radius = radius.max(2.0 * size);
@@ -150,7 +152,7 @@ impl<'a> Problem<'a> {
                 here = there;
             }
         }
-        here
+        Ok(here)
     }
 
     /// Where a step leads, along which axes, and the objective that it promises.

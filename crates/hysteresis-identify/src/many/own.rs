@@ -39,7 +39,7 @@ fn fit(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Resul
     let projection = Projection::new(slice::from_ref(record), space, &basis, smoothness, 1);
     let course = &Course::new(record, 1, 0);
     let problem = Problem { record, space, basis: &basis, course, smoothness, projection: &projection };
-    let normal = problem.pass(start(fit)).normal;
+    let normal = problem.pass(start(fit))?.normal;
     let settled = Settled { record, options: &options, space, basis: &basis, fit, normal: &normal };
     settled.report(|| {
         let positions = turned_positions(slice::from_ref(record));

@@ -92,31 +92,34 @@ impl<'a> SharedDrive<'a> {
     }
 
     /// The best fit on all samples, from the points of a table.
-    fn search(&self, problem: &Problem<'_>, table: &[Candidate]) -> State {
+    fn search(&self, problem: &Problem<'_>, table: &[Candidate]) -> Result<State, Error> {
         let thinned = problem.on(&self.courses[0]);
         let positions = Positions::new(problem.record.output(), &self.scan);
         let starts = positions.starts(table, &thinned, ROUNDS[0].0);
-        let mut states: Vec<State> = starts.into_iter().map(|start| thinned.pass(start)).collect();
+        let passes = starts.into_iter().map(|start| thinned.pass(start));
+        let mut states = passes.collect::<Result<Vec<State>, Error>>()?;
         for (entering, passes) in ROUNDS {
             states.sort_by(|p, q| p.objective.total_cmp(&q.objective));
             states.truncate(entering);
             let patience = Patience { gain: 1e-5, passes };
-            states = states.into_iter().map(|state| thinned.improve(state, patience)).collect();
+            let improved = states.into_iter().map(|state| thinned.improve(state, patience));
+            states = improved.collect::<Result<_, _>>()?;
         }
         let mut best = states.swap_remove(0);
         for (place, course) in self.courses.iter().enumerate().skip(1) {
             let more = problem.on(course);
             let gain = (WORTH / as_f64(course.len())).max(1e-9);
-            best = more.improve(more.pass(best.best), Patience { gain, passes: if place == 1 { LONG } else { SHORT } });
+            let patience = Patience { gain, passes: if place == 1 { LONG } else { SHORT } };
+            best = more.improve(more.pass(best.best)?, patience)?;
         }
-        best
+        Ok(best)
     }
 
     /// Fits one actuator.
     fn fit(&self, record: &Record<'_>, table: &[Candidate]) -> Result<ActuatorFit, Error> {
         let projection = Projection::new(slice::from_ref(record), &self.space, &self.basis, self.smoothness, 1);
         let problem = self.problem(record, &projection);
-        let state = self.search(&problem, table);
+        let state = self.search(&problem, table)?;
         let fit = problem.projected(&state);
         let settled = Settled {
             record,
@@ -130,7 +133,7 @@ impl<'a> SharedDrive<'a> {
             let positions = turned_positions(slice::from_ref(record));
             let turned =
                 Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
-            Ok(self.search(&self.problem(&turned, &projection), table).objective)
+            Ok(self.search(&self.problem(&turned, &projection), table)?.objective)
         })
     }
 
