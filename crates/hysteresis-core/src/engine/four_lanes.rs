@@ -1,6 +1,6 @@
 //! Four numbers at once: by the instructions of x86-64-v3 where the processor has them, else by any.
 //!
-//! Both ways compare, add and subtract the same numbers in the same order. Only `mul_add` may differ, in the last bit.
+//! Both ways do the same with the same numbers in the same order, and round wherever the other does: no bit depends on the processor.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use core::array;
@@ -20,9 +20,9 @@ pub(crate) trait FourLanes: Copy {
     fn splat(self, number: f64) -> Self::Numbers;
     fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
-    /// a b + c, rounded once on x86-64-v3, else twice.
-    fn mul_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
-    /// a b - c, for b of 1 or -1.
+    /// sum + a b. The product is rounded too: to fuse both, as some processors can, would give other bits there.
+    fn add_product(self, sum: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a b - c, for b of 1 or -1: fused or not, it is rounded once.
     fn signed_sub(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
     /// The smaller; b where neither is.
     fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
@@ -140,8 +140,8 @@ impl FourLanes for Portable {
     }
 
     #[inline(always)]
-    fn mul_add(self, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
-        array::from_fn(|i| a[i] * b[i] + c[i])
+    fn add_product(self, sum: Lanes, a: Lanes, b: Lanes) -> Lanes {
+        array::from_fn(|i| sum[i] + a[i] * b[i])
     }
 
     #[inline(always)]
@@ -239,8 +239,8 @@ mod x86_64_v3 {
         }
 
         #[inline(always)]
-        fn mul_add(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
-            self.mul_add_f64s(a, b, c)
+        fn add_product(self, sum: f64x4, a: f64x4, b: f64x4) -> f64x4 {
+            self.add_f64s(sum, self.mul_f64s(a, b))
         }
 
         #[inline(always)]

@@ -77,7 +77,7 @@ impl BankLoop for FirstLine<'_> {
             let last = four.load(last);
             let z = Both.next(block, four, x, last);
             let w = W::of(block, four, z);
-            output = four.mul_add(w, z, output);
+            output = four.add_product(output, w, z);
             let rises = Seen::at(Rising, block, four, x, last).slides;
             let falls = Seen::at(Falling, block, four, four.negated(x), last).slides;
             slope = four.add(slope, four.select(four.or(rises, falls), w, nothing));

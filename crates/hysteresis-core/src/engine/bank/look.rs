@@ -134,7 +134,7 @@ impl<O: Start> Look<'_, O> {
             let seen = Seen::at(side, block, four, x, self.start.of(block, four, four.load(last)));
             let w = W::along(side, block, four, seen.z);
             slope = four.add(slope, four.select(seen.slides, w, nothing));
-            offset = four.mul_add(w, seen.offset(thresholds, four), offset);
+            offset = four.add_product(offset, w, seen.offset(thresholds, four));
             begin = four.max(begin, seen.begin(thresholds, four));
             end = four.min(end, seen.end(thresholds, four));
         }

@@ -135,7 +135,7 @@ impl Runner<'_> {
             let mut z = side.seen(four, four.load(slot));
             for (x, sum) in inputs.iter().zip(&mut sums) {
                 z = four.max(thresholds.least_signed(four, four.splat(*x), sign), z);
-                *sum = four.mul_add(W::along(side, block, four, z), z, *sum);
+                *sum = four.add_product(*sum, W::along(side, block, four, z), z);
             }
             *slot = four.store(side.seen(four, z));
         }
@@ -157,7 +157,7 @@ impl Runner<'_> {
             for ((x, side), sum) in inputs.iter().zip(sides).zip(&mut sums) {
                 let least = side.thresholds(block).least(four, four.splat(side.turned(*x)));
                 let seen = four.max(least, side.seen(four, z));
-                *sum = four.mul_add(W::along(side, block, four, seen), seen, *sum);
+                *sum = four.add_product(*sum, W::along(side, block, four, seen), seen);
                 z = side.seen(four, seen);
             }
             *slot = four.store(z);

@@ -53,7 +53,7 @@ impl<O: IntoIterator<Item: Slot>, S: Start, B: Bounds> BankLoop for Sweep<O, S, 
         for (block, slot) in blocks.iter().zip(self.outputs) {
             let z = self.bounds.next(block, four, x, self.start.of(block, four, four.load(slot.last())));
             slot.keep(four.store(z));
-            sum = four.mul_add(W::of(block, four, z), z, sum);
+            sum = four.add_product(sum, W::of(block, four, z), z);
         }
         four.total(sum)
     }

@@ -1,3 +1,4 @@
+use alloc::format;
 use alloc::vec::Vec;
 
 use super::super::four_lanes::Processor;
@@ -71,6 +72,34 @@ fn every_operator_is_where_its_equation_puts_it_on_any_processor() {
             assert_eq!(bank.outputs(), truth.z, "{x}");
             assert!((bank.now().output - sum).abs() <= 1e-11, "{x}");
             last = x;
+        }
+    }
+}
+
+#[test]
+fn every_bit_is_the_same_on_any_processor() {
+    let limits = (-450.0, 450.0);
+    for model in models() {
+        let [mut here, mut anywhere] = [Processor::here(), Processor::portable()]
+            .map(|processor| Bank::at_rest(Arc::new(Members::on(processor, &model))));
+        let (mut last, mut at) = (0.0, here.now());
+        for (k, x) in drive().chain(staircases()).enumerate() {
+            let (mut inverse, mut other) = (here.clone(), anywhere.clone());
+            for bank in [&mut here, &mut anywhere] {
+                bank.move_input(last, x);
+            }
+            last = x;
+            assert_eq!(format!("{:?}", here.now()), format!("{:?}", anywhere.now()), "{x}");
+            assert_eq!(format!("{:?}", here.ahead()), format!("{:?}", anywhere.ahead()), "{x}");
+            assert_eq!(here.outputs(), anywhere.outputs(), "{x}");
+            // Every third sample is left to the inverse, from where the bank was before.
+            if k % 3 == 0 && at.input == inverse.now().input {
+                let to = here.now().output;
+                let direction = if to < at.output { Direction::Falling } else { Direction::Rising };
+                let reaches = [&mut inverse, &mut other].map(|bank| bank.move_output(direction, at, to, limits));
+                assert_eq!(format!("{:?}", reaches[0]), format!("{:?}", reaches[1]), "{x}");
+            }
+            at = here.now();
         }
     }
 }
