@@ -147,7 +147,7 @@ fn with_amplifier(
         }
     };
     let message = format!(
-        "dead time is confounded with the lag of an amplifier: the records tell the sum of all lags, {}, but hardly a lag of \
+        "dead time is confounded with the lag of an amplifier: the records tell the sum of all lags, {}, and hardly a lag of \
          {value:.2} samples in front of the hysteresis from a dead time",
         with_error_of_lag(part.lag(), errors.lag)
     );

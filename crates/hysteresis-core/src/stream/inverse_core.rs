@@ -64,7 +64,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     /// The segment at a place of the memory.
     pub(super) fn enter_segment(&mut self, input: T, output: T) {
         self.draw_segment(input, output);
-        self.open_segment(input);
+        self.open_segment(input, self.memory.back());
     }
 
     /// The segment ahead of a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
@@ -79,10 +79,10 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         }
     }
 
-    /// Lets the segment hold behind the place too, if it does, and within the limits.
+    /// Lets the segment hold behind the place too, down to the input `back` and within the limits.
     #[inline]
-    fn open_segment(&mut self, input: T) {
-        if let Some(back) = self.memory.back() {
+    fn open_segment(&mut self, input: T, back: Option<T>) {
+        if let Some(back) = back {
             let Piece { direction, line, .. } = self.memory.forward_piece(input);
             let back = line.at(direction.further(back, direction.reversed().limit(self.reach)));
             self.segment.open(back, self.origin.output);
@@ -241,13 +241,11 @@ impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
             let here = self.known();
             self.enter_segment(here.input, here.output);
         } else if target.is_admissible() {
-            let behind = self.segment.lies_behind(y);
+            let step_back = self.segment.lies_behind(y);
             let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
             self.saturated = reached.saturated;
             self.draw_segment(reached.input, reached.output);
-            if behind {
-                self.open_segment(reached.input);
-            }
+            self.open_segment(reached.input, self.memory.back_after(step_back));
         } else {
             self.rejected = self.rejected.saturating_add(1);
         }

@@ -72,7 +72,7 @@ pub(super) fn change(factor: &Mat<f64>, records: &[Record<'_>], begins_wrong: bo
         100.0 * moved,
         100.0 * value * value
     );
-    let finding = Finding::new(FindingCode::Drift, value, LIMIT, message).try_next(
+    let finding = Finding::new(FindingCode::Drift, value, least, message).try_next(
         "let the stage and its electronics settle before the record, or identify creep as well; a full stroke at the beginning \
          and at the end of the record tells drift from loops"
             .into(),

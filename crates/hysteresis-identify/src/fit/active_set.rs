@@ -20,7 +20,8 @@ pub(crate) trait SumOfSquares {
     fn minimum_over(&self, free: &[usize], held: &[f64]) -> Result<Vec<f64>, usize>;
 }
 
-/// The x of the least sum over lower_j <= x_j <= upper_j. Unknowns that are not `free` at first are where `x` has them, at a bound.
+/// The x of the least sum over lower_j <= x_j <= upper_j. Unknowns that are not `free` at first are where `x` has them: at a bound, or
+/// anywhere if they have none.
 ///
 /// `free` names the unknowns that are expected between their bounds: a good guess (the answer of a neighbouring problem) saves most
 /// of the work, a bad one changes nothing but the time. The answer satisfies the conditions of Karush, Kuhn and Tucker up to

@@ -339,8 +339,13 @@ impl Space {
     pub(crate) fn neighbours(&self, point: &Point) -> Vec<(Parameter, Point, f64)> {
         let neighbour = |axis: &Axis| {
             let value = point.get(axis.parameter);
-            let step = (DIFFERENCE_STEP * axis.scale).max(2.0 * f64::EPSILON * value.abs());
-            let other = if value + step <= axis.upper { value + step } else { value - step };
+            let step = (DIFFERENCE_STEP * axis.scale).max(2.0 * f64::EPSILON * value.abs()).max(f64::MIN_POSITIVE);
+            let other = match (value + step, value - step) {
+                (above, _) if above <= axis.upper => above,
+                (_, below) if below >= axis.lower => below,
+                _ if axis.upper - value > value - axis.lower => axis.upper,
+                _ => axis.lower,
+            };
             (axis.parameter, point.with(axis.parameter, other), other - value)
         };
         self.axes.iter().map(neighbour).collect()
@@ -377,14 +382,17 @@ mod tests {
 
     #[test]
     fn neighbours_are_apart_where_the_drive_varies_by_its_last_digits() {
-        for size in [5.0, -5.0, 1e6] {
-            let input: Vec<f64> = (0..100).map(|k| size + f64::from(k % 10) * f64::EPSILON * size).collect();
+        for (size, levels) in [(5.0, 10), (-5.0, 10), (1e6, 10), (1.0, 2), (5.0, 2), (1e-320, 2)] {
+            let input: Vec<f64> = (0..100).map(|k| size + f64::from(k % levels) * f64::EPSILON * size).collect();
             let record = Record::new(&input, &input, 0).unwrap();
             let space = Space::new(&[record], &Options::default()).unwrap();
             let neighbours = space.neighbours(space.origin());
             let distances: Vec<_> = neighbours.iter().map(|(parameter, _, distance)| (*parameter, *distance)).collect();
             assert!(distances.iter().any(|(parameter, _)| *parameter == Parameter::InputOffset));
             assert!(distances.iter().all(|(_, distance)| *distance != 0.0), "{distances:?}");
+            for (axis, (_, point, _)) in space.axes.iter().zip(&neighbours) {
+                assert!((axis.lower..=axis.upper).contains(&point.get(axis.parameter)), "{size}: {neighbours:?}");
+            }
         }
     }
 }

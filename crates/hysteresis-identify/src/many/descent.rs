@@ -127,7 +127,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Descends from a start in a box-shaped trust region, as the search of a single fit does.
-    pub(super) fn improve(&self, mut here: State, patience: Patience) -> Result<State, Error> {
+    pub(super) fn improve(&self, mut here: State, patience: Patience) -> State {
         let least = ROUNDING_SQUARES * self.base_squares();
         let axes = self.space.axes();
         let mut radius = FIRST_RADIUS;
@@ -141,18 +141,19 @@ impl<'a> Problem<'a> {
             if decrease_promised.is_nan() || decrease_promised <= patience.gain * here.objective || size < MIN_STEP {
                 break;
             }
-            let there = self.pass(next)?;
-            let decrease = here.objective - there.objective;
+            // Where no model can be, nothing is gained.
+            let there = self.pass(next).ok();
+            let decrease = there.as_ref().map_or(f64::NAN, |there| here.objective - there.objective);
             if decrease > 0.75 * decrease_promised {
                 radius = radius.max(2.0 * size);
             } else if decrease.is_nan() || decrease < 0.25 * decrease_promised {
                 radius = 0.25 * size;
             }
-            if decrease > 0.0 {
+            if let Some(there) = there.filter(|_| decrease > 0.0) {
                 here = there;
             }
         }
-        Ok(here)
+        here
     }
 
     /// Where a step leads, along which axes, and the objective that it promises.

@@ -96,21 +96,28 @@ impl<'a> SharedDrive<'a> {
         let thinned = problem.on(&self.courses[0]);
         let positions = Positions::new(problem.record.output(), &self.scan);
         let starts = positions.starts(table, &thinned, ROUNDS[0].0);
-        let passes = starts.into_iter().map(|start| thinned.pass(start));
-        let mut states = passes.collect::<Result<Vec<State>, Error>>()?;
+        let (mut states, mut refused) = (Vec::new(), None);
+        for start in starts {
+            match thinned.pass(start) {
+                Ok(state) => states.push(state),
+                Err(error) => refused = Some(error),
+            }
+        }
+        if let Some(error) = refused.filter(|_| states.is_empty()) {
+            return Err(error);
+        }
         for (entering, passes) in ROUNDS {
             states.sort_by(|p, q| p.objective.total_cmp(&q.objective));
             states.truncate(entering);
             let patience = Patience { gain: 1e-5, passes };
-            let improved = states.into_iter().map(|state| thinned.improve(state, patience));
-            states = improved.collect::<Result<_, _>>()?;
+            states = states.into_iter().map(|state| thinned.improve(state, patience)).collect();
         }
         let mut best = states.swap_remove(0);
         for (place, course) in self.courses.iter().enumerate().skip(1) {
             let more = problem.on(course);
             let gain = (WORTH / as_f64(course.len())).max(1e-9);
             let patience = Patience { gain, passes: if place == 1 { LONG } else { SHORT } };
-            best = more.improve(more.pass(best.best)?, patience)?;
+            best = more.improve(more.pass(best.best)?, patience);
         }
         Ok(best)
     }

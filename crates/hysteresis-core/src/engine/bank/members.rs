@@ -30,7 +30,7 @@ pub(crate) struct Members {
 /// So many moves as the last one lead from one breakpoint to the next if it counts as small: fewer would not pay for a line.
 const MOVES_ON_A_LINE: f64 = 16.0;
 
-/// After so many small moves in a row a line is drawn: where a drive just turns round, as a sine at its peak, it would not pay.
+/// After so many small moves in a row a line is drawn: where a drive just turns round, as a sine at its peak, a line would not pay.
 pub(super) const MOVES_BEFORE_A_LINE: u8 = 8;
 
 /// The weights of an operator above and below zero.

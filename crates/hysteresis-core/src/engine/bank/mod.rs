@@ -36,25 +36,25 @@ pub(crate) struct Bank {
     outputs: Box<[Lanes]>,
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     now: Point,
-    ahead: Ahead,
+    prospect: Prospect,
 }
 
 /// What a bank knows of the samples to come.
 #[derive(Clone, Copy, Debug)]
-enum Ahead {
+enum Prospect {
     /// The line that they may be on.
     Line(Piece),
     /// No line was drawn; how many moves up to now were small, one after the other.
     SmallMoves(u8),
 }
 
-impl Ahead {
+impl Prospect {
     #[inline]
     fn line(self) -> Option<Piece> {
         if let Self::Line(piece) = self { Some(piece) } else { None }
     }
 
-    /// How many moves were small, one after the other. Those along a line are.
+    /// How many moves were small, one after the other. On a line that counts as enough of them, however far the moves along it were.
     #[inline]
     fn small_moves(self) -> u8 {
         if let Self::SmallMoves(count) = self { count } else { MOVES_BEFORE_A_LINE }
@@ -66,7 +66,7 @@ impl Bank {
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
         let zeros: Box<[Lanes]> = members.blocks.iter().map(|_| [0.0; LANES]).collect();
         let now = Point { input: 0.0, output: 0.0 };
-        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, ahead: Ahead::SmallMoves(0) };
+        let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, prospect: Prospect::SmallMoves(0) };
         bank.reset();
         bank
     }
@@ -96,7 +96,7 @@ impl Bank {
         let led_to_them =
             self.members.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z);
         self.now = Point { input: if led_to_them { input } else { f64::NAN }, output: self.sum() };
-        self.ahead = Ahead::SmallMoves(0);
+        self.prospect = Prospect::SmallMoves(0);
     }
 
     /// The weights and operators.
@@ -121,9 +121,9 @@ impl Bank {
         settled.settle(input);
         // In the mirror zero has the other sign: files have none.
         let outputs = settled.outputs().iter().map(|z| z + 0.0).collect();
-        let (line, small_moves) = match self.ahead {
-            Ahead::Line(piece) => (Some(piece.direction), 0),
-            Ahead::SmallMoves(count) => (None, count),
+        let (line, small_moves) = match self.prospect {
+            Prospect::Line(piece) => (Some(piece.direction), 0),
+            Prospect::SmallMoves(count) => (None, count),
         };
         BankState { outputs, line, small_moves }
     }
@@ -142,14 +142,15 @@ impl Bank {
         if (sum - output).abs() > restore_tolerance(scale) {
             return Err(Error::State { expected: "operator outputs that sum to the output" });
         }
-        if state.small_moves >= if state.line.is_some() { 1 } else { MOVES_BEFORE_A_LINE } {
+        let most = if state.line.is_some() { 0 } else { MOVES_BEFORE_A_LINE - 1 };
+        if state.small_moves > most {
             return Err(Error::State { expected: "fewer small moves than lead to a line, and none on a line" });
         }
         in_lanes(&mut self.outputs, outputs);
         self.start_at(input);
         match state.line {
             Some(direction) => self.draw_line(direction),
-            None => self.ahead = Ahead::SmallMoves(state.small_moves),
+            None => self.prospect = Prospect::SmallMoves(state.small_moves),
         }
         Ok(())
     }
@@ -160,7 +161,7 @@ impl Bank {
         self.settle(input);
         self.members = members.clone();
         self.now.output = self.sum();
-        if let Ahead::Line(Piece { direction, .. }) = self.ahead {
+        if let Prospect::Line(Piece { direction, .. }) = self.prospect {
             self.draw_line(direction);
         }
         Ok(differ)
@@ -170,7 +171,7 @@ impl Bank {
     #[inline]
     pub(crate) fn fetch(&self, depth: usize) -> u64 {
         match depth {
-            0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.ahead.small_moves()),
+            0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.prospect.small_moves()),
             1 => self.outputs.iter().fold(self.members.blocks.len() as u64, |read, lanes| read ^ lanes[0].to_bits()),
             2 => self.members.blocks.iter().fold(0, |read, block| read ^ block.fetch()),
             _ => 0,

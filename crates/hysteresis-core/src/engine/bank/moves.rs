@@ -10,7 +10,7 @@ use super::members::{MOVES_BEFORE_A_LINE, Members};
 use super::run::{Run, Taken};
 use super::side::Unguessed;
 use super::sweep::{Slot, Sweep};
-use super::{Ahead, Bank};
+use super::{Bank, Prospect};
 
 impl Bank {
     /// Moves the input from `from`, on the line that was drawn, to `to`. After some small moves the next line is drawn.
@@ -44,20 +44,20 @@ impl Bank {
     /// Whether a bank without a line is at `to` already.
     #[inline]
     fn stays(&self, from: f64, to: f64) -> bool {
-        to == from && self.ahead.line().is_none()
+        to == from && self.prospect.line().is_none()
     }
 
     /// How many small moves in a row there will be after one from `from` to `to`.
     #[inline]
     fn small_moves(&self, from: f64, to: f64) -> u8 {
-        self.members.small_moves(self.ahead.small_moves(), to - from)
+        self.members.small_moves(self.prospect.small_moves(), to - from)
     }
 
     #[inline]
     fn go(&mut self, from: f64, to: f64, small_moves: u8) {
         self.now.output = sweep(&self.members, &mut *self.outputs, self.now.input, from, to);
         self.now.input = to;
-        self.ahead = Ahead::SmallMoves(small_moves);
+        self.prospect = Prospect::SmallMoves(small_moves);
     }
 
     /// Moves the input along the line that was drawn.
@@ -72,7 +72,7 @@ impl Bank {
     /// Draws the line in `direction` from where the bank is, if that is known.
     pub(super) fn draw_line(&mut self, direction: Direction) {
         if self.knows_its_input() {
-            self.ahead = Ahead::Line(self.piece(Here, direction, self.now.input));
+            self.prospect = Prospect::Line(self.piece(Here, direction, self.now.input));
         }
     }
 
@@ -83,7 +83,7 @@ impl Bank {
     /// The line from where the bank is, if it was drawn.
     #[inline]
     pub(crate) fn ahead(&self) -> Option<Piece> {
-        self.ahead.line()
+        self.prospect.line()
     }
 
     /// Where the line ends behind the bank, if it holds on both sides.
@@ -98,9 +98,9 @@ impl Bank {
     /// outputs are relative to `origin`, samples and what is put out are not. None if a line was drawn before, or if no input may have
     /// led to the outputs.
     pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Option<Taken> {
-        let Self { members, outputs: z, now: Point { input, output }, ahead, .. } = self;
-        match ahead {
-            Ahead::SmallMoves(small_moves) if !input.is_nan() => {
+        let Self { members, outputs: z, now: Point { input, output }, prospect, .. } = self;
+        match prospect {
+            Prospect::SmallMoves(small_moves) if !input.is_nan() => {
                 Some(members.run(Run { members, z, input, output, small_moves, origin, samples, outputs }))
             }
             _ => None,
@@ -135,7 +135,7 @@ impl Bank {
         self.settle(from.input);
         let (reach, piece) = self.find(Here, direction, from, to, direction.limit(limits));
         self.go(from.input, reach.input, 0);
-        self.ahead = Ahead::Line(piece);
+        self.prospect = Prospect::Line(piece);
         reach
     }
 

@@ -106,7 +106,8 @@ impl Runner<'_> {
         let [a, b, c, d] = inputs;
         let moves = [(self.now.input, a), (a, b), (b, c), (c, d)];
         let falls: u8 = moves.iter().map(|(from, to)| u8::from(to < from)).sum();
-        // 1 if none of the four falls, -1 if all do: every product waits for it.
+        // 1 if none of the four falls, -1 if all do; of moves from zero to -0, where either sign will do, -1. Every product waits for
+        // it, so it is not made of `falls`: that would take a conversion.
         let sign = 1.0_f64.copysign(d - self.now.input);
         let sums = match usize::from(falls) {
             0 => self.one_way::<F, W>(four, blocks, inputs, Rising, sign),
