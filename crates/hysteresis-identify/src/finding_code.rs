@@ -15,7 +15,8 @@ pub enum FindingCode {
     /// correlation of drive and position; limit -0.5.
     WrongSign,
     /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value: the mean
-    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01.
+    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01. It is that between what the
+    /// drive passes before and after each of its turns, so a bend of the position counts for nothing.
     LoopBackwards,
     /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
     /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the range of the position; limit 0.005.
