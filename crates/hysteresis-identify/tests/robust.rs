@@ -297,6 +297,19 @@ fn long_runs_are_no_glitches() {
 }
 
 #[test]
+fn runs_of_one_value_are_left_out_up_to_twenty_five() {
+    let bench = &benches()[0];
+    let output = bench.measured(&bench.drive(), 8);
+    for (value, length) in [(-8.0, 20), (-20.0, 25), (12.0, 25), (30.0, 25)] {
+        let mut spoilt = output.clone();
+        spoilt[700..700 + length].fill(value);
+        let found = bench.fitted(&spoilt, Loss::Auto);
+        assert_eq!(found.left_out_samples[0], (700..700 + length).collect::<Vec<_>>(), "{value}");
+        assert_eq!(found.verdict(), Verdict::Green, "{:?}", found.warnings);
+    }
+}
+
+#[test]
 fn a_robust_loss_sees_smaller_glitches() {
     let bench = &benches()[0];
     let mut output = bench.measured(&bench.drive(), 8);
