@@ -86,7 +86,7 @@ pub enum FindingCode {
     /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
     StuckInput,
     /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
-    /// median of eleven, over the range of the medians; limit 0.03.
+    /// median of eleven, or the height of a run of one value, over the range of the medians; limit 0.03.
     InputOutliers,
     /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
     /// Value: the standard deviation of that noise over the range of the drive; limit 0.003.

@@ -225,6 +225,22 @@ fn a_bend_without_loops_leads_by_nothing() {
 }
 
 #[test]
+fn a_drive_that_drops_out_is_found() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    for length in [1, 5, 6, 8, 12, 20, 25] {
+        let mut read = input.clone();
+        read[3333..3333 + length].fill(-900.0);
+        let is_told = |finding: &Finding| {
+            let drops = matches!(finding.code, FindingCode::InputOutliers | FindingCode::StuckInput);
+            drops && finding.hint.contains(&format!("--mend 3333:{}", 3333 + length))
+        };
+        let all = found(&read, &output);
+        assert!(all.iter().any(is_told), "{length}: {all:?}");
+    }
+}
+
+#[test]
 fn a_noisy_monitor_of_the_drive_is_told_from_a_noisy_drive() {
     let mut noise = noise(7);
     let sent = sweep(500.0);
