@@ -15,7 +15,8 @@ pub enum FindingCode {
     /// correlation of drive and position; limit -0.5.
     WrongSign,
     /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value: the mean
-    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01.
+    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01. It is that between what the
+    /// drive passes before and after each of its turns, so a bend of the position counts for nothing.
     LoopBackwards,
     /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
     /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the range of the position; limit 0.005.
@@ -85,7 +86,7 @@ pub enum FindingCode {
     /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
     StuckInput,
     /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
-    /// median of eleven, over the range of the medians; limit 0.03.
+    /// median of eleven, or the height of a run of one value, over the range of the medians; limit 0.03.
     InputOutliers,
     /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
     /// Value: the standard deviation of that noise over the range of the drive; limit 0.003.

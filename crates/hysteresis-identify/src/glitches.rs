@@ -14,7 +14,7 @@ use crate::numeric::as_f64;
 use crate::record::Record;
 use crate::signal;
 
-/// Samples on either side whose median tells a glitch from the residual: more than the longest glitch in all.
+/// Samples on either side whose median tells a glitch from the residual: a glitch of no more samples is less than half of all.
 const AROUND: usize = 25;
 
 /// Samples on one side whose distances tell whether a model is far off there: dynamics ring on, and less than half of so many
@@ -24,12 +24,16 @@ const NEARBY: usize = 50;
 /// Far samples with at most so many others between them are one glitch.
 const GAP: usize = 5;
 
-/// What lasts longer is no glitch.
+/// What lasts longer is no glitch. A fit that follows one is far off beside it, too.
 const LONGEST: usize = 30;
 
 /// The residual jumps by this share of the height of a glitch at least, where it begins and where it ends. Half a period of a
 /// ringing that lasts eight samples or more jumps by less.
 const ABRUPT: f64 = 0.4;
+
+/// Where a record begins, no jump is seen before a glitch: there the residual comes back by this share of its height from one sample to
+/// the next, which a transient does not.
+const AT_ONCE: f64 = 0.8;
 
 /// The deviation of samples is that share of all below which there are this many standard deviations of normal noise: with a
 /// tenth of them wrong it still is that of the good ones.
@@ -145,16 +149,17 @@ fn together(far: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-/// Whether far samples are few, and the residual jumps before and after the furthest of them. What a record begins with does not
-/// jump: it may be a transient of what was before. Beyond its end the residual is as usual.
+/// Whether far samples are few, and the residual jumps before and after the furthest of them. What a record begins with may be a
+/// transient of what was before, unless it comes back at once. Beyond the end of a record the residual is as usual.
 fn is_abrupt(residual: &[f64], levels: &[f64], distances: &[f64], far: &[usize]) -> bool {
     let (Some(first), Some(last)) = (far.first(), far.last()) else { return false };
     let Some(furthest) = (*first..=*last).max_by(|p, q| distances[*p].total_cmp(&distances[*q])) else { return false };
     let before = |k: usize| residual[k.saturating_sub(1)];
     let after = |k: usize| residual.get(k + 1).copied().unwrap_or(levels[k]);
     let begins = (*first..=furthest).any(|k| (residual[k] - before(k)).abs() >= ABRUPT * distances[furthest]);
-    let ends = (furthest..=*last).any(|k| (residual[k] - after(k)).abs() >= ABRUPT * distances[furthest]);
-    last - first < LONGEST && begins && ends
+    let comes_back =
+        |share: f64| (furthest..=*last).any(|k| (residual[k] - after(k)).abs() >= share * distances[furthest]);
+    last - first < LONGEST && (begins && comes_back(ABRUPT) || *first == 0 && comes_back(AT_ONCE))
 }
 
 /// How far the drive left a straight line shortly before every sample, in powers of two below its range: where it turns round, and

@@ -3,7 +3,7 @@
 /// How far the errors of single samples count.
 ///
 /// A glitch is a wrong sample of the position, or a run of a few: a drop-out to zero, a spike. It lies far from the model and from
-/// the samples about it, and it begins and ends abruptly. What lasts 30 samples and more is an error of the model, and so is what
+/// the samples about it, and it begins and ends abruptly. What lasts more than 25 samples is an error of the model, and so is what
 /// comes and goes smoothly, or what comes with most jumps of the drive.
 ///
 /// ```

@@ -215,7 +215,7 @@ impl Options {
     }
 
     /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
-    /// that are all alike, there are no terms but those that were asked for.
+    /// that are all alike, there are no terms but those that were asked for. Rests tell creep whatever the loops are.
     pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
         /// A term is left to cross-validation from so many samples on for each operator.
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
@@ -223,7 +223,7 @@ impl Options {
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
         let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
         let variety = Variety::of(records);
-        let creeps = tells && (variety.apart_from_time || variety.start);
+        let creeps = tells && (variety.apart_from_time || variety.start || variety.rests);
         let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
         let mut resolved = self.clone();
         if !tells && self.dynamics == DynamicsModel::Auto {

@@ -156,6 +156,90 @@ fn defects_at_a_place_are_found_there() {
     assert_found(&input, &counts, FindingCode::OutputWraps, SKIP + 1 + first, "period=4096");
 }
 
+/// Ramps of 200 samples between these drives, with holds of so many samples.
+fn staircase(levels: &[f64], hold: usize) -> Vec<f64> {
+    let stair = |pair: &[f64]| {
+        let ramp = (0..200).map(|k| pair[0] + (pair[1] - pair[0]) * number(k) / 200.0);
+        ramp.chain(std::iter::repeat_n(pair[1], hold)).collect::<Vec<f64>>()
+    };
+    levels.windows(2).flat_map(stair).collect()
+}
+
+/// The drive and two plays.
+fn plays(input: &[f64]) -> Vec<f64> {
+    let mut places = [0.0, 0.0];
+    let moved = |u: &f64| {
+        for (place, width) in places.iter_mut().zip([0.1, 0.2]) {
+            *place = f64::clamp(*place, u - width, u + width);
+        }
+        u + 0.1 * (places[0] + places[1])
+    };
+    input.iter().map(moved).collect()
+}
+
+/// By how much loops are found to be backwards.
+fn backwards(input: &[f64], output: &[f64]) -> Option<f64> {
+    let record = Record::new(input, output, 0).unwrap();
+    let findings = diagnose(&[record], &paper::table_1_recovered().into(), 0.0).unwrap();
+    findings.into_iter().find(|finding| finding.code == FindingCode::LoopBackwards).map(|finding| finding.value)
+}
+
+const COURSES: [&[f64]; 4] = [
+    &[0.0, 1.0, 0.0, 0.5, 0.2, 1.0],
+    &[0.0, 1.0, 0.0, 0.4, 0.1, 0.3, 1.0],
+    &[0.0, 1.0, 0.0, 0.25, 0.1, 0.2, 0.15],
+    &[1.0, 0.0, 1.0, 0.5, 0.8, 0.6, 0.75],
+];
+
+#[test]
+fn a_bend_is_no_direction_of_loops() {
+    let bends: [fn(f64) -> f64; 5] = [|h| h, |h| h * h, |h| h.powi(4), f64::sqrt, |h| (2.0 * h).tanh()];
+    for (course, hold) in COURSES.into_iter().flat_map(|course| [(course, 0), (course, 300)]) {
+        let input = staircase(course, hold);
+        // The same the other way round, which really leads.
+        let reversed: Vec<f64> = input.iter().rev().copied().collect();
+        for (place, bend) in bends.into_iter().enumerate() {
+            let output: Vec<f64> = plays(&input).into_iter().map(bend).collect();
+            assert_eq!(backwards(&input, &output), None, "{course:?}, bend {place}");
+            let leading: Vec<f64> = output.into_iter().rev().collect();
+            assert!(backwards(&reversed, &leading).is_some(), "{course:?}, bend {place}");
+        }
+    }
+}
+
+#[test]
+fn a_bend_without_loops_leads_by_nothing() {
+    for course in COURSES {
+        // The ways there and back have other samples.
+        let input: Vec<f64> =
+            staircase(course, 100).into_iter().enumerate().map(|(k, u)| u + 1e-3 * (number(k)).sin()).collect();
+        for sign in [-1.0, 1.0] {
+            let bent: Vec<f64> = input.iter().map(|u| (u + 0.05 * sign * u * (1.0 - u)).max(0.0)).collect();
+            let record = Record::new(&input, &bent, 0).unwrap();
+            let findings = diagnose(&[record], &paper::table_1_recovered().into(), 0.0).unwrap();
+            let width =
+                findings.iter().find(|finding| finding.code == FindingCode::NoHysteresis).map(|found| found.value);
+            assert!(width.is_some_and(|width| width < 1e-5), "{course:?}: {findings:?}");
+        }
+    }
+}
+
+#[test]
+fn a_drive_that_drops_out_is_found() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    for length in [1, 5, 6, 8, 12, 20, 25] {
+        let mut read = input.clone();
+        read[3333..3333 + length].fill(-900.0);
+        let is_told = |finding: &Finding| {
+            let drops = matches!(finding.code, FindingCode::InputOutliers | FindingCode::StuckInput);
+            drops && finding.hint.contains(&format!("--mend 3333:{}", 3333 + length))
+        };
+        let all = found(&read, &output);
+        assert!(all.iter().any(is_told), "{length}: {all:?}");
+    }
+}
+
 #[test]
 fn a_noisy_monitor_of_the_drive_is_told_from_a_noisy_drive() {
     let mut noise = noise(7);

@@ -297,6 +297,19 @@ fn long_runs_are_no_glitches() {
 }
 
 #[test]
+fn runs_of_one_value_are_left_out_up_to_twenty_five() {
+    let bench = &benches()[0];
+    let output = bench.measured(&bench.drive(), 8);
+    for (value, length) in [(-8.0, 20), (-20.0, 25), (12.0, 25), (30.0, 25)] {
+        let mut spoilt = output.clone();
+        spoilt[700..700 + length].fill(value);
+        let found = bench.fitted(&spoilt, Loss::Auto);
+        assert_eq!(found.left_out_samples[0], (700..700 + length).collect::<Vec<_>>(), "{value}");
+        assert_eq!(found.verdict(), Verdict::Green, "{:?}", found.warnings);
+    }
+}
+
+#[test]
 fn a_robust_loss_sees_smaller_glitches() {
     let bench = &benches()[0];
     let mut output = bench.measured(&bench.drive(), 8);
@@ -330,6 +343,23 @@ fn a_transient_at_the_start_is_no_glitch() {
     let height = 0.3 * range(&output);
     output.iter_mut().zip(0..6).for_each(|(y, k)| *y += height * (-f64::from(k)).exp());
     assert!(bench.fitted(&output, Loss::Auto).left_out_samples[0].is_empty());
+}
+
+#[test]
+fn wrong_rows_at_the_ends_are_left_out() {
+    let bench = &benches()[0];
+    let output = bench.measured(&bench.drive(), 8);
+    let last = output.len() - 1;
+    for (value, rows) in [(-9999.0, 0..1), (8.0, 0..1), (-9999.0, 0..5), (-9999.0, 1..2), (-9999.0, last..last + 1)] {
+        let mut spoilt = output.clone();
+        spoilt[rows.clone()].fill(value);
+        let found = bench.fitted(&spoilt, Loss::Auto);
+        assert_eq!(found.left_out_samples[0], rows.clone().collect::<Vec<_>>(), "{value}");
+        assert_eq!(found.verdict(), Verdict::Green, "{value} in {rows:?}: {:?}", found.warnings);
+        // Where all samples count, a reading that failed is no counter that wraps.
+        let found = bench.fitted(&spoilt, Loss::Squares);
+        assert!(found.warnings.iter().all(|finding| finding.code != FindingCode::OutputWraps), "{:?}", found.warnings);
+    }
 }
 
 /// A wrong sample of the drive corrupts what follows: it is told, and the position is not what is wrong.

@@ -160,33 +160,70 @@ fn from_medians(values: &[f64]) -> (Vec<f64>, f64) {
 /// Samples of the drive far from their neighbours that the position does not follow.
 pub(super) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = 0.03;
-    /// The position follows if it moves by this share of what it should.
-    const FOLLOWED: f64 = 0.2;
-    /// So many samples after the drive.
-    const LATER: usize = 3;
-    /// What lies this many times further from its neighbours than almost all samples.
-    const ALMOST_ALL: f64 = 0.95;
-    const FURTHER: f64 = 5.0;
     /// A drive of few bits moves by so much at least.
     const STEPS: f64 = 3.0;
-    let ((input, range), (output, _)) = (from_medians(record.input()), from_medians(record.output()));
     let steps: Vec<f64> =
         record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|x| *x > 0.0).collect();
-    let step = STEPS * signal::median(&steps) / range;
-    let usual = step.max(FURTHER * signal::quantile(&input, ALMOST_ALL));
-    let answer = |k: usize| signal::bounds(&output[k..(k + LATER).min(output.len())]).1;
-    let unanswered = |k: &usize| input[*k] > usual.max(LIMIT) && answer(*k) < FOLLOWED * input[*k];
-    let far: Vec<usize> = (0..input.len()).filter(unanswered).collect();
-    let worst = far.iter().copied().max_by(|a, b| input[*a].total_cmp(&input[*b]))?;
+    let (distances, range) = from_medians(record.input());
+    let least = LIMIT.max(STEPS * signal::median(&steps) / range);
+    let mut far = single_outliers(record, &distances, least);
+    far.extend(drop_outs(record, range, least));
+    far.sort_by_key(|(k, _)| *k);
+    far.dedup_by_key(|(k, _)| *k);
+    let (worst, value) = far.iter().copied().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let message = format!(
         "{} samples of the drive lie far from their neighbours and the position does not follow, the furthest {} by {:.0} % \
          of the range",
         far.len(),
         named_sample(record, worst),
-        100.0 * input[worst]
+        100.0 * value
     );
-    let finding = Finding::new(FindingCode::InputOutliers, input[worst], LIMIT, message).at(worst);
-    Some(finding.try_next(mend(&stretches(&far, 1))))
+    let far: Vec<usize> = far.into_iter().map(|(k, _)| k).collect();
+    Some(Finding::new(FindingCode::InputOutliers, value, LIMIT, message).at(worst).try_next(mend(&stretches(&far, 1))))
+}
+
+/// The position follows a wrong drive if it moves by this share of what it should.
+const FOLLOWED: f64 = 0.2;
+
+/// Samples of the drive that are unusually far from the median of those about them, and by `least`, while the position is not; each
+/// with how far, over the range.
+fn single_outliers(record: &Record<'_>, distances: &[f64], least: f64) -> Vec<(usize, f64)> {
+    /// So many samples after the drive.
+    const LATER: usize = 3;
+    /// What lies this many times further from its neighbours than almost all samples.
+    const ALMOST_ALL: f64 = 0.95;
+    const FURTHER: f64 = 5.0;
+    let output = from_medians(record.output()).0;
+    let usual = least.max(FURTHER * signal::quantile(distances, ALMOST_ALL));
+    let answer = |k: usize| signal::bounds(&output[k..(k + LATER).min(output.len())]).1;
+    let unanswered = |k: &usize| distances[*k] > usual && answer(*k) < FOLLOWED * distances[*k];
+    (0..distances.len()).filter(unanswered).map(|k| (k, distances[k])).collect()
+}
+
+/// Runs of one value that the drive jumps to and back from, by `least` of the range, while the position goes straight on; each sample
+/// with how far it is.
+fn drop_outs(record: &Record<'_>, range: f64, least: f64) -> Vec<(usize, f64)> {
+    /// While longer runs last, the position moves on: see [`stuck`](super::stuck).
+    const LONGEST: usize = 25;
+    /// So many samples later the position of a slow stage has followed a pulse of the drive.
+    const LATER: usize = 10;
+    let (input, output) = (record.input(), record.output());
+    let height = |run: &Range<usize>| {
+        let (before, after) = (run.start.checked_sub(1)?, input.get(run.end)?);
+        let [to, back] = [input[before], *after].map(|other| (input[run.start] - other).abs() / range);
+        Some(to.min(back)).filter(|height| run.len() <= LONGEST && *height > least && is_spike(input, run.start))
+    };
+    let answer = |run: &Range<usize>| {
+        let (from, to) = (run.start - 1, (run.end + LATER).min(output.len() - 1));
+        let slope = (output[to] - output[from]) / as_f64(to - from);
+        let off = |k: usize| (output[k] - output[from] - slope * as_f64(k - from)).abs();
+        (from..to).map(off).fold(0.0, f64::max) / record.output_range()
+    };
+    let of_run = |run: Range<usize>| {
+        let height = height(&run).filter(|height| answer(&run) < FOLLOWED * height);
+        height.into_iter().flat_map(move |height| run.clone().map(move |k| (k, height)))
+    };
+    signal::stays(input).flat_map(of_run).collect()
 }
 
 /// Whether a value, or the run of equal ones that it belongs to, jumps away from those about it and back, by several times what those

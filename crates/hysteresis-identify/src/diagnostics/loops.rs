@@ -90,24 +90,48 @@ pub(super) fn no_hysteresis(records: &[Record<'_>]) -> Option<Finding> {
     (value < LIMIT).then(|| Finding::new(FindingCode::NoHysteresis, value, LIMIT, message))
 }
 
-/// By how much of its range the position leads the drive on average; negative where it lags. Nothing if the drive does not turn, or
-/// the position does not go with it.
+/// By how much of its range the position leads the drive on average; negative where it lags. Nothing if the drive does not turn and
+/// come back step by step, or the position does not go with it.
 ///
-/// The sum of y du over closed loops is minus their area if the position lags, for a loop is then traversed
-/// counter-clockwise. Over the distance of the input there and back it is half of the mean width.
+/// About every turn the drive passes a stretch of its range there and back. The sum of y du over both ways is the area between them:
+/// negative if the position lags, and nothing for any function of the drive, however bent. Over the lengths of these stretches it is
+/// the mean width of the loops.
 fn mean_lead(record: &Record<'_>) -> Option<f64> {
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (low, high) = signal::bounds(input);
-    let turns = signal::turns(input, SWING * (high - low));
-    let (first, last) = (*turns.first()?, *turns.last()?);
-    let distance: f64 = turns.windows(2).map(|pair| (input[pair[1]] - input[pair[0]]).abs()).sum();
+    // The way to the first turn may be a transient; that from the last one is as good as any.
+    let turns = [signal::turns(input, SWING * (high - low)), vec![input.len() - 1]].concat();
     // The sign of the position counts: turned round, loops change their direction too.
     let sign = clear_correlation(record)?.signum();
-    let line = signal::line(&input[first..=last], &output[first..=last]);
-    let bent: Vec<f64> = (first..=last).map(|k| sign * (output[k] - line(input[k]))).collect();
-    let area: f64 =
-        (1..bent.len()).map(|k| 0.5 * (bent[k] + bent[k - 1]) * (input[first + k] - input[first + k - 1])).sum();
-    (distance > 0.0).then(|| 2.0 * area / distance / record.output_range())
+    let ways = turns.windows(3).filter_map(|three| there_and_back(input, output, three, high - low));
+    let (area, length) = ways.fold((0.0, 0.0), |sum, way| (sum.0 + way.0, sum.1 + way.1));
+    (length > 0.0).then(|| sign * area / length / record.output_range())
+}
+
+/// The sum of y du over what the drive passes both before and after a turn, and the length of that; nothing where it jumps. Given are
+/// the turn before, the turn and the one after.
+fn there_and_back(input: &[f64], output: &[f64], turns: &[usize], range: f64) -> Option<(f64, f64)> {
+    /// A straight line over a step of this share of the range is no more than 0.4 % of the range off, if the position is the square
+    /// of the drive.
+    const JUMP: f64 = 0.15;
+    let [from, turn, to] = [0, 1, 2].map(|place| input[turns[place]]);
+    let length = (turn - from).abs().min((to - turn).abs());
+    let far = turn + length.copysign(from - turn);
+    let (low, high) = (turn.min(far), turn.max(far));
+    let mut area = 0.0;
+    for k in turns[0] + 1..=turns[2] {
+        let (before, after) = (input[k - 1].clamp(low, high), input[k].clamp(low, high));
+        let step = input[k] - input[k - 1];
+        if before == after {
+            continue;
+        }
+        if step.abs() > JUMP * range {
+            return None;
+        }
+        let middle = (0.5 * (before + after) - input[k - 1]) / step;
+        area += (after - before) * (output[k - 1] + middle * (output[k] - output[k - 1]));
+    }
+    Some((area, length))
 }
 
 /// How many samples the position turns after the drive does, where it does so alike all over the record, and the standard error of

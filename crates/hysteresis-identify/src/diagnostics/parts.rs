@@ -166,7 +166,7 @@ pub(super) fn wraps(record: &Record<'_>) -> Option<Finding> {
     let heights: Vec<f64> = jumps.iter().map(|k| (step(*k) - usual(*k)).abs()).collect();
     let period = nearest_power_of_two(signal::median(&heights));
     let are_alike = heights.iter().all(|height| (height - period).abs() < ALIKE * period);
-    if jumps.is_empty() || !jumps.iter().all(is_at_the_ends) || !are_alike {
+    if jumps.is_empty() || !jumps.iter().all(is_at_the_ends) || !are_alike || only_readings_failed(output, &jumps) {
         return None;
     }
     let mut turns = 0.0;
@@ -193,6 +193,14 @@ pub(super) fn wraps(record: &Record<'_>) -> Option<Finding> {
     Some(finding.try_next(format!(
         "add {period} from every jump down on and subtract it from every jump up on: numpy.unwrap(y, period={period})"
     )))
+}
+
+/// Whether before or after each of these jumps the position stands still until the next one: a counter counts on.
+fn only_readings_failed(output: &[f64], jumps: &[usize]) -> bool {
+    let ends = [&[0], jumps, &[output.len()]].concat();
+    let stand_still: Vec<bool> =
+        ends.windows(2).map(|part| output[part[0]..part[1]].iter().all(|y| *y == output[part[0]])).collect();
+    stand_still.windows(2).all(|parts| parts[0] || parts[1])
 }
 
 /// A counter has a power of two of values; a height that is near to none stays.

@@ -1,6 +1,7 @@
 //! Whether records have enough variety to tell creep and a loop shift from the shape of their loops.
 
 use super::course::turns;
+use crate::numeric::as_f64;
 use crate::record::Record;
 
 /// Swings below this share of the range of the input are none.
@@ -12,6 +13,16 @@ const ALIKE: f64 = 0.1;
 /// How many different swings tell how a loop changes with its amplitude.
 const ENOUGH: usize = 3;
 
+/// A drive that stays within this share of the range rests: a monitor of it has noise.
+const STILL: f64 = 0.002;
+
+/// A rest lasts so many samples and this share of the record at least. A drive that moves on goes further than [`STILL`] meanwhile.
+const SHORTEST_REST: usize = 30;
+const SHARE_OF_REST: f64 = 0.005;
+
+/// The share of the record that all rests last together. The tops of sines of any height are at most an eighth.
+const RESTS: f64 = 0.2;
+
 /// What the records show beside loops that are all alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Variety {
@@ -21,6 +32,8 @@ pub(crate) struct Variety {
     pub(crate) apart_from_time: bool,
     /// The way from rest into the motion.
     pub(crate) start: bool,
+    /// Rests: what the position does there is no hysteresis, whatever the loops are.
+    pub(crate) rests: bool,
 }
 
 impl Variety {
@@ -33,7 +46,8 @@ impl Variety {
         let told = records.len() > 1 || swings.iter().any(|swings| comes_back(swings, alike) >= ENOUGH);
         let amplitudes = classes(&swings.concat(), alike).len() >= ENOUGH;
         let start = records.iter().any(|record| record.skip() == 0);
-        Self { amplitudes, apart_from_time: amplitudes && told, start }
+        let rests = records.iter().any(|record| rests(record, STILL * range));
+        Self { amplitudes, apart_from_time: amplitudes && told, start, rests }
     }
 
     /// By which factor of the mean square error on stretches a candidate must be better than a simpler one, besides what is
@@ -50,6 +64,28 @@ fn swings(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
     let input = &record.input()[record.skip()..];
     let ends: Vec<f64> = turns(input, dead_band).into_iter().map(|k| input[k]).collect();
     ends.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect()
+}
+
+/// Whether the drive rests for long in the fitted samples of a record. A rest that these begin with does not count: what it came from is
+/// unknown.
+fn rests(record: &Record<'_>, still: f64) -> bool {
+    let input = &record.input()[record.skip()..];
+    let all = as_f64(input.len());
+    let mut resting = 0;
+    let (mut first, mut low, mut high) = (0, input[0], input[0]);
+    for k in 1..=input.len() {
+        if let Some(u) = input.get(k).filter(|u| high.max(**u) - low.min(**u) <= still) {
+            (low, high) = (low.min(*u), high.max(*u));
+            continue;
+        }
+        if first > 0 && k - first >= SHORTEST_REST && as_f64(k - first) >= SHARE_OF_REST * all {
+            resting += k - first;
+        }
+        if let Some(u) = input.get(k) {
+            (first, low, high) = (k, *u, *u);
+        }
+    }
+    as_f64(resting) >= RESTS * all
 }
 
 /// Swings that differ, in growing order.
@@ -83,7 +119,7 @@ mod tests {
         let fading: Vec<f64> = (0..900_u32).map(|k| (1.0 - f64::from(k) / 1000.0) * sine[k as usize]).collect();
         let record = |input, skip| Record::new(input, &sine, skip).unwrap();
         let of = |records: &[Record<'_>]| Variety::of(records);
-        let alike = Variety { amplitudes: false, apart_from_time: false, start: false };
+        let alike = Variety { amplitudes: false, apart_from_time: false, start: false, rests: false };
         assert_eq!(of(&[record(&sine, 100)]), alike);
         assert_eq!(of(&[record(&sine, 0)]), Variety { start: true, ..alike });
         // Decaying alone: amplitude or time?
@@ -92,11 +128,31 @@ mod tests {
         let back: Vec<f64> = fading.iter().chain(&back).copied().step_by(2).collect();
         assert_eq!(
             of(&[Record::new(&back, &back, 50).unwrap()]),
-            Variety { amplitudes: true, apart_from_time: true, start: false }
+            Variety { amplitudes: true, apart_from_time: true, ..alike }
         );
         assert_eq!(
             of(&[record(&sine, 100), record(&fading, 50)]),
-            Variety { amplitudes: true, apart_from_time: true, start: false }
+            Variety { amplitudes: true, apart_from_time: true, ..alike }
         );
+    }
+
+    #[test]
+    fn a_drive_that_stays_rests_and_one_that_turns_does_not() {
+        let rests = |input: &[f64], skip| Variety::of(&[Record::new(input, input, skip).unwrap()]).rests;
+        let sine = |heights: f64| -> Vec<f64> {
+            (0..9000_u32).map(|k| (1.0 - heights * f64::from(k) / 9000.0) * (0.01 * f64::from(k)).sin()).collect()
+        };
+        let triangle: Vec<f64> = (0..9000_u32).map(|k| (f64::from(k % 3000) - 1500.0).abs()).collect();
+        for moving in [sine(0.0), sine(0.9), triangle.clone()] {
+            assert!(!rests(&moving, 0));
+            // A rest of a monitor with noise.
+            let noisy = |k: usize| moving[8999] + 3.0 + 1e-3 * f64::from(u8::from(k.is_multiple_of(2)));
+            let resting: Vec<f64> = moving.iter().copied().chain((0..3000).map(noisy)).collect();
+            assert!(rests(&resting, 0));
+            // What it came from is not known.
+            assert!(!rests(&resting, 9500));
+            let short: Vec<f64> = moving.iter().copied().chain((0..1000).map(noisy)).collect();
+            assert!(!rests(&short, 0));
+        }
     }
 }

@@ -83,7 +83,7 @@ use crate::convert::errors::{self, one_record};
 ///     thresholds are uneven). A number without unit: 1 weighs such a difference like an error of the slope w_0.
 ///     "auto" takes of 0 and the decades 1e-6 to 100 the one that predicts held-out stretches best.
 /// loss : "auto", "squares" or "robust"
-///     What glitches of y do to the fit: single wrong samples, or runs of up to 30. "auto" leaves those out that lie more than seven
+///     What glitches of y do to the fit: single wrong samples, or runs of up to 25. "auto" leaves those out that lie more than seven
 ///     standard deviations of the residual from the samples about them, and begin and end abruptly; a record without any gives the
 ///     very fit of "squares", which counts all samples. "robust" does so from 4.5 standard deviations on, for records that are
 ///     known to have glitches. `left_out_samples` of the result names them.

@@ -217,7 +217,7 @@ def _stretches(
         "--loss",
         type=click.Choice(["auto", "squares", "robust"]),
         help="What glitches of the position do to the fit. auto: samples that lie far from those "
-        "about them, up to 30 in a row, are left out. squares: all samples count. robust: nearer "
+        "about them, up to 25 in a row, are left out. squares: all samples count. robust: nearer "
         "ones are left out, too.  [default: auto]",
     ),
     click.option(
