@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from mpi_hyst._quantity import known_unit
+from mpi_hyst._quantity import is_like_a_unit, known_unit
 
 DELIMITERS = {
     "\t": "tabs",
@@ -31,7 +31,7 @@ _LIKE = re.compile(
 )
 # An exponent of double precision as Fortran writes it: 1.5D-03.
 _FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
-_UNIT_WORDS = {"", "-", "--", "%", "a.u.", "raw", "counts", "bit", "k", "°c", "degc"}
+_UNIT_WORDS = {"", "-", "--", "raw", "bit", "k"}
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,9 @@ def are_units(cells: Sequence[str]) -> bool:
     """Whether a row below the header holds units: s, V, [µm]."""
     known = [known_unit(cell) != "" for cell in cells]
     other = [
-        cell.lower() in _UNIT_WORDS or (cell[0] in "[(" and cell[-1] in "])")
+        cell.lower() in _UNIT_WORDS
+        or is_like_a_unit(cell)
+        or (cell[0] in "[(" and cell[-1] in "])")
         for cell, is_known in zip(cells, known, strict=True)
         if not is_known
     ]

@@ -156,6 +156,17 @@ def _stretches(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
     ),
     click.option(
+        "--input-unit",
+        metavar="UNIT",
+        help="Unit of the drive; nothing is converted.  [default: that in its name or in the file, "
+        "else V]",
+    ),
+    click.option(
+        "--output-unit",
+        metavar="UNIT",
+        help="Unit of the position, likewise.  [default: that in its name or in the file, else um]",
+    ),
+    click.option(
         "--negate-output",
         is_flag=True,
         help="Turn the sign of the position, in all files: for a sensor that counts the other way.",

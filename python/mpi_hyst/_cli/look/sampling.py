@@ -27,7 +27,7 @@ class Sampling:
     @property
     def scale(self) -> float:
         """Seconds in the unit of the column; one without a unit is taken as seconds."""
-        return SECONDS.get(self.quantity.suffix, 1.0)
+        return SECONDS[self.quantity.time_unit or "s"]
 
     @property
     def steps(self) -> Samples:
@@ -59,7 +59,7 @@ class Sampling:
     @property
     def unit_is_doubtful(self) -> bool:
         """Whether the unit is not said, and the steps are too long for seconds."""
-        return not self.quantity.suffix and self.step >= _SLOWEST
+        return not self.quantity.time_unit and self.step >= _SLOWEST
 
     def facts(self) -> list[tuple[str, str]]:
         """Return what to know about the sampling, as names and values."""
@@ -76,7 +76,7 @@ class Sampling:
             ("jitter", said if share > _ROUNDING else "none"),
             ("gaps", self._gaps(usual)),
         ]
-        if self.quantity.suffix not in ("", "s"):
+        if self.quantity.time_unit not in ("", "s"):
             pairs.append(("time unit", f"{self.quantity.unit}, converted to seconds"))
         return pairs
 
