@@ -25,6 +25,8 @@ DELIMITERS = {
 }
 _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "-", "--", "na", "n/a", "null", "none", "missing", "?"}
+# Signs that texts are set with in place of -.
+_MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
 # A number in any notation, also one that is refused later: that must not hide the separators.
 _LIKE = re.compile(
     r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf)"
@@ -327,6 +329,8 @@ def why_no_number(cell: str, decimal: str) -> str:
     shown = text[:40]
     if (value := number(text, decimal)) is not None:
         return f"larger than 1e+100: {shown}" if math.isfinite(value) else f"not finite: {shown}"
+    if is_number(text.translate(_MINUS), decimal):
+        return f"not a number: {shown!r} (expected the sign - below zero)"
     point = "point" if decimal == "." else "comma"
     bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
     if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):

@@ -62,10 +62,10 @@ class Sampling:
         return not self.quantity.time_unit and self.step >= _SLOWEST
 
     def facts(self) -> list[tuple[str, str]]:
-        """Return what to know about the sampling, as names and values."""
+        """Return what to know about the sampling, as names and values. Rows count from 0."""
         if not self.increases:
             at = int(np.flatnonzero(~(self.steps > 0.0))[0]) + 1
-            return [("sampling", f"the time does not increase at row {at + 1} of the table")]
+            return [("sampling", f"the time does not increase at row {at}")]
         usual = float(np.median(self.steps))
         whole = self.steps[self.steps <= _GAP * usual]
         jitter = float(whole.std())
@@ -84,6 +84,6 @@ class Sampling:
         gaps = self.gaps
         if not gaps:
             return "none"
-        shown = [f"{digits(self.steps[at - 1], 3)} s before row {at + 1}" for at in gaps[:_SHOWN]]
+        shown = [f"{digits(self.steps[at - 1], 3)} s before row {at}" for at in gaps[:_SHOWN]]
         more = f" and {len(gaps) - _SHOWN} more" if len(gaps) > _SHOWN else ""
         return f"{', '.join(shown)}{more}; the usual step is {digits(usual)} s"
