@@ -56,6 +56,20 @@ def test_a_name_cannot_break_the_report(there: Path, names: tuple[str, str]) -> 
     assert "\x1b" not in result.output and "\u202e" not in result.output
 
 
+@pytest.mark.parametrize("units", [*NAMES, ("<script>", "%&'")])
+def test_a_unit_cannot_break_the_report(there: Path, units: tuple[str, str]) -> None:
+    header = f"time_s,u [{units[0]}],y [{units[1]}]"
+    write_csv(there / "named.csv", header, record_rows())
+    given = ("--operators", "4", "-o", "found.json", "--report", "page.html")
+    result = run("identify", "named.csv", "--input", "1", "--output", "2", *given)
+    assert result.exit_code == 0, result.output
+    assert operators(there / "found.json") == 4
+    parsed(there / "page.html")
+    assert "\x1b" not in result.output and "\u202e" not in result.output
+    result = run("precompensate", "found.json", "trajectory.csv", "-o", "drive.csv")
+    assert "\x1b" not in result.output and "\u202e" not in result.output
+
+
 @posix
 @pytest.mark.parametrize(
     "name", [b"\xff.csv", b"$\\frac{$.csv", b"\x1b[31m.csv", b"\xe2\x80\xae.csv"]

@@ -241,7 +241,8 @@ def test_units_of_the_file_go_before_those_of_names(tmp_path: Path) -> None:
     path.write_text("drive,gauge_raw,x_um\nkV,counts,nm\n0,1,2\n1,2,3\n", encoding="utf-8")
     record = mh.io.read(path)
     assert record.units == {"drive": "kV", "gauge_raw": "counts", "x_um": "nm"}
-    assert [record.quantity(n).label for n in record.names] == ["drive (kV)", "gauge_raw", "x (nm)"]
+    labels = ["drive (kV)", "gauge raw (counts)", "x (nm)"]
+    assert [record.quantity(n).label for n in record.names] == labels
     # A minimum is no duration.
     path.write_text("position_min,gauge\n1,4\n2,3\n", encoding="utf-8")
     record = mh.io.read(path)

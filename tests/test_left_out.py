@@ -93,3 +93,92 @@ def test_the_unit_of_the_time_may_be_given(there: Path, unit: str, scale: float)
     stage = mh.load(str(there / "s.json"))
     assert isinstance(stage, mh.Stage) and stage.identified is not None
     assert stage.identified["dt"] == [pytest.approx(1.0 / RATE)]
+
+
+def holes(there: Path, cells: dict[int, tuple[int, str]]) -> None:
+    """Write the record with other texts in columns of rows."""
+    rows = record_rows()
+    for row, (place, text) in cells.items():
+        rows[row][place] = text
+    write_csv(there / "holes.csv", HEADER, rows)
+
+
+def fitted(*options: str) -> str:
+    result = run("identify", "holes.csv", *COLUMNS, *PLAIN, "-o", "found.json", *options)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def refusal(there: Path, *options: str) -> str:
+    result = run("identify", "holes.csv", *COLUMNS, *PLAIN, "-o", "found.json", *options)
+    assert result.exit_code == 2, result.output
+    assert not (there / "found.json").exists()
+    return result.stderr
+
+
+@pytest.mark.parametrize("text", ["", "nan", "OVL", "1e200"])
+def test_cells_of_rows_that_are_left_out_may_hold_anything(there: Path, text: str) -> None:
+    holes(there, dict.fromkeys(range(500, 521), (2, text)))
+    said = refusal(there)
+    assert "--leave-out 500:5" in said and "--rows 500" in said
+    assert "fitted to 979 samples of 2 records" in fitted("--leave-out", "500:521")
+    found = mh.load(there / "found.json")
+    holes(there, dict.fromkeys(range(500, 521), (2, "0.5")))
+    fitted("--leave-out", "500:521")
+    again = mh.load(there / "found.json")
+    assert isinstance(found, mh.Stage) and isinstance(again, mh.Stage)
+    assert found.hysteresis == again.hysteresis
+
+
+@pytest.mark.parametrize("text", ["", "nan", "OVL"])
+@pytest.mark.parametrize("place", [1, 2])
+def test_cells_of_rows_that_are_mended_may_hold_anything(
+    there: Path, text: str, place: int
+) -> None:
+    holes(there, {60: (place, text)})
+    if place == 1:
+        assert "column drive_v" in refusal(there) and "--mend 60:61" in refusal(there)
+    assert "fitted to 999 samples of 2 records" in fitted("--mend", "60:61")
+
+
+def test_what_is_missing_elsewhere_is_refused(there: Path) -> None:
+    holes(there, {60: (1, ""), 80: (1, ""), 90: (2, "OVL")})
+    assert "line 82, column drive_v: empty cell; put a straight line there with --mend 80:81" in (
+        refusal(there, "--mend", "60:61", "--leave-out", "80:91")
+    )
+    said = refusal(there, "--mend", "60:61", "--mend", "80:81")
+    assert "line 92, column position_um: not a number: 'OVL'; leave that out" in said
+    fitted("--mend", "60:61", "--mend", "80:81", "--leave-out", "90:91")
+    (there / "found.json").unlink()
+    # a row is said first, and with the option that is enough for all of it
+    holes(there, {60: (2, "OVL"), 61: (1, "OVL")})
+    assert "line 62, column position_um" in refusal(there)
+    rows = record_rows()
+    rows[60] = ["x", "x", "x"]
+    rows[61] = [rows[61][0], "x", "x"]
+    rows[62] = [1]
+    write_csv(there / "holes.csv", HEADER, rows)
+    assert "column drive_v: not a number: 'x'; mend this row, or read" in refusal(there)
+    rows[60] = record_rows()[60]
+    write_csv(there / "holes.csv", HEADER, rows)
+    assert "line 63, column drive_v: not a number: 'x'; put a straight" in refusal(there)
+    # a time is never left out
+    holes(there, {60: (0, "")})
+    assert "column time_s: empty cell; mend this row" in refusal(there, "--leave-out", "60:61")
+
+
+def test_rows_that_are_left_out_may_be_the_first_and_the_last(there: Path) -> None:
+    holes(there, dict.fromkeys((*range(40), *range(960, 1000)), (2, "")))
+    said = fitted("--leave-out", "0:40", "--leave-out", "960:1000")
+    assert "fitted to 920 samples of" in said
+    # gaps that nobody names are filled in as ever
+    holes(there, dict.fromkeys((*range(500, 540), *range(700, 710)), (2, "")))
+    assert "fitted to 960 samples of" in fitted("--leave-out", "500:540")
+
+
+def test_rows_of_a_record_for_validation_are_not_left_out(there: Path) -> None:
+    holes(there, dict.fromkeys(range(500, 521), (2, "OVL")))
+    options = ("--validate", "holes.csv", "--leave-out", "500:521")
+    result = run("identify", "record.csv", *COLUMNS, *PLAIN, *options)
+    assert result.exit_code == 2 and "line 502, column position_um" in result.stderr
+    assert "leave that out" not in result.stderr

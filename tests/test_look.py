@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -102,7 +103,7 @@ def test_gaps_and_jitter_are_located(there: Path) -> None:
     late[1:] += 2e-4 * np.sin(np.arange(1, late.size))
     table(there / "gap.csv", "time_s,drive_v,pos_um", [late, DRIVE, POSITION])
     said = run("look", "gap.csv").stdout
-    assert "0.505 s before row 101" in said and "the usual step is 0.00" in said
+    assert "0.505 s before row 100;" in said and "the usual step is 0.00" in said
     assert "% of a step" in said and "note: the time steps are unequal" in said
 
 
@@ -110,7 +111,7 @@ def test_a_time_that_stands_and_cells_without_numbers_are_told(there: Path) -> N
     times = SECONDS.copy()
     times[50] = times[49]
     path = table(there / "holes.csv", "time_s,drive_v,pos_um", [times, DRIVE, POSITION])
-    assert "does not increase" in run("look", "holes.csv").stdout
+    assert "does not increase at row 50\n" in run("look", "holes.csv").stdout
     lines = path.read_text("utf-8").splitlines()
     lines[7] = lines[7].rpartition(",")[0] + ",nan"
     lines[9] = lines[9].rpartition(",")[0] + ","
@@ -225,3 +226,25 @@ def test_look_refuses(there: Path, arguments: list[str], said: str) -> None:
     (there / "prose.txt").write_text("Dear reader,\nthere is nothing here.\n", encoding="utf-8")
     before = names_in(there)
     assert_refused(run("look", *arguments), there, before, said)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda cell: cell.replace("-", "−"), "'−1000.0' (expected the sign - below zero)"),
+        (lambda cell: f'"{cell.replace(".", ",")}"', "(expected a decimal point)"),
+        (lambda cell: f"{cell}V", ""),
+    ],
+)
+def test_a_column_that_is_not_read_says_why(
+    there: Path, change: Callable[[str], str], why: str
+) -> None:
+    table(there / "signs.csv", "time_s,drive_v,pos_um", [SECONDS, DRIVE - 1000.0, POSITION])
+    lines = (there / "signs.csv").read_text("utf-8").splitlines()
+    for row, line in enumerate(lines[1:], 1):
+        time, drive, position = line.split(",")
+        lines[row] = f"{time},{change(drive)},{position}"
+    (there / "signs.csv").write_text("\n".join(lines), encoding="utf-8")
+    said = run("look", "signs.csv").stdout
+    assert "not read: drive_v (no numbers in most rows" in said and why in said
+    assert ("expected" in said.split("not read:")[1].split("\n")[0]) == bool(why)

@@ -292,9 +292,18 @@ def test_times_are_checked() -> None:
         (times(u)[1:], r"^times: expected .* samples, got"),
         (np.full(u.size, np.nan), r"^times\[0\]: expected a finite number"),
         ([times(u), times(u)], r"^times: expected one array for each of 1 records, got 2"),
+        (times(u)[::-1].copy(), r"^times\[1\]: expected a time after that of the sample before"),
+        (0.0 * times(u), r"^times\[1\]: expected .*, 0.0 s, got 0.0 s"),
+        (np.r_[times(u)[:9], times(u)[8:-1]], r"^times\[9\]: expected a time after"),
+        (1e3 * times(u), r"^times: expected steps of dt, 0.001 s, .* got steps of 1.0000e0 s"),
+        (0.4 * times(u), r"^times: expected steps of dt"),
     ):
         with pytest.raises(ValueError, match=message):
             fitted(u, y, times=wrong)
+    with pytest.raises(ValueError, match=r"^record 1: times: expected steps of dt"):
+        mh.identify([(u, y), (u, y)], dt=1.0 / RATE, times=[times(u), 10.0 * times(u)])
+    # they give no sampling interval
+    assert mh.identify(u, y, times=times(u), operators=4).dt == []
 
 
 def test_a_stage_keeps_how_severe_a_warning_is() -> None:

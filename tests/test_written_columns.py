@@ -8,6 +8,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from commands import RATE, actuator, column, run
+from mpi_hyst._quantity import stated_unit
 
 LIMITS = ("--limits", "-500,500")
 TARGET = 1.0 - np.cos(np.arange(60) / 10.0)
@@ -71,7 +72,9 @@ def test_times_are_those_of_the_trajectory_in_a_unit_that_is_told(
         (("mV", "nm"), "drive_mv", "_nm"),
         (("mA", "µm"), "drive_ma", "_um"),
         (("", ""), "drive", ""),
-        (("counts", "steps"), "drive", ""),
+        (("counts", "steps"), "drive_counts", " [steps]"),
+        (("°C", "%"), "drive_degc", " [%]"),
+        (("MV/m", "Å"), "drive [MV/m]", "_angstrom"),
     ],
 )
 def test_columns_say_the_units_of_the_stage(
@@ -84,6 +87,10 @@ def test_columns_say_the_units_of_the_stage(
     assert run("simulate", "stage.json", "target.csv", "-o", "run.csv", *LIMITS).exit_code == 0
     names = [f"reference{others}", drive, f"measured{others}", f"position{others}"]
     assert header(there / "run.csv") == ",".join(["time_s", *names])
+    back, stated = mh.io.read(there / "run.csv"), stated_unit(units[1])
+    assert back.quantity(names[0]).suffix == stated
+    again = ("simulate", "stage.json", "run.csv", "--column", names[0], *LIMITS)
+    assert run(*again).exit_code == 0
 
 
 def test_a_reference_with_a_unit_keeps_it(there: Path) -> None:

@@ -2645,7 +2645,8 @@ def identify(
         Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
         hysteresis can be fitted.
     times : array or list of arrays, optional
-        When every sample was taken, in seconds, for each record. They change no fit: a warning tells gaps and jitter.
+        When every sample was taken, in seconds, for each record. They change no fit, and give no dt: a warning tells gaps and jitter.
+        Times that do not increase are refused, and so are those whose usual step is more than a half of dt away from dt.
     model : "modified" or "conventional"
         Coupled plays, or plays for comparison.
     weights : "auto", "free", "quadratic" or "split"
@@ -3027,7 +3028,7 @@ def diagnose(
     dead_time : float
         What y lags u, in seconds; in samples where there is no dt.
     times : array or list of arrays, optional
-        When every sample was taken, in seconds, for each record.
+        When every sample was taken, in seconds, for each record: increasing, and their usual step that of dt.
 
     Returns
     -------

@@ -32,6 +32,22 @@ pub enum RecordError {
         /// The sample.
         got: f64,
     },
+    /// A sample is not taken after the one before.
+    TimeOrder {
+        /// Which sample.
+        index: usize,
+        /// The time of the one before, in seconds.
+        before: f64,
+        /// Its time.
+        got: f64,
+    },
+    /// The times of samples contradict the sampling interval: another unit, or another clock.
+    TimeStep {
+        /// The sampling interval in seconds.
+        expected: f64,
+        /// The usual step of the times.
+        got: f64,
+    },
     /// No sample is left to fit.
     Skip {
         /// The samples of the record.
@@ -75,6 +91,7 @@ impl RecordError {
             Self::Length { argument, .. } | Self::NotFinite { argument, .. } | Self::Constant { argument, .. } => {
                 argument
             }
+            Self::TimeOrder { .. } | Self::TimeStep { .. } => "times",
             Self::Skip { .. } => "skip",
             Self::LeftOut { .. } => "left_out",
         }
@@ -89,6 +106,18 @@ impl fmt::Display for RecordError {
             }
             Self::NotFinite { argument, index, got } => {
                 write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got:?}")
+            }
+            Self::TimeOrder { index, before, got } => {
+                write!(
+                    f,
+                    "times[{index}]: expected a time after that of the sample before, {before:?} s, got {got:?} s"
+                )
+            }
+            Self::TimeStep { expected, got } => {
+                write!(
+                    f,
+                    "times: expected steps of dt, {expected:?} s, or within a half of that, got steps of {got:.4e} s"
+                )
             }
             Self::Skip { samples, got } => {
                 write!(f, "skip: expected fewer than the {samples} samples of the record, got {got}")

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::finding_code::FindingCode;
 use crate::fit::chain::Chain;
 use crate::fit::coloured::ColouredFit;
+use crate::fit::intervals::check_times;
 use crate::fit::joint::JointFit;
 use crate::fit::linear_part::LinearPart;
 use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
@@ -63,7 +64,8 @@ use crate::turned_sign::{judged, turned_positions, with_positions};
 /// ```
 ///
 /// # Errors
-/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Core`] for bad thresholds, offset or delay,
+/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Record`] for times of samples that contradict the sampling interval,
+/// [`Error::Core`] for bad thresholds, offset or delay,
 /// [`Error::Core`] for bad ratios, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights,
 /// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said to stop and discard.
 pub fn identify(
@@ -76,6 +78,7 @@ pub fn identify(
     }
     let options = &options.with_asked_modes();
     options.check()?;
+    check_times(records, options.dt)?;
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
     let asked = options.resolved(records)?;

@@ -3,8 +3,9 @@
 use hysteresis_core::is_admissible;
 
 use crate::error::{Error, RecordError};
+use crate::numeric::as_f64;
 use crate::options::check_interval;
-use crate::signal::bounds;
+use crate::signal::{bounds, median};
 
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
 ///
@@ -67,18 +68,33 @@ impl<'a> Record<'a> {
         Ok(Self { dt: Some(dt), ..self })
     }
 
-    /// The same record with the time at which every sample was taken, in seconds. They change no fit: it is said if they are
-    /// uneven.
+    /// The same record with the time at which every sample was taken, in seconds. They change no fit, and are no sampling
+    /// interval: it is said if they are uneven, and a fit refuses those that contradict the interval.
     ///
     /// # Errors
     /// [`RecordError::Length`] unless there is one for each sample, [`RecordError::NotFinite`] for a NaN, an infinity or a
-    /// magnitude beyond 1e100.
+    /// magnitude beyond 1e100, [`RecordError::TimeOrder`] unless they increase.
     pub fn at_times(self, times: &'a [f64]) -> Result<Self, RecordError> {
         if times.len() != self.input.len() {
             return Err(RecordError::Length { argument: "times", expected: self.input.len(), got: times.len() });
         }
         check_finite("times", times)?;
-        Ok(Self { times: Some(times), ..self })
+        match times.windows(2).position(|pair| pair[1] <= pair[0]) {
+            Some(k) => Err(RecordError::TimeOrder { index: k + 1, before: times[k], got: times[k + 1] }),
+            None => Ok(Self { times: Some(times), ..self }),
+        }
+    }
+
+    /// Refuses times whose usual step is not this sampling interval, by more than a half of it. That step is the median of
+    /// mean steps over many samples, which neither jitter nor gaps nor rounded times move.
+    pub(crate) fn check_step(&self, dt: f64) -> Result<(), RecordError> {
+        const SAMPLES: usize = 50;
+        let Some(times) = self.times else { return Ok(()) };
+        let over = SAMPLES.min(times.len() - 1).max(1);
+        let means: Vec<f64> = times.iter().zip(times.iter().skip(over)).map(|(a, b)| (b - a) / as_f64(over)).collect();
+        let got = median(&means);
+        let is_near = means.is_empty() || (got - dt).abs() <= 0.5 * dt;
+        if is_near { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
     }
 
     /// The same record with samples whose output is wrong: their input sets the memory like every other, but their output is not

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use hysteresis_core::Process;
 use hysteresis_identify::{
-    Finding, FindingCode, Identification, Options, Record, RecordError, Setting, Severity, Thresholds, Verdict,
-    WeightLaw, identify,
+    Error, Finding, FindingCode, Identification, Options, Record, RecordError, Setting, Severity, Thresholds, Verdict,
+    WeightLaw, diagnose, identify,
 };
 use hysteresis_simulate::paper;
 
@@ -100,6 +100,33 @@ fn times_are_looked_at_where_they_are_known() {
     assert_eq!(short, RecordError::Length { argument: "times", expected: SAMPLES, got: SAMPLES - 1 });
     let odd = vec![f64::NAN; SAMPLES];
     assert!(matches!(record.at_times(&odd), Err(RecordError::NotFinite { argument: "times", index: 0, .. })));
+    let mut twice = times.clone();
+    twice[7] = twice[6];
+    let error = record.at_times(&twice).unwrap_err();
+    assert_eq!(error, RecordError::TimeOrder { index: 7, before: times[6], got: times[6] });
+    assert_eq!(error.parameter(), "times");
+}
+
+#[test]
+fn times_that_contradict_the_sampling_interval_are_refused() {
+    let input = drive();
+    let output = position(&input);
+    let times: Vec<f64> = (0..SAMPLES).map(|k| 1e-3 * number(k)).collect();
+    let record = Record::new(&input, &output, 0).unwrap().at_times(&times).unwrap();
+    for (dt, is_near) in [(1e-3, true), (1.4e-3, true), (0.75e-3, true), (1e-2, false), (1e-4, false), (2.1e-3, false)]
+    {
+        let timed = record.sampled_every(dt).unwrap();
+        let found = diagnose(&[timed], &paper::table_1_recovered().into(), 0.0);
+        match found {
+            Err(Error::Record { record: 0, error: RecordError::TimeStep { expected, got } }) => {
+                assert!(!is_near && (expected - dt).abs() < 1e-12 && (got - 1e-3).abs() < 1e-9, "{dt}: {got}");
+            }
+            other => assert!(is_near && other.is_ok(), "{dt}: {other:?}"),
+        }
+    }
+    let options = Options { dt: Some(1e-2), ..Options::default() };
+    let refused = identify(&[record], &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert_eq!(refused.parameter(), Some("times"));
 }
 
 #[test]

@@ -104,7 +104,7 @@ def _check_unit(columns: Columns, dt: float) -> None:
     """Refuse a time without a unit whose steps are hardly those of a record in seconds."""
     column = columns.time_column
     assert column is not None
-    if not columns.quantity(column).suffix and not _SHORTEST <= dt < _LONGEST:
+    if not columns.quantity(column).time_unit and not _SHORTEST <= dt < _LONGEST:
         raise CommandError(
             f"{columns.source}: time column {column} has no unit and steps of {digits(dt)}, "
             "hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "

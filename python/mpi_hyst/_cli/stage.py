@@ -11,7 +11,7 @@ from typing import Any
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, parameter, with_options
 from mpi_hyst._core import load_from
-from mpi_hyst._quantity import Quantity, known_unit
+from mpi_hyst._quantity import Quantity, stated_unit
 from mpi_hyst._types import Model
 
 _OPTIONS = {
@@ -77,8 +77,8 @@ def load_stage(path: Path, options: StageOptions, data: bytes | None = None) -> 
 
 
 def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:
-    """Refuse a reference whose unit is known to be another one than that of the stage."""
-    got, expected = quantity.suffix, known_unit(stage.units[1])
+    """Refuse a reference that states another unit than the stage."""
+    got, expected = quantity.suffix, stated_unit(stage.units[1])
     if got and expected and got != expected:
         raise CommandError(
             f"{file}: {quantity.column}: expected {expected}, as the stage has, got {got}"

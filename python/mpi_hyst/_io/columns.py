@@ -114,8 +114,9 @@ class Columns:
     @property
     def time_unit(self) -> str:
         """The unit of the time column; seconds where nothing tells it, or without a time column."""
-        suffix = "" if self.time_column is None else self.quantity(self.time_column).suffix
-        return suffix if suffix in SECONDS else "s"
+        if self.time_column is None:
+            return "s"
+        return self.quantity(self.time_column).time_unit or "s"
 
     @property
     def seconds(self) -> Samples | None:

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from mpi_hyst._quantity import known_unit
+from mpi_hyst._quantity import is_like_a_unit, known_unit
 
 DELIMITERS = {
     "\t": "tabs",
@@ -25,13 +25,15 @@ DELIMITERS = {
 }
 _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "-", "--", "na", "n/a", "null", "none", "missing", "?"}
+# Signs that texts are set with in place of -.
+_MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
 # A number in any notation, also one that is refused later: that must not hide the separators.
 _LIKE = re.compile(
     r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf)"
 )
 # An exponent of double precision as Fortran writes it: 1.5D-03.
 _FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
-_UNIT_WORDS = {"", "-", "--", "%", "a.u.", "raw", "counts", "bit", "k", "°c", "degc"}
+_UNIT_WORDS = {"", "-", "--", "raw", "bit", "k"}
 
 
 @dataclass(frozen=True)
@@ -293,7 +295,9 @@ def are_units(cells: Sequence[str]) -> bool:
     """Whether a row below the header holds units: s, V, [µm]."""
     known = [known_unit(cell) != "" for cell in cells]
     other = [
-        cell.lower() in _UNIT_WORDS or (cell[0] in "[(" and cell[-1] in "])")
+        cell.lower() in _UNIT_WORDS
+        or is_like_a_unit(cell)
+        or (cell[0] in "[(" and cell[-1] in "])")
         for cell, is_known in zip(cells, known, strict=True)
         if not is_known
     ]
@@ -325,6 +329,8 @@ def why_no_number(cell: str, decimal: str) -> str:
     shown = text[:40]
     if (value := number(text, decimal)) is not None:
         return f"larger than 1e+100: {shown}" if math.isfinite(value) else f"not finite: {shown}"
+    if is_number(text.translate(_MINUS), decimal):
+        return f"not a number: {shown!r} (expected the sign - below zero)"
     point = "point" if decimal == "." else "comma"
     bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
     if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):

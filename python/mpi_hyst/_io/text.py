@@ -21,7 +21,7 @@ from mpi_hyst._quantity import known_unit
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
-_STAMPS = 20  # rows that tell a column of dates
+_FIRST_ROWS = 20  # rows that tell a column of dates, or why one holds no numbers
 _SAMPLE_CHARACTERS = 4_000_000
 
 
@@ -47,7 +47,7 @@ class TextTable:
             name: known_unit(unit) or unit for name, unit in units if unit
         }
         self.other: Mapping[str, str] = {
-            name: "no numbers in most rows"
+            name: f"no numbers in most rows{_why(self._dialect, sample, index)}"
             for index, name in enumerate(self.names)
             if index not in self.numeric
         }
@@ -120,16 +120,27 @@ class TextTable:
 
 def _stamped(dialect: dialects.Dialect, sample: Sequence[str]) -> set[int]:
     """Return the columns of dates or times of the day."""
-    lines = [line for line in sample[dialect.first :] if line.strip()][:_STAMPS]
-    rows = [
-        dialect.cells(line) for line in lines if not dialects.is_comment(line, dialect.delimiter)
-    ]
+    rows = _first_rows(dialect, sample)
     columns = [index for index in range(len(dialect.names)) if index not in dialect.numeric]
     return {
         index
         for index in columns
         if rows and all(index < len(row) and is_stamp(row[index]) for row in rows)
     }
+
+
+def _first_rows(dialect: dialects.Dialect, sample: Sequence[str]) -> list[list[str]]:
+    lines = [line for line in sample[dialect.first :] if line.strip()][:_FIRST_ROWS]
+    return [
+        dialect.cells(line) for line in lines if not dialects.is_comment(line, dialect.delimiter)
+    ]
+
+
+def _why(dialect: dialects.Dialect, sample: Sequence[str], index: int) -> str:
+    """Return what is expected in place of the first cell that could be a number, if one could."""
+    cells = [row[index] for row in _first_rows(dialect, sample) if index < len(row)]
+    reasons = (dialects.why_no_number(cell, dialect.decimal) for cell in cells)
+    return next((f": {reason}" for reason in reasons if "(expected" in reason), "")
 
 
 def _sample(lines: Lines) -> Iterator[str]:

@@ -23,7 +23,7 @@ use crate::finding::{Finding, Severity};
 use crate::finding_code::FindingCode;
 use crate::fit::bank::OperatorBank;
 use crate::fit::chain::Chain;
-use crate::fit::intervals::Intervals;
+use crate::fit::intervals::{Intervals, check_times};
 use crate::fit::linear_part::LinearPart;
 use crate::fit::regressor::OperatorsAt;
 
@@ -59,12 +59,13 @@ use survey::Survey;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoRecords`], [`Error::NoInterval`] if some records have a sampling interval and others not, and
-/// [`Error::Core`] for a dead time that is negative or not below the length of every record.
+/// [`Error::NoRecords`], [`Error::NoInterval`] if some records have a sampling interval and others not,
+/// [`Error::Record`] for times that contradict it, and [`Error::Core`] for a dead time that is negative or not below the length of every record.
 pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result<Vec<Finding>, Error> {
     let Some(first) = records.first() else {
         return Err(Error::NoRecords);
     };
+    check_times(records, None)?;
     Intervals::of(records, &Options { dead_time: Setting::Fixed(dead_time), ..Options::default() })?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
     let operators = OperatorsAt::alone(bank, offsets.input);

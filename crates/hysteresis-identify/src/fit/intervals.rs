@@ -22,6 +22,17 @@ pub(crate) struct Intervals {
     longest: f64,
 }
 
+/// Refuses records whose times contradict their sampling interval, or that of the options.
+///
+/// # Errors
+/// [`Error::Record`] for the first of them.
+pub(crate) fn check_times(records: &[Record<'_>], dt: Option<f64>) -> Result<(), Error> {
+    for (place, record) in records.iter().enumerate() {
+        record.dt().or(dt).map_or(Ok(()), |dt| record.check_step(dt)).map_err(|error| error.in_record(place))?;
+    }
+    Ok(())
+}
+
 impl Intervals {
     /// # Errors
     /// [`Error::NoInterval`] if some intervals are known and others not, or one is needed and not known;

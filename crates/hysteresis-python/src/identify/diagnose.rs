@@ -30,7 +30,7 @@ use crate::model::object::model_of;
 /// dead_time : float
 ///     What y lags u, in seconds; in samples where there is no dt.
 /// times : array or list of arrays, optional
-///     When every sample was taken, in seconds, for each record.
+///     When every sample was taken, in seconds, for each record: increasing, and their usual step that of dt.
 ///
 /// Returns
 /// -------

@@ -36,7 +36,8 @@ use crate::convert::errors::{self, one_record};
 ///     Sampling interval in seconds, one for all records or one for each. Without it times are in samples, and only the
 ///     hysteresis can be fitted.
 /// times : array or list of arrays, optional
-///     When every sample was taken, in seconds, for each record. They change no fit: a warning tells gaps and jitter.
+///     When every sample was taken, in seconds, for each record. They change no fit, and give no dt: a warning tells gaps and jitter.
+///     Times that do not increase are refused, and so are those whose usual step is more than a half of dt away from dt.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
 /// weights : "auto", "free", "quadratic" or "split"
@@ -219,6 +220,10 @@ pub(crate) fn identify(
             Ok(Identification::new(found, validations))
         }
         (Err(_), Some(error)) => Err(error),
+        // Of one record nobody asks which.
+        (Err(identification::Error::Record { record, error }), None) => {
+            Err(one_record(error, (signals.len() > 1).then_some(record)))
+        }
         (Err(error), None) => Err(errors::identification(error)),
     }
 }

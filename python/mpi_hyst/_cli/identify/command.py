@@ -139,21 +139,32 @@ def _stretches(
         multiple=True,
         metavar="FROM:TO",
         callback=_stretches,
-        help="Rows whose position is not fitted: 700:706 are rows 700 to 705, counted from 0. What "
-        "is behind them has a zero of its own. Repeatable.",
+        help="Rows whose position is not fitted, or is missing: 700:706 are rows 700 to 705, "
+        "counted from 0. What is behind them has a zero of its own. Repeatable.",
     ),
     click.option(
         "--mend",
         multiple=True,
         metavar="FROM:TO",
         callback=_stretches,
-        help="Rows whose drive was recorded wrong: a straight line takes its place, and the "
-        "position is not fitted. Repeatable.",
+        help="Rows whose drive was recorded wrong, or is missing: a straight line takes its place, "
+        "and the position is not fitted. Repeatable.",
     ),
     time_column,
     time_unit,
     click.option(
         "--rate", type=float, metavar="HZ", help="Sampling rate, for files without a time column."
+    ),
+    click.option(
+        "--input-unit",
+        metavar="UNIT",
+        help="Unit of the drive; nothing is converted.  [default: that in its name or in the file, "
+        "else V]",
+    ),
+    click.option(
+        "--output-unit",
+        metavar="UNIT",
+        help="Unit of the position, likewise.  [default: that in its name or in the file, else um]",
     ),
     click.option(
         "--negate-output",

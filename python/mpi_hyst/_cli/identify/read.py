@@ -18,6 +18,7 @@ from mpi_hyst._cli.identify.request import Request
 from mpi_hyst._cli.inputs import fitted_interval, with_time_unit
 from mpi_hyst._files import sha256
 from mpi_hyst._io.columns import TimeOrderError
+from mpi_hyst._quantity import stated_unit
 from mpi_hyst._report.identify.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -56,8 +57,9 @@ def _read(
     units: dict[str, str] = {}
     for path, amount, count in zip(paths, skips, counts, strict=True):
         columns, first = _columns(path, names, count or None, request)
-        for name in names:
-            _check_unit(path, name, columns.quantity(name).suffix, units)
+        for name, given in zip(names, (request.input_unit, request.output_unit), strict=True):
+            unit = stated_unit(given or "") or columns.quantity(name).suffix
+            _check_unit(path, name, unit, units)
         dt, seconds = fitted_interval(columns, request.rate), columns.seconds
         position = columns[request.output_column]
         if seconds is None and dt is not None:

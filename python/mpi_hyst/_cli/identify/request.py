@@ -33,6 +33,8 @@ class Request:
     time: str | Literal[False] | None = None
     time_unit: str | None = None
     rate: float | None = None
+    input_unit: str | None = None
+    output_unit: str | None = None
     validate: tuple[Path, ...] = ()
     validate_skip: tuple[str, ...] = ()
     validate_from: tuple[str, ...] = ()

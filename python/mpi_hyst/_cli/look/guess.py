@@ -9,7 +9,7 @@ from itertools import permutations
 
 import numpy as np
 
-from mpi_hyst._quantity import SECONDS, Quantity
+from mpi_hyst._quantity import SECONDS, Quantity, known_unit
 from mpi_hyst._types import Samples
 
 _WORDS = {
@@ -30,8 +30,8 @@ _WORDS = {
 }
 _NOT = {"setpoint", "target", "reference", "ref", "sollwert", "index", "sample", "temp", "error"}
 _UNITS = {
-    "drive": ("V", "kV", "mV", "A", "mA"),
-    "position": ("um", "nm", "mm", "m", "pm", "rad", "mrad", "urad", "deg"),
+    "drive": ("V", "kV", "mV", "A", "mA", "MV/m", "kV/mm", "A/m", "kA/m"),
+    "position": ("um", "nm", "mm", "m", "pm", "rad", "mrad", "urad", "deg", "arcsec", "angstrom"),
     "time": tuple(SECONDS),
 }
 _NAME, _UNIT, _TIMED, _LEADS = 2.0, 2.0, 2.0, 2.0
@@ -160,7 +160,7 @@ def _named(role: str, quantity: Quantity) -> tuple[list[str], float]:
     if quantity.suffix in _UNITS[role]:
         reasons.append(f"its unit is {quantity.unit}")
         score += _UNIT
-    elif quantity.suffix:
+    elif known_unit(quantity.suffix):
         score -= 0.5 * _UNIT
     return reasons, score
 

@@ -241,8 +241,9 @@ def _hint_about(record: Record, name: str, wrong: _Wrong) -> str:
     if position is not None and position.column == name and wrong.missing:
         gap = too_long(list(wrong.missing), record.columns.samples)
         if gap is not None:
-            first_row, why = gap
-            return f"column {name}, {wrong.missing[first_row]}, {why}; identify refuses this"
+            option = "" if gap.end is None else f" without --leave-out {gap.first}:{gap.end}"
+            said = f"column {name}, {wrong.missing[gap.first]}, {gap.why}"
+            return f"{said}; identify refuses this{option}"
         if not wrong.others:
             what = f"{_cells(count)} without a number, the first in {first}"
             return f"column {name} has {what}; identify puts straight lines there"

@@ -27,7 +27,7 @@ class Sampling:
     @property
     def scale(self) -> float:
         """Seconds in the unit of the column; one without a unit is taken as seconds."""
-        return SECONDS.get(self.quantity.suffix, 1.0)
+        return SECONDS[self.quantity.time_unit or "s"]
 
     @property
     def steps(self) -> Samples:
@@ -59,13 +59,13 @@ class Sampling:
     @property
     def unit_is_doubtful(self) -> bool:
         """Whether the unit is not said, and the steps are too long for seconds."""
-        return not self.quantity.suffix and self.step >= _SLOWEST
+        return not self.quantity.time_unit and self.step >= _SLOWEST
 
     def facts(self) -> list[tuple[str, str]]:
-        """Return what to know about the sampling, as names and values."""
+        """Return what to know about the sampling, as names and values. Rows count from 0."""
         if not self.increases:
             at = int(np.flatnonzero(~(self.steps > 0.0))[0]) + 1
-            return [("sampling", f"the time does not increase at row {at + 1} of the table")]
+            return [("sampling", f"the time does not increase at row {at}")]
         usual = float(np.median(self.steps))
         whole = self.steps[self.steps <= _GAP * usual]
         jitter = float(whole.std())
@@ -76,7 +76,7 @@ class Sampling:
             ("jitter", said if share > _ROUNDING else "none"),
             ("gaps", self._gaps(usual)),
         ]
-        if self.quantity.suffix not in ("", "s"):
+        if self.quantity.time_unit not in ("", "s"):
             pairs.append(("time unit", f"{self.quantity.unit}, converted to seconds"))
         return pairs
 
@@ -84,6 +84,6 @@ class Sampling:
         gaps = self.gaps
         if not gaps:
             return "none"
-        shown = [f"{digits(self.steps[at - 1], 3)} s before row {at + 1}" for at in gaps[:_SHOWN]]
+        shown = [f"{digits(self.steps[at - 1], 3)} s before row {at}" for at in gaps[:_SHOWN]]
         more = f" and {len(gaps) - _SHOWN} more" if len(gaps) > _SHOWN else ""
         return f"{', '.join(shown)}{more}; the usual step is {digits(usual)} s"
