@@ -110,6 +110,18 @@ impl CreepBasis {
         }
     }
 
+    /// What people call the terms that share an amplitude: by their time constants where there are several amplitudes.
+    pub(crate) fn name_of(&self, amplitude: usize) -> String {
+        let terms = self.time_constants.iter().zip(&self.directions[amplitude]);
+        let own: Vec<f64> = terms.filter(|(_, unit)| **unit != 0.0).map(|(tau, _)| *tau).collect();
+        match own[..] {
+            _ if self.directions.len() == 1 => "creep".to_owned(),
+            [tau] => format!("creep with a time constant of {tau:.3} s"),
+            [first, .., last] => format!("creep with time constants from {first:.3} s to {last:.3} s"),
+            [] => "creep".to_owned(),
+        }
+    }
+
     /// c_j for parameters.
     pub(crate) fn amplitudes(&self, parameters: impl Fn(usize) -> f64) -> Vec<f64> {
         let amplitude = |j: usize| self.directions.iter().enumerate().map(|(i, one)| parameters(i) * one[j]).sum();
@@ -230,6 +242,19 @@ mod tests {
         assert!(error(&CreepModel::Logarithmic { terms: Some(0) }).starts_with("creep: expected 1 to 200 terms"));
         let tiny = CreepModel::Logarithmic { terms: None }.basis(0.0015, 1e-4).unwrap_err();
         assert!(tiny.to_string().starts_with("creep: expected records longer"), "{tiny}");
+    }
+
+    #[test]
+    fn amplitudes_are_told_apart_by_name() {
+        let names = |model: CreepModel| {
+            let basis = model.basis(100.0, 1e-3).unwrap();
+            (0..basis.directions.len()).map(|number| basis.name_of(number)).collect::<Vec<_>>()
+        };
+        assert_eq!(names(CreepModel::Slow), ["creep"]);
+        let both = names(CreepModel::SlowAndFast);
+        assert!(both.len() == 2 && both[0] != both[1], "{both:?}");
+        let apart = ["creep with a time constant of 0.200 s", "creep with a time constant of 3.000 s"];
+        assert_eq!(names(CreepModel::TimeConstants(vec![0.2, 3.0])), apart);
     }
 
     #[test]

@@ -101,13 +101,12 @@ fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>)
     let (found, left_out) = search_without_glitches(records, asked, monitor)?;
     let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, found, monitor.evaluations())?;
-    judge_sign(records, asked, found, monitor)
+    judge_sign(records, found, monitor)
 }
 
 /// Fits again with the sign of the position turned where that seems to be wrong, and says what it finds.
 fn judge_sign(
     records: &[Record<'_>],
-    options: &Options,
     found: Identification,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Identification, Error> {
@@ -117,7 +116,8 @@ fn judge_sign(
     let positions = turned_positions(records);
     let turned = with_positions(records, &positions)?;
     monitor.begin(Span { from: 1.0, to: 1.0 });
-    let plain = Options { smoothness: Setting::Fixed(0.0), ..options.hysteresis_alone() };
+    // With as many operators as were chosen: a number that is left open is none.
+    let plain = Options { smoothness: Setting::Fixed(0.0), ..found.options.hysteresis_alone() };
     let hysteresis = search_hysteresis(&turned, &plain, monitor)?.fit;
     let left = (hysteresis.fit.squares / as_f64(found.fit.samples)).sqrt() / found.fit.range;
     let warnings = judged(found.warnings, found.fit.nrmse, left);

@@ -65,7 +65,8 @@ pub(crate) fn joint_findings(
     for (number, error) in errors.creep.iter().enumerate() {
         let amplitude = fit.point.get(Parameter::Creep(number));
         let code = FindingCode::CreepUndetermined;
-        found.push(doubtful(code, "creep", Parameter::Creep(number), amplitude, *error, MAX_CREEP_ERROR));
+        let what = space.name_of_creep(number);
+        found.push(doubtful(code, &what, Parameter::Creep(number), amplitude, *error, MAX_CREEP_ERROR));
     }
     found.push(evidence.colour.finding());
     found.into_iter().flatten().collect()

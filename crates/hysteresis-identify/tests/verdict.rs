@@ -172,3 +172,17 @@ fn a_slow_change_is_told_beside_operators_that_never_move() {
         assert!(!codes.contains(&FindingCode::Drift), "{beyond} {codes:?}");
     }
 }
+
+#[test]
+fn a_turned_record_is_told_whatever_the_number_of_operators() {
+    let input = drive();
+    let turned: Vec<f64> = position(&input).iter().map(|y| -y).collect();
+    let kinds = [Thresholds::Refined, Thresholds::Auto, Thresholds::RefinedQuantiles, Thresholds::AutoGeometric];
+    for thresholds in kinds {
+        let options = Options { thresholds: thresholds.clone(), dead_time: Setting::Fixed(0.0), ..Options::default() };
+        let record = [Record::new(&input, &turned, 0).unwrap()];
+        let found = identify(&record, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let codes: Vec<FindingCode> = found.warnings.iter().map(|finding| finding.code).collect();
+        assert_eq!(codes, [FindingCode::WrongSign, FindingCode::PoorFit], "{thresholds:?}");
+    }
+}

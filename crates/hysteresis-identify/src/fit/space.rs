@@ -211,6 +211,11 @@ impl Space {
         self.creep.directions.len()
     }
 
+    /// What people call the creep that has a searched amplitude.
+    pub(crate) fn name_of_creep(&self, amplitude: usize) -> String {
+        self.creep.name_of(amplitude)
+    }
+
     /// How many samples at the end of a record are not read: behind a negative dead time they act after it.
     pub(crate) fn unread_samples(&self) -> usize {
         self.unread
