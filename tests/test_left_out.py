@@ -149,8 +149,20 @@ def test_what_is_missing_elsewhere_is_refused(there: Path) -> None:
     said = refusal(there, "--mend", "60:61", "--mend", "80:81")
     assert "line 92, column position_um: not a number: 'OVL'; leave that out" in said
     fitted("--mend", "60:61", "--mend", "80:81", "--leave-out", "90:91")
-    # a time is never left out
     (there / "found.json").unlink()
+    # a row is said first, and with the option that is enough for all of it
+    holes(there, {60: (2, "OVL"), 61: (1, "OVL")})
+    assert "line 62, column position_um" in refusal(there)
+    rows = record_rows()
+    rows[60] = ["x", "x", "x"]
+    rows[61] = [rows[61][0], "x", "x"]
+    rows[62] = [1]
+    write_csv(there / "holes.csv", HEADER, rows)
+    assert "column drive_v: not a number: 'x'; mend this row, or read" in refusal(there)
+    rows[60] = record_rows()[60]
+    write_csv(there / "holes.csv", HEADER, rows)
+    assert "line 63, column drive_v: not a number: 'x'; put a straight" in refusal(there)
+    # a time is never left out
     holes(there, {60: (0, "")})
     assert "column time_s: empty cell; mend this row" in refusal(there, "--leave-out", "60:61")
 

@@ -22,6 +22,15 @@ _LEAVE_OUT = "; leave that out with --leave-out {}:{}"
 _MEND = "; put a straight line there with --mend {}:{}"
 
 
+class _Cell(NamedTuple):
+    """A cell that is refused."""
+
+    column: int
+    row: int
+    said: str
+    what: str
+
+
 class Gap(NamedTuple):
     """Rows that lack too much."""
 
@@ -41,6 +50,7 @@ def filled(
     wrong with the rest, raise an error about what else is.
     """
     missing: dict[int, str] = {}
+    cells: list[_Cell] = []
 
     def wrong(index: int, row: int, place: str, what: str) -> None:
         if any(first <= row < end for first, end in named.get(index, ())):
@@ -48,22 +58,34 @@ def filled(
         said = f"{table.source}, {place}, column {table.names[index]}: {what}"
         if index == position and is_missing(what):
             missing[row] = said
+        elif cells and cells[0].row != row:
+            raise refuse()
         else:
-            option = options.get(index, "") if takes_options else ""
-            raise refusal(said + option.format(row, row + 1), what, row)
+            cells.append(_Cell(index, row, said, what))
+
+    def refuse() -> ReadError:
+        """Return the error about the first row, with the option that is enough for all of it."""
+        columns, (_, row, said, what) = {cell.column for cell in cells}, cells[0]
+        option = _MEND if drive in columns else _LEAVE_OUT
+        helps = takes_options and columns <= {drive, position}
+        return refusal(said + (option.format(row, row + 1) if helps else ""), what, row)
 
     if refused.rows is None or not path.is_file():
         raise refused
     takes_options = request.data == (path,) and not request.validate_from
     with opened(path) as table:
         drive, position = (find(table.source, table.names, name) for name in names)
-        options = {drive: _MEND, position: _LEAVE_OUT}
         mended = request.mend if takes_options else ()
         left_out = request.leave_out if takes_options else ()
         named = {drive: mended, position: (*mended, *left_out)}
         ordered = request.time is not False
         clock = None if request.time is False else request.time
-        columns = take(table, lambda _: names, clock, rows, wrong, ordered=ordered)
+        try:
+            columns = take(table, lambda _: names, clock, rows, wrong, ordered=ordered)
+        except ReadError as later:
+            raise (refuse() if cells else later) from later
+    if cells:
+        raise refuse()
     if (gap := too_long(list(missing), columns.samples)) is not None:
         option = _LEAVE_OUT if takes_options and gap.end is not None else ""
         said = f"{missing[gap.first]}, {gap.why}{option.format(gap.first, gap.end)}"
