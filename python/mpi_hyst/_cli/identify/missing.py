@@ -25,7 +25,7 @@ _MEND = "; put a straight line there with --mend {}:{}"
 class _Cell(NamedTuple):
     """A cell that is refused."""
 
-    index: int
+    column: int
     row: int
     said: str
     what: str
@@ -65,7 +65,7 @@ def filled(
 
     def refuse() -> ReadError:
         """Return the error about the first row, with the option that is enough for all of it."""
-        columns, (_, row, said, what) = {cell.index for cell in cells}, cells[0]
+        columns, (_, row, said, what) = {cell.column for cell in cells}, cells[0]
         option = _MEND if drive in columns else _LEAVE_OUT
         helps = takes_options and columns <= {drive, position}
         return refusal(said + (option.format(row, row + 1) if helps else ""), what, row)
