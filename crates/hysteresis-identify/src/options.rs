@@ -223,7 +223,7 @@ impl Options {
         let samples: usize = records.iter().map(Record::fitted_samples).sum();
         let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
         let variety = Variety::of(records);
-        let creeps = tells && (variety.apart_from_time || variety.start || variety.rests);
+        let creeps = tells && (variety.apart_from_time || variety.rests);
         let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
         let mut resolved = self.clone();
         if !tells && self.dynamics == DynamicsModel::Auto {

@@ -30,9 +30,7 @@ pub(crate) struct Variety {
     pub(crate) amplitudes: bool,
     /// And not in one record in which they only decay or only grow: that does not tell amplitude from time.
     pub(crate) apart_from_time: bool,
-    /// The way from rest into the motion.
-    pub(crate) start: bool,
-    /// Rests: what the position does there is no hysteresis, whatever the loops are.
+    /// The way from rest into the motion, or rests in it: what the position does there is no hysteresis, whatever the loops are.
     pub(crate) rests: bool,
 }
 
@@ -45,9 +43,8 @@ impl Variety {
         let alike = ALIKE * range;
         let told = records.len() > 1 || swings.iter().any(|swings| comes_back(swings, alike) >= ENOUGH);
         let amplitudes = classes(&swings.concat(), alike).len() >= ENOUGH;
-        let start = records.iter().any(|record| record.skip() == 0);
-        let rests = records.iter().any(|record| rests(record, STILL * range));
-        Self { amplitudes, apart_from_time: amplitudes && told, start, rests }
+        let rests = records.iter().any(|record| record.skip() == 0 || rests(record, STILL * range));
+        Self { amplitudes, apart_from_time: amplitudes && told, rests }
     }
 
     /// By which factor of the mean square error on stretches a candidate must be better than a simpler one, besides what is
@@ -119,9 +116,9 @@ mod tests {
         let fading: Vec<f64> = (0..900_u32).map(|k| (1.0 - f64::from(k) / 1000.0) * sine[k as usize]).collect();
         let record = |input, skip| Record::new(input, &sine, skip).unwrap();
         let of = |records: &[Record<'_>]| Variety::of(records);
-        let alike = Variety { amplitudes: false, apart_from_time: false, start: false, rests: false };
+        let alike = Variety { amplitudes: false, apart_from_time: false, rests: false };
         assert_eq!(of(&[record(&sine, 100)]), alike);
-        assert_eq!(of(&[record(&sine, 0)]), Variety { start: true, ..alike });
+        assert_eq!(of(&[record(&sine, 0)]), Variety { rests: true, ..alike });
         // Decaying alone: amplitude or time?
         assert_eq!(of(&[record(&fading, 50)]), Variety { amplitudes: true, ..alike });
         let back: Vec<f64> = fading.iter().rev().chain(&fading).copied().take(900).collect();
@@ -138,21 +135,22 @@ mod tests {
 
     #[test]
     fn a_drive_that_stays_rests_and_one_that_turns_does_not() {
+        // From sample 0 on the way from rest is fitted.
         let rests = |input: &[f64], skip| Variety::of(&[Record::new(input, input, skip).unwrap()]).rests;
         let sine = |heights: f64| -> Vec<f64> {
             (0..9000_u32).map(|k| (1.0 - heights * f64::from(k) / 9000.0) * (0.01 * f64::from(k)).sin()).collect()
         };
         let triangle: Vec<f64> = (0..9000_u32).map(|k| (f64::from(k % 3000) - 1500.0).abs()).collect();
         for moving in [sine(0.0), sine(0.9), triangle.clone()] {
-            assert!(!rests(&moving, 0));
+            assert!(!rests(&moving, 1) && rests(&moving, 0));
             // A rest of a monitor with noise.
             let noisy = |k: usize| moving[8999] + 3.0 + 1e-3 * f64::from(u8::from(k.is_multiple_of(2)));
             let resting: Vec<f64> = moving.iter().copied().chain((0..3000).map(noisy)).collect();
-            assert!(rests(&resting, 0));
+            assert!(rests(&resting, 1));
             // What it came from is not known.
             assert!(!rests(&resting, 9500));
             let short: Vec<f64> = moving.iter().copied().chain((0..1000).map(noisy)).collect();
-            assert!(!rests(&short, 0));
+            assert!(!rests(&short, 1));
         }
     }
 }
