@@ -32,7 +32,7 @@ use crate::result::quality::Quality;
 use crate::result::spread::Spread;
 use crate::result::standard_errors::StandardErrors;
 use crate::robust::{leaving_out, search_without_glitches};
-use crate::search::{Found, search_hysteresis};
+use crate::search::{Found, search_hysteresis, with_least_slope};
 use crate::turned_sign::{judged, turned_positions, with_positions};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
@@ -100,7 +100,7 @@ pub fn identify(
 fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Identification, Error> {
     let (found, left_out) = search_without_glitches(records, asked, monitor)?;
     let records = &leaving_out(records, &left_out)?[..];
-    let found = identification(records, found, monitor.evaluations())?;
+    let found = identification(records, with_least_slope(records, found)?, monitor.evaluations())?;
     judge_sign(records, found, monitor)
 }
 

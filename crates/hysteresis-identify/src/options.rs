@@ -29,7 +29,8 @@ pub enum ModelKind {
     Modified,
 }
 
-/// What the weights of the operators may be; never negative, so that the model is invertible.
+/// What the weights of the operators may be; never negative, and that of the identity at least a thousandth of the sum of all others, so
+/// that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightLaw {

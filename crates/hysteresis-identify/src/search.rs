@@ -95,6 +95,14 @@ pub(crate) fn search_fit(
     Ok(found)
 }
 
+/// The same with the least slope that a model may have, where its own is less.
+pub(crate) fn with_least_slope(records: &[Record<'_>], found: Found) -> Result<Found, Error> {
+    let Some(basis) = found.basis.with_least_slope(&found.fit.fit.weights) else { return Ok(found) };
+    let found = Found { basis, ..found };
+    let fit = found.problem(records).at(&found.fit.space, &found.fit.fit.point)?;
+    Ok(Found { fit, ..found })
+}
+
 /// The same model fitted to records that differ by a few samples, from where it was.
 pub(crate) fn search_again(
     records: &[Record<'_>],

@@ -271,3 +271,29 @@ fn progress_counts_actuators_and_stops() {
         }
     }
 }
+
+#[test]
+fn actuators_without_slope_after_reversals_have_inverses() {
+    let input = drive(0.0);
+    let r = [0.0, 10.0, 20.0];
+    let dead = ModifiedPrandtlIshlinskii::from_ratios(&[0.0, 1.0, 0.5], &r, Ratios::PLAY, Offsets::default()).unwrap();
+    // Slightly less than no slope.
+    let one: Vec<f64> = output(&dead, &input, 0.0).iter().zip(&input).map(|(y, u)| y - 1e-3 * u).collect();
+    let (inputs, positions) = ([input.clone(), input.clone()].concat(), [one.clone(), one].concat());
+    let known = Options {
+        thresholds: Thresholds::Given(r.to_vec()),
+        ratios: Setting::Fixed(Ratios::PLAY),
+        input_offset: Setting::Fixed(0.0),
+        dead_time: Setting::Fixed(0.0),
+        ..options()
+    };
+    let shared = all(&ManyRecords::shared(&input, &positions, 0).unwrap(), &known, 1);
+    let own = all(&ManyRecords::each(&inputs, &positions, SAMPLES as usize, 0).unwrap(), &known, 1);
+    for fit in shared.actuators.iter().chain(&own.actuators) {
+        let fit = fit.as_ref().unwrap();
+        let Model::Modified(model) = &fit.model else { panic!("conventional") };
+        let weights = model.weights();
+        assert!((weights[0] / (weights[1] + weights[2]) - 1e-3).abs() < 1e-12, "{weights:?}");
+        assert!(model.check_invertible().is_ok() && fit.nrmse() < 2e-3, "{fit:?}");
+    }
+}

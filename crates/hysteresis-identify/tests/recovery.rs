@@ -193,7 +193,7 @@ fn uniform_thresholds_of_the_conventional_model() {
 }
 
 #[test]
-fn a_model_without_slope_after_reversals_says_so() {
+fn a_model_of_a_record_without_slope_after_reversals_has_an_inverse() {
     let input = decaying_triangle(2_000, 5.0, 12.0, 0.0);
     let r = [0.0, 0.5, 1.0];
     let dead = PrandtlIshlinskii::new(&[0.0, 1.0, 0.5], &r, Offsets::default()).unwrap();
@@ -207,9 +207,12 @@ fn a_model_without_slope_after_reversals_says_so() {
         ..Options::default()
     };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
-    assert_eq!(weights(&found)[0], 0.0);
-    let error = found.check_invertible().unwrap_err();
-    assert!(matches!(error, hysteresis_core::Error::NotInvertible { identity_weight: 0.0, .. }), "{error}");
+    found.check_invertible().unwrap();
+    // The least that a weight of the identity may be, as a share of the others.
+    let weights = weights(&found);
+    assert!((weights[0] / (weights[1] + weights[2]) - 1e-3).abs() < 1e-12, "{weights:?}");
+    assert!(found.standard_errors.weights[0].is_nan() && found.standard_errors.weights[1].is_finite());
+    assert!(found.fit.rmse < 1e-3 * found.fit.range, "{:?}", found.fit);
 }
 
 /// A play that the fitted samples never move has a constant column: rounding must not give it a weight.

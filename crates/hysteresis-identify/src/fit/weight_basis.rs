@@ -6,9 +6,13 @@ use faer::{Mat, MatRef};
 use crate::numeric::as_f64;
 use crate::options::{Options, Thresholds, WeightLaw};
 
+/// An identity weighs at least this share of all other operators together, so that every model has an inverse, nearly always in single
+/// precision too. Records that show no slope right after a reversal hardly tell such a slope from none.
+const LEAST_SLOPE: f64 = 1e-3;
+
 /// A weight law: the weights are B c with unknowns c >= 0.
 ///
-/// So every law is non-negative least squares with other columns, convex, and invertible by construction.
+/// So every law is non-negative least squares with other columns, and convex.
 /// For free weights B is the identity. For quadratic ones its columns are the extreme rays of the cone of quadratics
 /// that are nowhere negative at i = 1..n-1. For split ones the weights are those above zero, then those below, and an
 /// operator of threshold zero, the identity, has one unknown for both.
@@ -17,6 +21,7 @@ use crate::options::{Options, Thresholds, WeightLaw};
 #[derive(Clone, Debug)]
 pub(crate) struct WeightBasis {
     operators: usize,
+    has_identity: bool,
     split: bool,
     shifts: usize,
     freedom: usize,
@@ -42,7 +47,29 @@ impl WeightBasis {
             WeightLaw::Quadratic => n.min(4),
             WeightLaw::Split => 2 * n - usize::from(has_identity),
         };
-        Self { operators: n, split, shifts, freedom: freedom + shifts, basis }
+        Self { operators: n, has_identity, split, shifts, freedom: freedom + shifts, basis }
+    }
+
+    /// The same law with an identity that weighs at least [`LEAST_SLOPE`] of the others, if in these weights it weighs less.
+    ///
+    /// What an unknown makes of the others it adds to the identity, too: so the law is a cone still, whatever the unit.
+    pub(crate) fn with_least_slope(&self, weights: &[f64]) -> Option<Self> {
+        let others = |weight: &dyn Fn(usize) -> f64| {
+            let sum: f64 = (0..self.weight_columns()).filter(|i| !self.is_identity(*i)).map(weight).sum();
+            LEAST_SLOPE * sum / as_f64(self.families_of_weights())
+        };
+        if !self.has_identity || weights[0] >= others(&|i| weights[i]) {
+            return None;
+        }
+        let added = |i: usize, j: usize| if self.is_identity(i) { others(&|i| self.derivative(i, j)) } else { 0.0 };
+        let of = |i, j| self.derivative(i, j) + added(i, j);
+        let basis = Mat::from_fn(self.weight_columns(), self.unknowns() - self.shifts, of);
+        Some(Self { basis: Some(basis), ..self.clone() })
+    }
+
+    /// Whether a weight is that of an identity.
+    pub(crate) fn is_identity(&self, weight: usize) -> bool {
+        self.has_identity && weight < self.weight_columns() && weight.is_multiple_of(self.operators)
     }
 
     /// How many weights and amplitudes there are: one column of the regressor each.
@@ -198,6 +225,30 @@ mod tests {
         let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
         assert_eq!(law.derivative(3, 0), 1.0);
+    }
+
+    #[test]
+    fn an_identity_weighs_at_least_a_share_of_the_others() {
+        for weights in [WeightLaw::Free, WeightLaw::Quadratic, WeightLaw::Split] {
+            let plain = law(weights, 6);
+            let unknowns: Vec<f64> = (0..plain.unknowns()).map(|j| if j == 0 { 0.0 } else { as_f64(j) }).collect();
+            let before = plain.weights(&unknowns);
+            let steep = plain.with_least_slope(&before).unwrap();
+            let after = steep.weights(&unknowns);
+            for (i, (before, after)) in before.iter().zip(&after).enumerate() {
+                assert!(steep.is_identity(i) || before == after);
+            }
+            let families = plain.families_of_weights();
+            let others = before.iter().sum::<f64>() / as_f64(families);
+            assert!((after[0] - LEAST_SLOPE * others).abs() < 1e-12 * others);
+            assert_eq!(after[0], after[6 * (families - 1)]);
+            assert!(
+                plain.with_least_slope(&after).is_none() && plain.with_least_slope(&vec![0.0; after.len()]).is_none()
+            );
+        }
+        let thresholds = Thresholds::Given(vec![1.0, 2.0]);
+        let without = WeightBasis::new(&Options { thresholds, ..Options::default() }, 0);
+        assert!(without.with_least_slope(&[0.0, 1.0]).is_none());
     }
 
     #[test]

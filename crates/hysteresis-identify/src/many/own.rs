@@ -14,7 +14,7 @@ use crate::fit::monitor::{SearchMonitor, Stop};
 use crate::fit::projection::{ProjectedFit, Projection};
 use crate::options::Options;
 use crate::record::Record;
-use crate::search::{Found, search_hysteresis};
+use crate::search::{Found, search_hysteresis, with_least_slope};
 use crate::turned_sign::turned_positions;
 
 /// Fits all actuators, each like a single one.
@@ -34,7 +34,8 @@ fn search(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Re
 }
 
 fn fit(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Result<ActuatorFit, Error> {
-    let Found { fit: found, options, smoothness, basis, .. } = search(record, options, underway)?;
+    let found = with_least_slope(slice::from_ref(record), search(record, options, underway)?)?;
+    let Found { fit: found, options, smoothness, basis, .. } = found;
     let (space, fit) = (&found.space, &found.fit);
     let projection = Projection::new(slice::from_ref(record), space, &basis, smoothness, 1);
     let course = &Course::new(record, 1, 0);

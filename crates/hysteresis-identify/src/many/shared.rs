@@ -11,7 +11,7 @@ use super::share::Shared;
 use crate::error::Error;
 use crate::fit::course::Course;
 use crate::fit::point::{Parameter, Point};
-use crate::fit::projection::Projection;
+use crate::fit::projection::{ProjectedFit, Projection};
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::numeric::as_f64;
@@ -127,12 +127,16 @@ impl<'a> SharedDrive<'a> {
         let projection = Projection::new(slice::from_ref(record), &self.space, &self.basis, self.smoothness, 1);
         let problem = self.problem(record, &projection);
         let state = self.search(&problem, table)?;
-        let fit = problem.projected(&state);
+        let steeper = self.basis.with_least_slope(&self.basis.weights(&state.best.unknowns));
+        let (fit, state) = match &steeper {
+            Some(basis) => self.again(record, basis, state)?,
+            None => (problem.projected(&state), state),
+        };
         let settled = Settled {
             record,
             options: self.options,
             space: &self.space,
-            basis: &self.basis,
+            basis: steeper.as_ref().unwrap_or(&self.basis),
             fit: &fit,
             normal: &state.normal,
         };
@@ -142,6 +146,15 @@ impl<'a> SharedDrive<'a> {
                 Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
             Ok(self.search(&self.problem(&turned, &projection), table)?.objective)
         })
+    }
+
+    /// The best fit under another law at the point of one, on all samples.
+    fn again(&self, record: &Record<'_>, basis: &WeightBasis, state: State) -> Result<(ProjectedFit, State), Error> {
+        let projection = Projection::new(slice::from_ref(record), &self.space, basis, self.smoothness, 1);
+        let course = &self.courses[self.courses.len() - 1];
+        let problem = Problem { basis, course, ..self.problem(record, &projection) };
+        let state = problem.pass(state.best)?;
+        Ok((problem.projected(&state), state))
     }
 
     fn problem<'b>(&'b self, record: &'b Record<'b>, projection: &'b Projection<'b>) -> Problem<'b> {

@@ -242,8 +242,8 @@ impl Identification {
         record.dt().unwrap_or(self.chain.dt)
     }
 
-    /// Whether the model has an inverse. Weights are never negative, so the only obstacle is a weight of zero at
-    /// threshold zero, or no operator there: the data showed no slope right after reversals.
+    /// Whether the model has an inverse. Weights are never negative, and an identity has a weight, so the only obstacles are given
+    /// thresholds without zero, and weights that are all zero: the position falls where the drive rises.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::NotInvertible`] with the weight at fault.

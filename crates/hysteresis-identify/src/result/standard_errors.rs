@@ -73,7 +73,9 @@ impl StandardErrors {
     pub(crate) fn of(fit: &ProjectedFit, root: &Root, basis: &WeightBasis, space: &Space) -> Self {
         let gradients = Gradients { fit, basis, space };
         let of = |quantity| root.error_of(&gradients.of(quantity));
-        let weight = |i: usize| if fit.weights[i] > 0.0 { of(Quantity::Weight(i)) } else { f64::NAN };
+        // An identity weighs no less than it may.
+        let is_inside = |i: usize| fit.weights[i] > 0.0 && !(basis.is_identity(i) && fit.unknowns[0] == 0.0);
+        let weight = |i: usize| if is_inside(i) { of(Quantity::Weight(i)) } else { f64::NAN };
         let weights: Vec<f64> = (0..fit.weights.len() - space.shift_len()).map(weight).collect();
         let amplitude = |j: usize| of(Quantity::Weight(weights.len() + j));
         let loop_shift = (0..space.shift_len()).map(amplitude).collect();
