@@ -3,9 +3,8 @@
 use hysteresis_core::is_admissible;
 
 use crate::error::{Error, RecordError};
-use crate::numeric::as_f64;
 use crate::options::check_interval;
-use crate::signal::{bounds, median};
+use crate::signal::{bounds, usual_step};
 
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
 ///
@@ -85,16 +84,11 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Refuses times whose usual step is not this sampling interval, by more than a half of it. That step is the median of
-    /// mean steps over many samples, which neither jitter nor gaps nor rounded times move.
+    /// Refuses times whose usual step is not this sampling interval, by more than a half of it.
     pub(crate) fn check_step(&self, dt: f64) -> Result<(), RecordError> {
-        const SAMPLES: usize = 50;
-        let Some(times) = self.times else { return Ok(()) };
-        let over = SAMPLES.min(times.len() - 1).max(1);
-        let means: Vec<f64> = times.iter().zip(times.iter().skip(over)).map(|(a, b)| (b - a) / as_f64(over)).collect();
-        let got = median(&means);
-        let is_near = means.is_empty() || (got - dt).abs() <= 0.5 * dt;
-        if is_near { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
+        let Some(times) = self.times.filter(|times| times.len() > 1) else { return Ok(()) };
+        let got = usual_step(times, times.len() - 1);
+        if (got - dt).abs() <= 0.5 * dt { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
     }
 
     /// The same record with samples whose output is wrong: their input sets the memory like every other, but their output is not

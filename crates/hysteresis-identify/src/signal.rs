@@ -88,6 +88,15 @@ pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(place, f64::total_cmp).1 }
 }
 
+/// The usual step of times: the median of mean steps over 50 samples, or over `most` if these are fewer. Neither jitter nor gaps nor
+/// rounded times move it.
+pub(super) fn usual_step(times: &[f64], most: usize) -> f64 {
+    const SAMPLES: usize = 50;
+    let over = SAMPLES.min(most);
+    let means: Vec<f64> = times.windows(over + 1).map(|part| (part[over] - part[0]) / as_f64(over)).collect();
+    median(&means)
+}
+
 /// The median of every sample and so many on either side, as far as there are such.
 pub(super) fn medians(values: &[f64], around: usize) -> Vec<f64> {
     // The values about a sample, in order; it changes by two from one sample to the next.

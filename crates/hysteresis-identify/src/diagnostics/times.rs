@@ -79,17 +79,14 @@ pub(super) fn jitter(record: &Record<'_>) -> Option<Finding> {
     Some(Finding::new(FindingCode::TimeJitter, value, LIMIT, message).at(sample))
 }
 
-/// How many sampling intervals the times of the fitted samples are from an even grid, and the interval: the median of mean
-/// intervals over so many samples that neither rounded times nor gaps move it.
+/// How many sampling intervals the times of the fitted samples are from an even grid, and the interval.
 fn grid(record: &Record<'_>) -> Option<(Vec<f64>, f64)> {
-    const SAMPLES: usize = 50;
     let times = &record.times()?[record.skip()..];
-    let over = SAMPLES.min(times.len() / 4);
-    if over < AROUND {
+    let most = times.len() / 4;
+    if most < AROUND {
         return None;
     }
-    let means: Vec<f64> = times.windows(over + 1).map(|part| (part[over] - part[0]) / as_f64(over)).collect();
-    let interval = signal::median(&means);
+    let interval = signal::usual_step(times, most);
     let offset = |(k, time): (usize, &f64)| (time - times[0]) / interval - as_f64(k);
     (interval > 0.0).then(|| (times.iter().enumerate().map(offset).collect(), interval))
 }
