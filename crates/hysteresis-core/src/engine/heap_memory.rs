@@ -135,6 +135,14 @@ impl Memory<f64> for HeapMemory {
         }
     }
 
+    #[inline(always)]
+    fn leap(&mut self, to: f64) -> Option<f64> {
+        match self {
+            Self::TurningPoints(_) => None,
+            Self::Bank(bank) => bank.leap(to),
+        }
+    }
+
     #[inline]
     fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
         match self {

@@ -19,6 +19,12 @@ pub(crate) trait Memory<T: Real> {
         None
     }
 
+    /// [`jump`](Self::jump) from where another one led to, if that is far away.
+    #[inline(always)]
+    fn leap(&mut self, _to: T) -> Option<T> {
+        None
+    }
+
     /// The output after a move of the input from `from` to `to`.
     fn peek_input(&self, from: T, to: T) -> T;
 

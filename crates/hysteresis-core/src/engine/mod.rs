@@ -18,8 +18,6 @@ mod engine_state;
 mod families;
 mod family;
 #[cfg(feature = "alloc")]
-mod four_lanes;
-#[cfg(feature = "alloc")]
 mod heap_memory;
 mod inverse_search;
 mod line;
@@ -33,6 +31,8 @@ mod search;
 mod solve;
 mod turning_point_engine;
 mod turning_points;
+#[cfg(feature = "alloc")]
+mod vectors;
 
 #[cfg(feature = "alloc")]
 pub(crate) use checks::{check_same, count_as_f64};

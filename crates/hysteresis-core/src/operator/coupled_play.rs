@@ -43,12 +43,6 @@ impl CoupledPlay {
         Ok(Self { r, ra, rb, rc })
     }
 
-    /// A coupled play of thresholds that were checked before.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn of_checked(r: f64, ra: f64, rb: f64, rc: f64) -> Self {
-        Self { r, ra, rb, rc }
-    }
-
     /// Rising above zero: z = x - r.
     #[must_use]
     pub fn r(&self) -> f64 {

@@ -130,6 +130,10 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
     #[inline(never)]
     fn leave_segment(&mut self, input: T, x: T) -> T {
         if input.is_admissible() {
+            if let Some(y) = self.memory.leap(x) {
+                self.segment = Segment::point(x, y);
+                return y;
+            }
             let last = self.segment.input();
             if let Some(y) = self.memory.jump(last, x) {
                 self.segment = Segment::point(x, y);

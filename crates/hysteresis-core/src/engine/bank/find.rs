@@ -4,12 +4,12 @@
 use core::marker::PhantomData;
 
 use super::super::direction::Direction;
-use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::line::{Line, Piece};
 use super::super::solve::{Path, Point, Reach, solve};
+use super::super::vectors::{Lanes, Vectors};
 use super::block::{Block, Both, Bounds};
+use super::blocks::BankLoop;
 use super::look::{Look, Seen, Start};
-use super::members::BankLoop;
 use super::side::{Falling, Rising};
 use super::weights::Weights;
 
@@ -26,25 +26,25 @@ impl<O: Start> BankLoop for Find<'_, O> {
     type Output = (Reach, Piece);
 
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> (Reach, Piece) {
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> (Reach, Piece) {
         let Self { look, near, to, limit } = self;
         let last = Piece::point(look.direction, near.input, near.output);
-        let mut path = Ahead::<_, _, W> { four, blocks, look, last, weights: PhantomData };
+        let mut path = Ahead::<_, _, W> { v, blocks, look, last, weights: PhantomData };
         let reach = solve(&mut path, look.direction, near, None, look.x, to, limit);
         (reach, path.last)
     }
 }
 
 /// The inputs ahead of where a search began. A look does not move the bank.
-struct Ahead<'a, F, O, W> {
-    four: F,
-    blocks: &'a [Block],
+struct Ahead<'a, V: Vectors, O, W> {
+    v: V,
+    blocks: &'a [Block<V::Lanes>],
     look: Look<'a, O>,
     last: Piece,
     weights: PhantomData<W>,
 }
 
-impl<F: FourLanes, O: Start, W: Weights> Path<f64> for Ahead<'_, F, O, W> {
+impl<V: Vectors, O: Start, W: Weights> Path<f64> for Ahead<'_, V, O, W> {
     type Checkpoint = ();
 
     #[inline(always)]
@@ -55,14 +55,14 @@ impl<F: FourLanes, O: Start, W: Weights> Path<f64> for Ahead<'_, F, O, W> {
 
     #[inline(always)]
     fn look(&mut self, _: Direction, x: f64) -> Piece {
-        self.last = Look { x, ..self.look }.run::<F, W>(self.four, self.blocks);
+        self.last = Look { x, ..self.look }.run::<V, W>(self.v, self.blocks);
         self.last
     }
 }
 
 /// The line of the output at the input `x` if a move there is the first one, from outputs that no input has led to.
 pub(super) struct FirstLine<'a> {
-    pub(super) outputs: &'a [Lanes],
+    pub(super) outputs: &'a [f64],
     pub(super) x: f64,
 }
 
@@ -70,19 +70,19 @@ impl BankLoop for FirstLine<'_> {
     type Output = Line;
 
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Line {
-        let (x, nothing) = (four.splat(self.x), four.splat(0.0));
-        let (mut output, mut slope) = (nothing, nothing);
-        for (block, last) in blocks.iter().zip(self.outputs) {
-            let last = four.load(last);
-            let z = Both.next(block, four, x, last);
-            let w = W::of(block, four, z);
-            output = four.add_product(output, w, z);
-            let rises = Seen::at(Rising, block, four, x, last).slides;
-            let falls = Seen::at(Falling, block, four, four.negated(x), last).slides;
-            slope = four.add(slope, four.select(four.or(rises, falls), w, nothing));
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> Line {
+        let (x, zero) = (v.splat(self.x), v.splat(0.0));
+        let (mut output, mut slope) = (v.nothing(), v.nothing());
+        for (block, last) in blocks.iter().zip(V::Lanes::vectors(self.outputs)) {
+            let last = v.load(last);
+            let z = Both.next(block, v, x, last);
+            let w = W::of(block, v, z);
+            output = v.sum_product(output, w, z);
+            let rises = Seen::at(Rising, block, v, x, last).slides;
+            let falls = Seen::at(Falling, block, v, v.negated(x), last).slides;
+            slope = v.sum(slope, v.select(v.or(rises, falls), w, zero));
         }
-        let slope = four.total(slope);
-        Line { slope, offset: four.total(output) - slope * self.x }
+        let slope = v.total(slope);
+        Line { slope, offset: v.total(output) - slope * self.x }
     }
 }

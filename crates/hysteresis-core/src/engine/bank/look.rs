@@ -2,82 +2,81 @@
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use super::super::direction::Direction;
-use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::line::{Line, Piece};
+use super::super::vectors::{Lanes, Vectors};
 use super::block::{Block, Both, Bounds, Thresholds};
-use super::members::BankLoop;
+use super::blocks::BankLoop;
 use super::side::{Falling, Rising, Side};
 use super::weights::Weights;
 
-/// Four operators at an input, as they are seen.
-pub(super) struct Seen<F: FourLanes> {
-    last: F::Numbers,
-    z: F::Numbers,
-    is_below_inner: F::Mask,
-    pub(super) slides: F::Mask,
+/// The operators of a block at an input, as they are seen.
+pub(super) struct Seen<V: Vectors> {
+    last: V::Numbers,
+    z: V::Numbers,
+    is_below_inner: V::Mask,
+    pub(super) slides: V::Mask,
 }
 
-impl<F: FourLanes> Seen<F> {
+impl<V: Vectors> Seen<V> {
     /// Moved to `x` from the output `last`. What slides has come to lo(x) and does not stick at zero.
     #[inline(always)]
-    pub(super) fn at(side: impl Side, block: &Block, four: F, x: F::Numbers, last: F::Numbers) -> Self {
+    pub(super) fn at(side: impl Side, block: &Block<V::Lanes>, v: V, x: V::Numbers, last: V::Numbers) -> Self {
         let thresholds = side.thresholds(block);
-        let (last, least) = (side.seen(four, last), thresholds.least(four, x));
-        let is_below_inner = four.is_below(x, four.load(&thresholds.inner));
-        let sticks_not = four.or(is_below_inner, four.is_at_most(four.load(&thresholds.outer), x));
-        let slides = four.and(four.is_at_most(last, least), sticks_not);
-        Self { last, z: four.max(least, last), is_below_inner, slides }
+        let (last, least) = (side.seen(v, last), thresholds.least(v, x));
+        let is_below_inner = v.is_below(x, v.load(&thresholds.inner));
+        let sticks_not = v.or(is_below_inner, v.is_at_most(v.load(&thresholds.outer), x));
+        let slides = v.and(v.is_at_most(last, least), sticks_not);
+        Self { last, z: v.max(least, last), is_below_inner, slides }
     }
 
     /// Where lo begins to push the output `z`.
     #[inline(always)]
-    fn pushed_from(Thresholds { outer, inner }: &Thresholds, four: F, z: F::Numbers) -> F::Numbers {
-        four.add(z, four.select(four.is_below(z, four.splat(0.0)), four.load(inner), four.load(outer)))
+    fn pushed_from(Thresholds { outer, inner }: &Thresholds<V::Lanes>, v: V, z: V::Numbers) -> V::Numbers {
+        v.add(z, v.select(v.is_below(z, v.splat(0.0)), v.load(inner), v.load(outer)))
     }
 
     /// Its output at the input zero, if it stays on its line.
     #[inline(always)]
-    fn offset(&self, Thresholds { outer, inner }: &Thresholds, four: F) -> F::Numbers {
-        let slid = four.negated(four.select(self.is_below_inner, four.load(inner), four.load(outer)));
-        four.select(self.slides, slid, self.z)
+    fn offset(&self, Thresholds { outer, inner }: &Thresholds<V::Lanes>, v: V) -> V::Numbers {
+        let slid = v.negated(v.select(self.is_below_inner, v.load(inner), v.load(outer)));
+        v.select(self.slides, slid, self.z)
     }
 
     /// Where its line begins, having come from `last`.
     #[inline(always)]
-    fn begin(&self, Thresholds { outer, inner }: &Thresholds, four: F) -> F::Numbers {
-        let (outer, inner, zero) = (four.load(outer), four.load(inner), four.splat(0.0));
-        let below = four.select(self.is_below_inner, four.add(self.last, inner), outer);
-        let begins = four.select(four.is_below(self.last, zero), below, four.add(self.last, outer));
-        let stuck = four.select(four.is_below(self.last, self.z), inner, four.splat(f64::NEG_INFINITY));
-        four.select(self.slides, begins, stuck)
+    fn begin(&self, Thresholds { outer, inner }: &Thresholds<V::Lanes>, v: V) -> V::Numbers {
+        let (outer, inner, zero) = (v.load(outer), v.load(inner), v.splat(0.0));
+        let below = v.select(self.is_below_inner, v.add(self.last, inner), outer);
+        let begins = v.select(v.is_below(self.last, zero), below, v.add(self.last, outer));
+        let stuck = v.select(v.is_below(self.last, self.z), inner, v.splat(f64::NEG_INFINITY));
+        v.select(self.slides, begins, stuck)
     }
 
     /// Where its line ends ahead: where it is pushed, or sticks at zero.
     #[inline(always)]
-    fn end(&self, thresholds: &Thresholds, four: F) -> F::Numbers {
-        let sticks = four.select(self.is_below_inner, four.load(&thresholds.inner), four.splat(f64::INFINITY));
-        four.select(self.slides, sticks, Self::pushed_from(thresholds, four, self.z))
+    fn end(&self, thresholds: &Thresholds<V::Lanes>, v: V) -> V::Numbers {
+        let sticks = v.select(self.is_below_inner, v.load(&thresholds.inner), v.splat(f64::INFINITY));
+        v.select(self.slides, sticks, Self::pushed_from(thresholds, v, self.z))
     }
 
     /// Where its line ends behind: where the opposite bound pushes it, or infinitely far ahead if it slides; of an identity only where
     /// it weighs otherwise.
     #[inline(always)]
-    fn back(&self, side: impl Side, block: &Block, four: F) -> F::Numbers {
+    fn back(&self, side: impl Side, block: &Block<V::Lanes>, v: V) -> V::Numbers {
         let opposite = side.opposite_thresholds(block);
-        let (inner, outer, zero) = (four.load(&opposite.inner), four.load(&opposite.outer), four.splat(0.0));
-        let is_above = four.is_below(zero, self.z);
-        let turned =
-            four.select(self.slides, four.splat(f64::INFINITY), four.sub(self.z, four.select(is_above, inner, outer)));
-        let weighs_otherwise = four.select(four.is_below(self.z, zero), four.splat(f64::NEG_INFINITY), zero);
-        let is_identity = four.is_at_most(four.add(outer, four.load(&side.thresholds(block).outer)), zero);
-        four.select(is_identity, weighs_otherwise, turned)
+        let (inner, outer, zero) = (v.load(&opposite.inner), v.load(&opposite.outer), v.splat(0.0));
+        let is_above = v.is_below(zero, self.z);
+        let turned = v.select(self.slides, v.splat(f64::INFINITY), v.sub(self.z, v.select(is_above, inner, outer)));
+        let weighs_otherwise = v.select(v.is_below(self.z, zero), v.splat(f64::NEG_INFINITY), zero);
+        let is_identity = v.is_at_most(v.add(outer, v.load(&side.thresholds(block).outer)), zero);
+        v.select(is_identity, weighs_otherwise, turned)
     }
 }
 
 /// Where operators come from.
 pub(super) trait Start: Copy {
-    /// Four outputs there, the bank having put out `last`.
-    fn of<F: FourLanes>(self, block: &Block, four: F, last: F::Numbers) -> F::Numbers;
+    /// The outputs of the block there, the bank having put out `last`.
+    fn of<V: Vectors>(self, block: &Block<V::Lanes>, v: V, last: V::Numbers) -> V::Numbers;
 }
 
 /// From the outputs that the bank has.
@@ -86,7 +85,7 @@ pub(super) struct Here;
 
 impl Start for Here {
     #[inline(always)]
-    fn of<F: FourLanes>(self, _: &Block, _: F, last: F::Numbers) -> F::Numbers {
+    fn of<V: Vectors>(self, _: &Block<V::Lanes>, _: V, last: V::Numbers) -> V::Numbers {
         last
     }
 }
@@ -97,15 +96,15 @@ pub(super) struct At(pub(super) f64);
 
 impl Start for At {
     #[inline(always)]
-    fn of<F: FourLanes>(self, block: &Block, four: F, last: F::Numbers) -> F::Numbers {
-        Both.next(block, four, four.splat(self.0), last)
+    fn of<V: Vectors>(self, block: &Block<V::Lanes>, v: V, last: V::Numbers) -> V::Numbers {
+        Both.next(block, v, v.splat(self.0), last)
     }
 }
 
 /// The stretch at the input `x`, every operator coming from `start`. It has the same bits wherever on it `x` is.
 #[derive(Clone, Copy)]
 pub(super) struct Look<'a, O> {
-    pub(super) outputs: &'a [Lanes],
+    pub(super) outputs: &'a [f64],
     pub(super) start: O,
     pub(super) direction: Direction,
     pub(super) x: f64,
@@ -115,34 +114,34 @@ impl<O: Start> BankLoop for Look<'_, O> {
     type Output = Piece;
 
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Piece {
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> Piece {
         match self.direction {
-            Direction::Rising => self.seen_from::<F, W>(Rising, four, blocks),
-            Direction::Falling => self.seen_from::<F, W>(Falling, four, blocks),
+            Direction::Rising => self.seen_from::<V, W>(Rising, v, blocks),
+            Direction::Falling => self.seen_from::<V, W>(Falling, v, blocks),
         }
     }
 }
 
 impl<O: Start> Look<'_, O> {
     #[inline(always)]
-    fn seen_from<F: FourLanes, W: Weights>(self, side: impl Side, four: F, blocks: &[Block]) -> Piece {
-        let (x, nothing) = (four.splat(side.turned(self.x)), four.splat(0.0));
-        let (mut slope, mut offset) = (nothing, nothing);
-        let (mut begin, mut end) = (four.splat(f64::NEG_INFINITY), four.splat(f64::INFINITY));
-        for (block, last) in blocks.iter().zip(self.outputs) {
+    fn seen_from<V: Vectors, W: Weights>(self, side: impl Side, v: V, blocks: &[Block<V::Lanes>]) -> Piece {
+        let (x, zero) = (v.splat(side.turned(self.x)), v.splat(0.0));
+        let (mut slope, mut offset) = (v.nothing(), v.nothing());
+        let (mut begin, mut end) = (v.splat(f64::NEG_INFINITY), v.splat(f64::INFINITY));
+        for (block, last) in blocks.iter().zip(V::Lanes::vectors(self.outputs)) {
             let thresholds = side.thresholds(block);
-            let seen = Seen::at(side, block, four, x, self.start.of(block, four, four.load(last)));
-            let w = W::along(side, block, four, seen.z);
-            slope = four.add(slope, four.select(seen.slides, w, nothing));
-            offset = four.add_product(offset, w, seen.offset(thresholds, four));
-            begin = four.max(begin, seen.begin(thresholds, four));
-            end = four.min(end, seen.end(thresholds, four));
+            let seen = Seen::at(side, block, v, x, self.start.of(block, v, v.load(last)));
+            let w = W::along(side, block, v, seen.z);
+            slope = v.sum(slope, v.select(seen.slides, w, zero));
+            offset = v.sum_product(offset, w, seen.offset(thresholds, v));
+            begin = v.max(begin, seen.begin(thresholds, v));
+            end = v.min(end, seen.end(thresholds, v));
         }
         Piece {
             direction: self.direction,
-            line: Line { slope: four.total(slope), offset: side.turned(four.total(offset)) },
-            begin: side.turned(four.largest(begin)),
-            end: side.turned(four.smallest(end)),
+            line: Line { slope: v.total(slope), offset: side.turned(v.total(offset)) },
+            begin: side.turned(v.largest(begin)),
+            end: side.turned(v.smallest(end)),
         }
     }
 }
@@ -150,7 +149,7 @@ impl<O: Start> Look<'_, O> {
 /// Where the line at the input `x`, to which the operators have come, ends behind that: infinitely far ahead, if any but an identity
 /// slides.
 pub(super) struct LookBack<'a> {
-    pub(super) outputs: &'a [Lanes],
+    pub(super) outputs: &'a [f64],
     pub(super) direction: Direction,
     pub(super) x: f64,
 }
@@ -159,22 +158,22 @@ impl BankLoop for LookBack<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> f64 {
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> f64 {
         match self.direction {
-            Direction::Rising => self.seen_from(Rising, four, blocks),
-            Direction::Falling => self.seen_from(Falling, four, blocks),
+            Direction::Rising => self.seen_from(Rising, v, blocks),
+            Direction::Falling => self.seen_from(Falling, v, blocks),
         }
     }
 }
 
 impl LookBack<'_> {
     #[inline(always)]
-    fn seen_from<F: FourLanes>(self, side: impl Side, four: F, blocks: &[Block]) -> f64 {
-        let x = four.splat(side.turned(self.x));
-        let mut back = four.splat(f64::NEG_INFINITY);
-        for (block, z) in blocks.iter().zip(self.outputs) {
-            back = four.max(back, Seen::at(side, block, four, x, four.load(z)).back(side, block, four));
+    fn seen_from<V: Vectors>(self, side: impl Side, v: V, blocks: &[Block<V::Lanes>]) -> f64 {
+        let x = v.splat(side.turned(self.x));
+        let mut back = v.splat(f64::NEG_INFINITY);
+        for (block, z) in blocks.iter().zip(V::Lanes::vectors(self.outputs)) {
+            back = v.max(back, Seen::at(side, block, v, x, v.load(z)).back(side, block, v));
         }
-        side.turned(four.largest(back))
+        side.turned(v.largest(back))
     }
 }

@@ -2,13 +2,11 @@
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
 use alloc::boxed::Box;
-use alloc::vec::Vec;
-use core::marker::PhantomData;
 
 use super::super::checks::{check_same, check_same_count};
-use super::super::four_lanes::{FourLaneLoop, FourLanes, LANES, Processor};
-use super::block::Block;
-use super::weights::{Split, Weights, Whole};
+use super::super::vectors::Processor;
+use super::blocks::{BankLoop, Blocks};
+use super::weights::{Split, Whole};
 use crate::error::Error;
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::CoupledPlay;
@@ -16,13 +14,14 @@ use crate::operator::CoupledPlay;
 /// The weights and operators of a model.
 #[derive(Debug)]
 pub(crate) struct Members {
-    pub(super) blocks: Box<[Block]>,
-    operators: usize,
+    /// In the order of the model.
+    operators: Box<[(SplitWeight, CoupledPlay)]>,
+    /// The same for vectors.
+    pub(super) blocks: Blocks,
     /// Whether any operator weighs differently above and below zero: the sum of all others needs no choice.
     split: bool,
-    processor: Processor,
     /// The largest move that counts as small.
-    small_move: f64,
+    pub(super) small_move: f64,
     /// About the slope of a long move: where a search begins.
     pub(super) slope: f64,
 }
@@ -52,56 +51,29 @@ impl SplitWeight {
     }
 }
 
-/// A loop over the blocks of a bank, four operators at once.
-pub(super) trait BankLoop {
-    type Output;
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Self::Output;
-}
-
-/// A loop with what outputs weigh.
-struct Weighed<'a, L, W> {
-    work: L,
-    blocks: &'a [Block],
-    weights: PhantomData<W>,
-}
-
-impl<L: BankLoop, W: Weights> FourLaneLoop for Weighed<'_, L, W> {
-    type Output = L::Output;
-
-    #[inline(always)]
-    fn run<F: FourLanes>(self, four: F) -> L::Output {
-        self.work.run::<F, W>(four, self.blocks)
-    }
-}
-
 impl Members {
     pub(crate) fn of(model: &ModifiedPrandtlIshlinskii) -> Self {
         Self::on(Processor::here(), model)
     }
 
     pub(super) fn on(processor: Processor, model: &ModifiedPrandtlIshlinskii) -> Self {
-        let all: Vec<_> =
+        let operators: Box<[_]> =
             model.members().map(|(above, below, operator)| (SplitWeight { above, below }, operator)).collect();
-        let blocks = all.chunks(LANES).map(Block::of).collect();
-        let small_move = mean_distance(all.iter().map(|(_, operator)| *operator)) / MOVES_ON_A_LINE;
+        let blocks = Blocks::on(processor, &operators);
+        let small_move = mean_distance(operators.iter().map(|(_, operator)| *operator)) / MOVES_ON_A_LINE;
         let (least, greatest) = model.slope_range();
         let slope = 0.5 * (least + greatest);
-        Self { blocks, operators: all.len(), split: model.is_split(), processor, small_move, slope }
+        Self { operators, blocks, split: model.is_split(), small_move, slope }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.operators
+        self.operators.len()
     }
 
     /// Runs a loop for the weights of the model and the instructions of the processor. Inline, so that a loop is not copied first.
     #[inline(always)]
     pub(super) fn run<L: BankLoop>(&self, work: L) -> L::Output {
-        let blocks = &*self.blocks;
-        if self.split {
-            self.processor.run(Weighed::<_, Split> { work, blocks, weights: PhantomData })
-        } else {
-            self.processor.run(Weighed::<_, Whole> { work, blocks, weights: PhantomData })
-        }
+        if self.split { self.blocks.run::<_, Split>(work) } else { self.blocks.run::<_, Whole>(work) }
     }
 
     /// How many small moves in a row there are with this one, `before` of them before it. To stay is none, and ends none.
@@ -113,7 +85,7 @@ impl Members {
 
     /// The operators with their weights, in the order of the model.
     pub(super) fn iter(&self) -> impl Iterator<Item = (SplitWeight, CoupledPlay)> + Clone {
-        self.blocks.iter().flat_map(Block::operators).take(self.operators)
+        self.operators.iter().copied()
     }
 
     /// The same as a model gives them: weights above and below zero, and the operator.

@@ -3,6 +3,7 @@
 //! After some small moves a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
 
 mod block;
+mod blocks;
 mod find;
 mod look;
 mod members;
@@ -16,10 +17,10 @@ mod weights;
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
+use core::iter;
 
 use super::checks::restore_tolerance;
 use super::direction::Direction;
-use super::four_lanes::{LANES, Lanes};
 use super::line::Piece;
 use super::memory_state::BankState;
 use super::solve::Point;
@@ -32,8 +33,8 @@ pub(crate) use members::Members;
 #[derive(Clone, Debug)]
 pub(crate) struct Bank {
     members: Arc<Members>,
-    initial: Box<[Lanes]>,
-    outputs: Box<[Lanes]>,
+    initial: Box<[f64]>,
+    outputs: Box<[f64]>,
     /// The input that has led to the outputs, NaN if none may have; and what they sum to.
     now: Point,
     prospect: Prospect,
@@ -64,7 +65,7 @@ impl Prospect {
 impl Bank {
     /// A bank whose operators all start from zero.
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
-        let zeros: Box<[Lanes]> = members.blocks.iter().map(|_| [0.0; LANES]).collect();
+        let zeros: Box<[f64]> = iter::repeat_n(0.0, members.blocks.room()).collect();
         let now = Point { input: 0.0, output: 0.0 };
         let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, prospect: Prospect::SmallMoves(0) };
         bank.reset();
@@ -78,15 +79,13 @@ impl Bank {
             check_finite("initial", Some(i), *z)?;
         }
         let mut bank = Self::at_rest(members);
-        in_lanes(&mut bank.initial, initial);
+        put(&mut bank.initial, initial);
         bank.reset();
         Ok(bank)
     }
 
     pub(crate) fn reset(&mut self) {
-        for (output, initial) in self.outputs.iter_mut().zip(&self.initial) {
-            *output = *initial;
-        }
+        put(&mut self.outputs, &self.initial);
         self.start_at(0.0);
         self.draw_line(Direction::Rising);
     }
@@ -111,8 +110,7 @@ impl Bank {
 
     /// The operator outputs z_i.
     pub(crate) fn outputs(&self) -> &[f64] {
-        let lanes = self.outputs.as_flattened();
-        lanes.get(..self.members.len()).unwrap_or(lanes)
+        self.outputs.get(..self.members.len()).unwrap_or(&self.outputs)
     }
 
     /// What it remembers, the input being `input`.
@@ -146,7 +144,7 @@ impl Bank {
         if state.small_moves > most {
             return Err(Error::State { expected: "fewer small moves than lead to a line, and none on a line" });
         }
-        in_lanes(&mut self.outputs, outputs);
+        put(&mut self.outputs, outputs);
         self.start_at(input);
         match state.line {
             Some(direction) => self.draw_line(direction),
@@ -172,8 +170,8 @@ impl Bank {
     pub(crate) fn fetch(&self, depth: usize) -> u64 {
         match depth {
             0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.prospect.small_moves()),
-            1 => self.outputs.iter().fold(self.members.blocks.len() as u64, |read, lanes| read ^ lanes[0].to_bits()),
-            2 => self.members.blocks.iter().fold(0, |read, block| read ^ block.fetch()),
+            1 => self.outputs.iter().step_by(8).fold(self.members.len() as u64, |read, z| read ^ z.to_bits()),
+            2 => self.members.blocks.fetch(),
             _ => 0,
         }
     }
@@ -184,9 +182,9 @@ impl Bank {
     }
 }
 
-/// Puts numbers of all operators into lanes; those that are left over stay.
-fn in_lanes(lanes: &mut [Lanes], numbers: &[f64]) {
-    for (lane, number) in lanes.as_flattened_mut().iter_mut().zip(numbers) {
-        *lane = *number;
+/// Puts numbers of operators into outputs; those that are left over stay.
+fn put(outputs: &mut [f64], numbers: &[f64]) {
+    for (output, number) in outputs.iter_mut().zip(numbers) {
+        *output = *number;
     }
 }

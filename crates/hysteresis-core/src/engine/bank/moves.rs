@@ -9,7 +9,7 @@ use super::look::{At, Here, Look, LookBack, Start};
 use super::members::{MOVES_BEFORE_A_LINE, Members};
 use super::run::{Run, Taken};
 use super::side::Unguessed;
-use super::sweep::{Slot, Sweep};
+use super::sweep::{Outputs, Sweep};
 use super::{Bank, Prospect};
 
 impl Bank {
@@ -22,7 +22,7 @@ impl Bank {
     }
 
     /// [`move_input`](Self::move_input) if no line is drawn after that: the output there.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
         let from = self.known(from);
         if !self.stays(from, to) {
@@ -33,6 +33,23 @@ impl Bank {
             self.go(from, to, small_moves);
         }
         Some(self.now.output)
+    }
+
+    /// [`jump`](Self::jump) by more than a small move, no line having been drawn: what a drive that only jumps does, by itself, as
+    /// it is short.
+    #[inline(always)]
+    pub(crate) fn leap(&mut self, to: f64) -> Option<f64> {
+        let distance = to - self.now.input;
+        // Not from an unknown input, where it is NaN.
+        let is_long = distance.abs() > self.members.small_move;
+        if !(is_long && matches!(self.prospect, Prospect::SmallMoves(_))) {
+            return None;
+        }
+        let bounds = Behind(Unguessed::of_distance(distance));
+        let output = self.members.run(Sweep { outputs: &mut *self.outputs, start: Here, bounds, x: to });
+        self.now = Point { input: to, output };
+        self.prospect = Prospect::SmallMoves(0);
+        Some(output)
     }
 
     /// Where the input is, NaN if none may have led to the outputs.
@@ -202,7 +219,7 @@ impl Path<f64> for FirstMove<'_> {
 
 /// Every operator after a move of the input from `from` to `to`, the outputs being those of the input `here`: the sum of w_i z_i.
 #[inline]
-fn sweep(members: &Members, outputs: impl IntoIterator<Item: Slot>, here: f64, from: f64, to: f64) -> f64 {
+fn sweep(members: &Members, outputs: impl Outputs, here: f64, from: f64, to: f64) -> f64 {
     let bounds = Behind(Unguessed::of_move(from, to));
     if from == here {
         members.run(Sweep { outputs, start: Here, bounds, x: to })

@@ -3,11 +3,12 @@
 
 use core::array;
 
-use super::super::four_lanes::{FourLanes, Lanes};
 use super::super::solve::Point;
+use super::super::vectors::{Lanes, Vectors};
 use super::block::{Behind, Block};
+use super::blocks::BankLoop;
 use super::look::Here;
-use super::members::{BankLoop, MOVES_BEFORE_A_LINE, Members};
+use super::members::{MOVES_BEFORE_A_LINE, Members};
 use super::side::{Falling, Rising, Side, Unguessed};
 use super::sweep::Sweep;
 use super::weights::Weights;
@@ -20,9 +21,8 @@ const TOGETHER: usize = 4;
 /// samples and what is put out are not.
 pub(super) struct Run<'a> {
     pub(super) members: &'a Members,
-    pub(super) z: &'a mut [Lanes],
-    /// The last input and what the outputs sum to, each behind a pointer of its own: side by side they would be one vector, and every
-    /// input would wait for the output before it.
+    pub(super) z: &'a mut [f64],
+    /// The last input and what the outputs sum to.
     pub(super) input: &'a mut f64,
     pub(super) output: &'a mut f64,
     /// How many moves were small, one after the other.
@@ -43,13 +43,13 @@ impl BankLoop for Run<'_> {
     type Output = Taken;
 
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(self, four: F, blocks: &[Block]) -> Taken {
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> Taken {
         let Self { members, z, input, output, small_moves, origin, samples, outputs } = self;
-        let now = Point { input: *input, output: *output };
         let taken = Taken { samples: 0, rejected: 0 };
-        let mut runner = Runner { members, z, now, small_moves: *small_moves, origin, taken };
-        runner.run::<F, W>(four, blocks, samples, outputs);
-        (*input, *output, *small_moves) = (runner.now.input, runner.now.output, runner.small_moves);
+        let mut runner =
+            Runner { members, z, input: *input, output: output.to_bits(), small_moves: *small_moves, origin, taken };
+        runner.run::<V, W>(v, blocks, samples, outputs);
+        (*input, *output, *small_moves) = (runner.input, f64::from_bits(runner.output), runner.small_moves);
         runner.taken
     }
 }
@@ -57,8 +57,10 @@ impl BankLoop for Run<'_> {
 /// A bank on its way through the samples.
 struct Runner<'a> {
     members: &'a Members,
-    z: &'a mut [Lanes],
-    now: Point,
+    z: &'a mut [f64],
+    input: f64,
+    /// As bits: as a number it would be kept in one vector with the input, and every input would wait for the output before it.
+    output: u64,
     small_moves: u8,
     origin: Point,
     taken: Taken,
@@ -66,16 +68,16 @@ struct Runner<'a> {
 
 impl Runner<'_> {
     #[inline(always)]
-    fn run<F: FourLanes, W: Weights>(&mut self, four: F, blocks: &[Block], samples: &[f64], outputs: &mut [f64]) {
+    fn run<V: Vectors, W: Weights>(&mut self, v: V, blocks: &[Block<V::Lanes>], samples: &[f64], outputs: &mut [f64]) {
         let ((samples, last_samples), (outputs, last_outputs)) = (samples.as_chunks(), outputs.as_chunks_mut());
         for (samples, outputs) in samples.iter().zip(outputs) {
             if let Some(inputs) = self.moves(samples) {
-                *outputs = self.together::<F, W>(four, blocks, inputs);
-            } else if !self.one_by_one::<F, W>(four, blocks, samples, outputs) {
+                *outputs = self.together::<V, W>(v, blocks, inputs);
+            } else if !self.one_by_one::<V, W>(v, blocks, samples, outputs) {
                 return;
             }
         }
-        self.one_by_one::<F, W>(four, blocks, last_samples, last_outputs);
+        self.one_by_one::<V, W>(v, blocks, last_samples, last_outputs);
     }
 
     /// The inputs of samples that are all admissible, none of them leading to a line.
@@ -83,7 +85,7 @@ impl Runner<'_> {
     #[expect(clippy::needless_bitwise_bool, reason = "vectors have no branches")]
     fn moves(&mut self, samples: &[f64; TOGETHER]) -> Option<[f64; TOGETHER]> {
         let inputs = samples.map(|sample| sample - self.origin.input);
-        let (mut last, mut small_moves, mut all) = (self.now.input, self.small_moves, true);
+        let (mut last, mut small_moves, mut all) = (self.input, self.small_moves, true);
         for (sample, x) in samples.iter().zip(inputs) {
             small_moves = self.members.small_moves(small_moves, x - last);
             all &= is_admissible(*sample) & (small_moves < MOVES_BEFORE_A_LINE);
@@ -97,24 +99,24 @@ impl Runner<'_> {
 
     /// Moves to every input: the outputs there.
     #[inline(always)]
-    fn together<F: FourLanes, W: Weights>(
+    fn together<V: Vectors, W: Weights>(
         &mut self,
-        four: F,
-        blocks: &[Block],
+        v: V,
+        blocks: &[Block<V::Lanes>],
         inputs: [f64; TOGETHER],
     ) -> [f64; TOGETHER] {
         let [a, b, c, d] = inputs;
-        let moves = [(self.now.input, a), (a, b), (b, c), (c, d)];
+        let moves = [(self.input, a), (a, b), (b, c), (c, d)];
         let falls: u8 = moves.iter().map(|(from, to)| u8::from(to < from)).sum();
         // 1 if none of the four falls, -1 if all do; of moves from zero to -0, where either sign will do, -1. Every product waits for
         // it, so it is not made of `falls`: that would take a conversion.
-        let sign = 1.0_f64.copysign(d - self.now.input);
+        let sign = 1.0_f64.copysign(d - self.input);
         let sums = match usize::from(falls) {
-            0 => self.one_way::<F, W>(four, blocks, inputs, Rising, sign),
-            TOGETHER => self.one_way::<F, W>(four, blocks, inputs, Falling, sign),
-            _ => self.either_way::<F, W>(four, blocks, inputs, moves.map(|(from, to)| Unguessed::of_move(from, to))),
+            0 => self.one_way::<V, W>(v, blocks, inputs, Rising, sign),
+            TOGETHER => self.one_way::<V, W>(v, blocks, inputs, Falling, sign),
+            _ => self.either_way::<V, W>(v, blocks, inputs, moves.map(|(from, to)| Unguessed::of_move(from, to))),
         };
-        self.now = Point { input: d, output: sums[TOGETHER - 1] };
+        (self.input, self.output) = (d, sums[TOGETHER - 1].to_bits());
         self.taken.samples += TOGETHER;
         sums.map(|sum| sum + self.origin.output)
     }
@@ -122,74 +124,74 @@ impl Runner<'_> {
     /// The sum at every input, as a [`Sweep`] takes it (a zero of the mirror is made one of this side), all of them being on the way to the
     /// same side. Its sign comes as a number that the compiler does not know, or it would make differences of the products.
     #[inline(always)]
-    fn one_way<F: FourLanes, W: Weights>(
+    fn one_way<V: Vectors, W: Weights>(
         &mut self,
-        four: F,
-        blocks: &[Block],
+        v: V,
+        blocks: &[Block<V::Lanes>],
         inputs: [f64; TOGETHER],
         side: impl Side,
         sign: f64,
     ) -> [f64; TOGETHER] {
-        let (sign, mut sums) = (four.splat(sign), [four.splat(0.0); TOGETHER]);
-        for (block, slot) in blocks.iter().zip(&mut *self.z) {
+        let (sign, mut sums) = (v.splat(sign), [v.nothing(); TOGETHER]);
+        for (block, slot) in blocks.iter().zip(V::Lanes::vectors_mut(self.z)) {
             let thresholds = side.thresholds(block);
-            let mut z = side.seen(four, four.load(slot));
+            let mut z = side.seen(v, v.load(slot));
             for (x, sum) in inputs.iter().zip(&mut sums) {
-                z = four.max(thresholds.least_signed(four, four.splat(*x), sign), z);
-                *sum = four.add_product(*sum, W::along(side, block, four, z), z);
+                z = v.max(thresholds.least_signed(v, v.splat(*x), sign), z);
+                *sum = v.sum_product(*sum, W::along(side, block, v, z), z);
             }
-            *slot = four.store(side.seen(four, z));
+            *slot = v.store(side.seen(v, z));
         }
-        sums.map(|sum| side.turned(four.total(sum)) + 0.0)
+        sums.map(|sum| side.turned(v.total(sum)) + 0.0)
     }
 
     /// The same for each input on the way to its side.
     #[inline(always)]
-    fn either_way<F: FourLanes, W: Weights>(
+    fn either_way<V: Vectors, W: Weights>(
         &mut self,
-        four: F,
-        blocks: &[Block],
+        v: V,
+        blocks: &[Block<V::Lanes>],
         inputs: [f64; TOGETHER],
         sides: [Unguessed; TOGETHER],
     ) -> [f64; TOGETHER] {
-        let mut sums = [four.splat(0.0); TOGETHER];
-        for (block, slot) in blocks.iter().zip(&mut *self.z) {
-            let mut z = four.load(slot);
+        let mut sums = [v.nothing(); TOGETHER];
+        for (block, slot) in blocks.iter().zip(V::Lanes::vectors_mut(self.z)) {
+            let mut z = v.load(slot);
             for ((x, side), sum) in inputs.iter().zip(sides).zip(&mut sums) {
-                let least = side.thresholds(block).least(four, four.splat(side.turned(*x)));
-                let seen = four.max(least, side.seen(four, z));
-                *sum = four.add_product(*sum, W::along(side, block, four, seen), seen);
-                z = side.seen(four, seen);
+                let least = side.thresholds(block).least(v, v.splat(side.turned(*x)));
+                let seen = v.max(least, side.seen(v, z));
+                *sum = v.sum_product(*sum, W::along(side, block, v, seen), seen);
+                z = side.seen(v, seen);
             }
-            *slot = four.store(z);
+            *slot = v.store(z);
         }
-        array::from_fn(|k| sides[k].turned(four.total(sums[k])) + 0.0)
+        array::from_fn(|k| sides[k].turned(v.total(sums[k])) + 0.0)
     }
 
     /// Moves to one input after the other: whether none led to a line.
     #[inline(always)]
-    fn one_by_one<F: FourLanes, W: Weights>(
+    fn one_by_one<V: Vectors, W: Weights>(
         &mut self,
-        four: F,
-        blocks: &[Block],
+        v: V,
+        blocks: &[Block<V::Lanes>],
         samples: &[f64],
         outputs: &mut [f64],
     ) -> bool {
         for (sample, put_out) in samples.iter().zip(outputs) {
             if is_admissible(*sample) {
-                let (from, x) = (self.now.input, *sample - self.origin.input);
+                let (from, x) = (self.input, *sample - self.origin.input);
                 let small_moves = self.members.small_moves(self.small_moves, x - from);
                 if small_moves == MOVES_BEFORE_A_LINE {
                     return false;
                 }
                 self.small_moves = small_moves;
                 let bounds = Behind(Unguessed::of_move(from, x));
-                let output = Sweep { outputs: &mut *self.z, start: Here, bounds, x }.run::<F, W>(four, blocks);
-                self.now = Point { input: x, output };
+                let output = Sweep { outputs: &mut *self.z, start: Here, bounds, x }.run::<V, W>(v, blocks);
+                (self.input, self.output) = (x, output.to_bits());
             } else {
                 self.taken.rejected += 1;
             }
-            *put_out = self.now.output + self.origin.output;
+            *put_out = f64::from_bits(self.output) + self.origin.output;
             self.taken.samples += 1;
         }
         true

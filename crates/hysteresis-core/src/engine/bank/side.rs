@@ -1,7 +1,7 @@
 //! A falling input is a rising one in the mirror: x, z and their thresholds change sides.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use super::super::four_lanes::{FourLanes, Lanes};
+use super::super::vectors::Vectors;
 use super::block::{Block, Thresholds};
 
 /// The side from which a bank is seen.
@@ -10,26 +10,26 @@ pub(super) trait Side: Copy {
     fn turned(self, number: f64) -> f64;
 
     /// Numbers, seen or seen back.
-    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers;
+    fn seen<V: Vectors>(self, v: V, numbers: V::Numbers) -> V::Numbers;
 
     /// What is there for a rising input and for a falling one: of this side, and of the opposite one.
     fn sides<T>(self, both: &[T; 2]) -> (&T, &T);
 
     /// The thresholds of the bound behind the input.
     #[inline(always)]
-    fn thresholds(self, block: &Block) -> &Thresholds {
+    fn thresholds<L>(self, block: &Block<L>) -> &Thresholds<L> {
         self.sides(&block.thresholds).0
     }
 
     /// Those of the opposite bound, as they are seen from there.
     #[inline(always)]
-    fn opposite_thresholds(self, block: &Block) -> &Thresholds {
+    fn opposite_thresholds<L>(self, block: &Block<L>) -> &Thresholds<L> {
         self.sides(&block.thresholds).1
     }
 
     /// The weights above zero and below.
     #[inline(always)]
-    fn weights(self, block: &Block) -> (&Lanes, &Lanes) {
+    fn weights<L>(self, block: &Block<L>) -> (&L, &L) {
         self.sides(&block.weights)
     }
 }
@@ -45,7 +45,7 @@ impl Side for Rising {
     }
 
     #[inline(always)]
-    fn seen<F: FourLanes>(self, _: F, numbers: F::Numbers) -> F::Numbers {
+    fn seen<V: Vectors>(self, _: V, numbers: V::Numbers) -> V::Numbers {
         numbers
     }
 
@@ -66,8 +66,8 @@ impl Side for Falling {
     }
 
     #[inline(always)]
-    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers {
-        four.turned(numbers, four.splat(-0.0))
+    fn seen<V: Vectors>(self, v: V, numbers: V::Numbers) -> V::Numbers {
+        v.turned(numbers, v.splat(-0.0))
     }
 
     #[inline(always)]
@@ -87,7 +87,13 @@ impl Unguessed {
     /// Of a move of the input. (A comparison would become a branch.) A move from zero to -0 counts as a fall: it pushes nothing.
     #[inline(always)]
     pub(super) fn of_move(from: f64, to: f64) -> Self {
-        Self { signed_zero: 0.0_f64.copysign(to - from) }
+        Self::of_distance(to - from)
+    }
+
+    /// Of a move by so much.
+    #[inline(always)]
+    pub(super) fn of_distance(distance: f64) -> Self {
+        Self { signed_zero: 0.0_f64.copysign(distance) }
     }
 }
 
@@ -98,8 +104,8 @@ impl Side for Unguessed {
     }
 
     #[inline(always)]
-    fn seen<F: FourLanes>(self, four: F, numbers: F::Numbers) -> F::Numbers {
-        four.turned(numbers, four.splat(self.signed_zero))
+    fn seen<V: Vectors>(self, v: V, numbers: V::Numbers) -> V::Numbers {
+        v.turned(numbers, v.splat(self.signed_zero))
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::super::four_lanes::Processor;
+use super::super::vectors::Processor;
 use super::*;
 use crate::model::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 
@@ -35,7 +35,7 @@ fn models() -> impl Iterator<Item = ModifiedPrandtlIshlinskii> {
 /// The bank of every model on this processor and on any, from rest and from outputs that no input has led to.
 fn banks() -> impl Iterator<Item = Bank> {
     models().flat_map(|model| {
-        [Processor::here(), Processor::portable()].into_iter().flat_map(move |processor| {
+        Processor::all_here().into_iter().flat_map(move |processor| {
             let members = Arc::new(Members::on(processor, &model));
             let odd: Vec<f64> = (0..members.len()).map(|i| if i % 2 == 0 { 700.0 } else { -900.0 }).collect();
             [Bank::at_rest(members.clone()), Bank::new(members, &odd).unwrap()]
@@ -114,7 +114,10 @@ fn every_bit_is_the_same_on_any_processor() {
         let odd: Vec<f64> = (0..model.weights().len()).map(|i| if i % 2 == 0 { 700.0 } else { -900.0 }).collect();
         for initial in [vec![0.0; odd.len()], odd] {
             let on = |processor| Bank::new(Arc::new(Members::on(processor, &model)), &initial).unwrap();
-            assert_eq!(bits_of(on(Processor::here()), &inputs), bits_of(on(Processor::portable()), &inputs));
+            let any = bits_of(on(Processor::Portable), &inputs);
+            for processor in Processor::all_here() {
+                assert_eq!(bits_of(on(processor), &inputs), any, "{processor:?}");
+            }
         }
     }
 }
@@ -315,7 +318,7 @@ fn a_target_at_a_kink_of_two_operators_is_found() {
     let below = [1.667_902_080_302_201, 0.393_311_575_720_360_96, 0.239_347_844_452_909_21, 0.760_140_048_218_771_7];
     let model = ModifiedPrandtlIshlinskii::new(&above, &r, &ra, &rb, &rc, Offsets::default());
     let model = model.unwrap().with_negative_weights(&below).unwrap();
-    for processor in [Processor::here(), Processor::portable()] {
+    for processor in Processor::all_here() {
         let mut bank = Bank::at_rest(Arc::new(Members::on(processor, &model)));
         let outputs =
             [-47.095_751_169_551_42, -39.010_292_929_558_595, -17.792_343_786_680_085, -34.459_010_453_346_75].into();

@@ -1,0 +1,119 @@
+//! The blocks of a bank, made for the vectors of the processor.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+use alloc::boxed::Box;
+use core::marker::PhantomData;
+
+use super::super::vectors::{Portable, Processor, VectorLoop, Vectors};
+#[cfg(all(feature = "simd", target_arch = "x86_64"))]
+use super::super::vectors::{V3, V4};
+use super::block::Block;
+use super::members::SplitWeight;
+use super::weights::Weights;
+use crate::operator::CoupledPlay;
+
+/// A loop over the blocks of a bank, with what its operators weigh.
+pub(super) trait BankLoop {
+    type Output;
+    fn run<V: Vectors, W: Weights>(self, v: V, blocks: &[Block<V::Lanes>]) -> Self::Output;
+}
+
+/// The blocks of all operators.
+#[derive(Debug)]
+pub(super) enum Blocks {
+    Portable(BlocksOf<Portable>),
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    V3(BlocksOf<V3>),
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    V4(BlocksOf<V4>),
+}
+
+impl Blocks {
+    pub(super) fn on(processor: Processor, operators: &[(SplitWeight, CoupledPlay)]) -> Self {
+        match processor {
+            Processor::Portable => Self::Portable(BlocksOf::new(Portable, operators)),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Processor::V3(v3) => Self::V3(BlocksOf::new(v3, operators)),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Processor::V4(v4) => Self::V4(BlocksOf::new(v4, operators)),
+        }
+    }
+
+    /// Runs a loop with the instructions of the processor.
+    #[inline(always)]
+    pub(super) fn run<L: BankLoop, W: Weights>(&self, work: L) -> L::Output {
+        match self {
+            Self::Portable(all) => all.run::<L, W>(work),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V3(all) => all.run::<L, W>(work),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V4(all) => all.run::<L, W>(work),
+        }
+    }
+
+    /// How many operators there is room for.
+    pub(super) fn room(&self) -> usize {
+        match self {
+            Self::Portable(all) => all.room(),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V3(all) => all.room(),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V4(all) => all.room(),
+        }
+    }
+
+    /// Reads of their memory so much that it is at hand.
+    #[inline]
+    pub(super) fn fetch(&self) -> u64 {
+        match self {
+            Self::Portable(all) => all.fetch(),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V3(all) => all.fetch(),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::V4(all) => all.fetch(),
+        }
+    }
+}
+
+/// The blocks for vectors of one width.
+#[derive(Debug)]
+pub(super) struct BlocksOf<V: Vectors> {
+    v: V,
+    blocks: Box<[Block<V::Lanes>]>,
+}
+
+impl<const N: usize, V: Vectors<Lanes = [f64; N]>> BlocksOf<V> {
+    fn new(v: V, operators: &[(SplitWeight, CoupledPlay)]) -> Self {
+        Self { v, blocks: operators.chunks(N).map(Block::of).collect() }
+    }
+
+    #[inline(always)]
+    fn run<L: BankLoop, W: Weights>(&self, work: L) -> L::Output {
+        self.v.compiled(Weighed { work, blocks: &self.blocks, weights: PhantomData::<W> })
+    }
+
+    fn room(&self) -> usize {
+        N * self.blocks.len()
+    }
+
+    #[inline]
+    fn fetch(&self) -> u64 {
+        self.blocks.iter().fold(0, |read, block| read ^ block.fetch())
+    }
+}
+
+/// A loop with what outputs weigh.
+struct Weighed<'a, L, B, W> {
+    work: L,
+    blocks: &'a [Block<B>],
+    weights: PhantomData<W>,
+}
+
+impl<L: BankLoop, V: Vectors, W: Weights> VectorLoop<V> for Weighed<'_, L, V::Lanes, W> {
+    type Output = L::Output;
+
+    #[inline(always)]
+    fn run(self, v: V) -> L::Output {
+        self.work.run::<V, W>(v, self.blocks)
+    }
+}

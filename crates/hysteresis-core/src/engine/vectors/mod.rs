@@ -1,0 +1,147 @@
+//! Several numbers at once, by the widest instructions that the processor has: eight with x86-64-v4, four with x86-64-v3 or any other.
+//!
+//! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends on the processor.
+#![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
+
+mod portable;
+#[cfg(all(feature = "simd", target_arch = "x86_64"))]
+mod x86_64;
+
+pub(crate) use portable::Portable;
+#[cfg(all(feature = "simd", target_arch = "x86_64"))]
+pub(crate) use pulp::x86::{V3, V4};
+
+/// The numbers of a vector in memory.
+pub(crate) trait Lanes: Copy + 'static {
+    /// Numbers one vector after the other; those at the end that fill none are left out.
+    fn vectors(numbers: &[f64]) -> &[Self];
+    fn vectors_mut(numbers: &mut [f64]) -> &mut [Self];
+}
+
+impl<const N: usize> Lanes for [f64; N] {
+    #[inline(always)]
+    fn vectors(numbers: &[f64]) -> &[Self] {
+        numbers.as_chunks().0
+    }
+
+    #[inline(always)]
+    fn vectors_mut(numbers: &mut [f64]) -> &mut [Self] {
+        numbers.as_chunks_mut().0
+    }
+}
+
+/// Four partial sums, whatever the width: every fourth number goes to the same one.
+pub(crate) const PARTIAL_SUMS: usize = 4;
+
+/// What is done with vectors of numbers.
+pub(crate) trait Vectors: Copy {
+    type Lanes: Lanes;
+    type Numbers: Copy;
+    type Mask: Copy;
+    type Sum: Copy;
+
+    fn load(self, lanes: &Self::Lanes) -> Self::Numbers;
+    fn store(self, numbers: Self::Numbers) -> Self::Lanes;
+    fn splat(self, number: f64) -> Self::Numbers;
+    fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn product(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a b - c, for b of 1 or -1: fused or not, it is rounded once.
+    fn signed_sub(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+    /// The smaller; b where neither is.
+    fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// The larger; b where neither is.
+    fn max(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn is_below(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask;
+    fn is_at_most(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask;
+    fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// a where the mask is set, else b.
+    fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// The numbers, with the other sign where `signs` is -0.
+    fn turned(self, numbers: Self::Numbers, signs: Self::Numbers) -> Self::Numbers;
+
+    /// The sum of no numbers.
+    fn nothing(self) -> Self::Sum;
+    /// A sum with these numbers too.
+    fn sum(self, sum: Self::Sum, numbers: Self::Numbers) -> Self::Sum;
+    fn partial_sums(self, sum: Self::Sum) -> [f64; PARTIAL_SUMS];
+    /// The smallest number of a vector.
+    fn smallest(self, numbers: Self::Numbers) -> f64;
+
+    /// Runs a loop that is compiled for these vectors.
+    fn compiled<L: VectorLoop<Self>>(self, work: L) -> L::Output;
+
+    /// sum + a b. The product is rounded too: to fuse both, as some processors can, would give other bits there.
+    #[inline(always)]
+    fn sum_product(self, sum: Self::Sum, a: Self::Numbers, b: Self::Numbers) -> Self::Sum {
+        self.sum(sum, self.product(a, b))
+    }
+
+    /// The same numbers with the other sign; zero stays zero.
+    #[inline(always)]
+    fn negated(self, numbers: Self::Numbers) -> Self::Numbers {
+        self.sub(self.splat(0.0), numbers)
+    }
+
+    /// The largest number of a vector.
+    #[inline(always)]
+    fn largest(self, numbers: Self::Numbers) -> f64 {
+        -self.smallest(self.negated(numbers))
+    }
+
+    /// What the numbers sum to.
+    #[inline(always)]
+    fn total(self, sum: Self::Sum) -> f64 {
+        let [a, b, c, d] = self.partial_sums(sum);
+        (a + c) + (b + d)
+    }
+}
+
+/// A loop over vectors.
+pub(crate) trait VectorLoop<V> {
+    type Output;
+    fn run(self, v: V) -> Self::Output;
+}
+
+/// Which vectors a processor has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Processor {
+    Portable,
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    V3(V3),
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    V4(V4),
+}
+
+impl Processor {
+    /// The widest ones that this one has.
+    pub(crate) fn here() -> Self {
+        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+        if let Some(v4) = V4::try_new() {
+            return Self::V4(v4);
+        } else if let Some(v3) = V3::try_new() {
+            return Self::V3(v3);
+        }
+        Self::Portable
+    }
+
+    /// All that this one has.
+    #[cfg(test)]
+    pub(crate) fn all_here() -> alloc::vec::Vec<Self> {
+        let mut all = alloc::vec![Self::Portable];
+        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+        {
+            all.extend(V3::try_new().map(Self::V3));
+            all.extend(V4::try_new().map(Self::V4));
+        }
+        all
+    }
+}
+
+/// The smallest of four numbers.
+#[inline(always)]
+fn smallest([a, b, c, d]: [f64; PARTIAL_SUMS]) -> f64 {
+    let smaller = |a: f64, b: f64| if a < b { a } else { b };
+    smaller(smaller(a, c), smaller(b, d))
+}
