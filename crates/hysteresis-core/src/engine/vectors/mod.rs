@@ -139,9 +139,9 @@ impl Processor {
     }
 }
 
-/// The smallest of four numbers.
+/// The smallest of four numbers. Zeros compare equal: which of them it finds hangs on the width, so they are made one.
 #[inline(always)]
 fn smallest([a, b, c, d]: [f64; PARTIAL_SUMS]) -> f64 {
     let smaller = |a: f64, b: f64| if a < b { a } else { b };
-    smaller(smaller(a, c), smaller(b, d))
+    smaller(smaller(a, c), smaller(b, d)) + 0.0
 }
