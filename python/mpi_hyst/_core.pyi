@@ -25,6 +25,7 @@ _Vector = NDArray[np.float64]
 _Matrix = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 _Units: TypeAlias = tuple[str, str] | None
+_LearningPhase: TypeAlias = Literal["learning", "fading", "stopped"]
 _Structure: TypeAlias = Literal["proportional-integral", "low-pass", "active damping", "notch"]
 
 __all__ = [
@@ -1643,8 +1644,13 @@ class RepetitiveControl:
         damping_uncertainty: float = 2.0,
         slope_uncertainty: float = 1.0,
     ) -> RepetitiveControl: ...
-    def step(self, error: float) -> float:
+    def step(self, error: float, reference: float | None = None) -> float:
         """Takes the measured error of this sample and returns the correction of this sample's target."""
+    @property
+    def phase(self) -> _LearningPhase: ...
+    @property
+    def divergence_count(self) -> int: ...
+    def restart(self) -> None: ...
     def reset(self) -> None:
         """Forgets everything learned."""
     @property
@@ -2452,6 +2458,11 @@ class HybridController:
     @property
     def repetitive(self) -> RepetitiveControl | None:
         """Learning in the loop, as a copy in its present state, or None."""
+    @property
+    def learning_phase(self) -> _LearningPhase | None: ...
+    @property
+    def divergence_count(self) -> int: ...
+    def restart_learning(self) -> None: ...
     def step(
         self,
         reference: float,
@@ -3703,8 +3714,8 @@ class Stage:
         dt: float,
         peak_sensitivity: float = 1.7,
         *,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
         structure: _Structure | None = None,
     ) -> Tuning:
         """Filters and gains of the feedback for every slope of the hysteresis: as `control.tune`.
@@ -3738,6 +3749,8 @@ class Stage:
         smoothing: float | Literal["modes"] | None = None,
         drift: float | None = None,
         period: int | None = None,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
     ) -> HybridController:
         """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
         and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
@@ -3801,8 +3814,8 @@ class Stage:
         min_gain: float = 0.15,
         target_limits: Sequence[float] | None = None,
         noise: float | None = None,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
         settle: int | None = None,
         on_demand: bool = False,
     ) -> IterativeLearning:
@@ -3820,8 +3833,8 @@ class Stage:
         gain: float = 0.3,
         settle: int = 1,
         limit: float | None = None,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
     ) -> RepetitiveControl:
         """Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
         the hysteresis.
@@ -6646,8 +6659,8 @@ def tune(
     dynamics: _Dynamics | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float = 0.0,
-    frequency_uncertainty: float = 0.05,
-    damping_uncertainty: float = 2.0,
+    frequency_uncertainty: float | None = None,
+    damping_uncertainty: float | None = None,
     structure: _Structure | None = None,
 ) -> Tuning:
     """Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
@@ -6826,6 +6839,10 @@ class LoopReport:
     @property
     def period(self) -> LoopTimes:
         """How far apart samples began."""
+    @property
+    def learning_phase(self) -> _LearningPhase | None: ...
+    @property
+    def divergence_count(self) -> int: ...
     @property
     def warnings(self) -> list[str]:
         """What was refused, or failed without ending the loop."""
