@@ -24,12 +24,6 @@ def stage(frequency: float = FREQUENCY, damping: float = 0.03, noise: float = 0.
     )
 
 
-@pytest.fixture(scope="module")
-def state() -> dict[str, object]:
-    """Of a controller that has learned nothing: designing one takes its time."""
-    return made().state
-
-
 def made(**options: float) -> mh.control.HybridController:
     return stage().controller(DT, period=PERIOD, **options)  # type: ignore[arg-type]
 
@@ -45,12 +39,16 @@ def errors(controller: mh.control.HybridController, plant: mh.plant.Plant, perio
     return np.asarray(np.sqrt(square.mean(axis=1)))
 
 
+def told(controller: mh.control.HybridController) -> tuple[str | None, int]:
+    return controller.learning_phase, controller.divergence_count
+
+
 def test_learning_that_diverges_stops() -> None:
     controller = made()
-    assert (controller.learning_phase, controller.divergence_count) == ("learning", 0)
+    assert told(controller) == ("learning", 0)
     found = errors(controller, stage(0.75 * FREQUENCY).plant(DT, seed=1), 100)
     alone = errors(stage().controller(DT), stage(0.75 * FREQUENCY).plant(DT, seed=1), 100)
-    assert (controller.learning_phase, controller.divergence_count) == ("stopped", 1), found
+    assert told(controller) == ("stopped", 1), found
     assert found[-1] < 1.05 * alone[-1], (found, alone)
     assert found.max() < 1.5, found
     learning = controller.repetitive
@@ -58,20 +56,21 @@ def test_learning_that_diverges_stops() -> None:
     assert (learning.phase, learning.divergence_count) == ("stopped", 1)
     for twin in (pickle.loads(pickle.dumps(controller)), made()):
         twin.state = json.loads(json.dumps(controller.state))
-        assert (twin.learning_phase, twin.divergence_count) == ("stopped", 1)
+        assert told(twin) == ("stopped", 1)
         assert twin.step(0.1, 0.0) == controller.peek(0.1, 0.0)
         twin.state = controller.state_bytes()
-        assert twin.state == controller.state
+        assert told(twin) == ("stopped", 1)
+        assert twin.state_bytes() == controller.state_bytes()
 
     controller.restart_learning()
-    assert controller.learning_phase == "learning"
+    assert told(controller) == ("learning", 1)
     again = errors(controller, stage().plant(DT, seed=2), 60)
-    assert (controller.learning_phase, controller.divergence_count) == ("learning", 1)
+    assert told(controller) == ("learning", 1)
     assert again[-1] < 0.5 * again[1], again
     controller.restart_learning()
-    assert controller.learning_phase == "fading"
+    assert told(controller) == ("fading", 1)
     controller.reset()
-    assert (controller.learning_phase, controller.divergence_count) == ("learning", 0)
+    assert told(controller) == ("learning", 0)
 
 
 def test_learning_for_a_resonance_that_is_less_well_known_converges() -> None:
@@ -81,11 +80,15 @@ def test_learning_for_a_resonance_that_is_less_well_known_converges() -> None:
     assert wide is not None
     assert wide.bandwidth < usual.bandwidth
     found = errors(controller, stage(0.8 * FREQUENCY).plant(DT, seed=1), 150)
-    assert (controller.learning_phase, controller.divergence_count) == ("learning", 0), found
+    assert told(controller) == ("learning", 0), found
     assert found[-1] < 0.7 * found[1], found
-    cautious = made(damping_uncertainty=10.0).repetitive
-    assert cautious is not None
-    assert cautious.bandwidth <= usual.bandwidth
+    damped = made(damping_uncertainty=10.0)
+    assert damped.repetitive is not None
+    assert damped.repetitive.state["options"]["uncertainty"] == {
+        "modes": {"frequency": 0.05, "damping": 10.0},
+        "slope": usual.state["options"]["uncertainty"]["slope"],
+    }
+    assert damped.ki < made().ki  # gains suit it too
 
 
 def test_uncertainties_without_a_period_are_refused() -> None:
@@ -93,11 +96,11 @@ def test_uncertainties_without_a_period_are_refused() -> None:
         with pytest.raises(ValueError, match=rf"^{name}: expected None without period") as caught:
             stage().controller(DT, **{name: 2.0})  # type: ignore[arg-type]
         assert caught.value.parameter == name  # type: ignore[attr-defined]
-    with pytest.raises(ValueError, match=r"^frequency_uncertainty: expected a share from 0 to 0\.5, got 0\.6"):
+    with pytest.raises(ValueError, match=r"^frequency_uncertainty: expected a share from 0"):
         made(frequency_uncertainty=0.6)
-    with pytest.raises(ValueError, match=r"^damping_uncertainty: expected a factor from 1 to 100, got 0\.5"):
+    with pytest.raises(ValueError, match=r"^damping_uncertainty: expected a factor from 1"):
         made(damping_uncertainty=0.5)
-    with pytest.raises(ValueError, match=r"^repetitive: expected a controller that learns, got None"):
+    with pytest.raises(ValueError, match=r"^repetitive: expected a controller that learns"):
         stage().controller(DT).restart_learning()
     assert stage().controller(DT).learning_phase is None
     assert stage().controller(DT).divergence_count == 0
@@ -121,10 +124,10 @@ def test_a_reference_that_changes_is_no_divergence() -> None:
         learning.step(0.1, "far")  # type: ignore[arg-type]
 
 
-def test_an_older_state_is_read(state: dict[str, object]) -> None:
-    older = json.loads(json.dumps(state))
-    del older["repetitive"]["supervision"]
+def test_an_older_state_is_read() -> None:
     controller = made()
+    older = json.loads(json.dumps(controller.state))
+    del older["repetitive"]["supervision"]
     controller.state = older
     assert controller.learning_phase == "learning"
 
@@ -133,9 +136,7 @@ def test_a_loop_in_real_time_says_that_learning_has_diverged() -> None:
     controller = made()
     errors(controller, stage(0.75 * FREQUENCY).plant(DT, seed=1), 100)
     slow = mh.plant.Plant(stage(), dt=DT)
-    report = mh.realtime.run(
-        controller, slow, [0.0], rest_drive=0.0, rest_rate=1e4, seconds=0.02
-    )
+    report = mh.realtime.run(controller, slow, [0.0], rest_drive=0.0, rest_rate=1e4, seconds=0.02)
     assert (report.learning_phase, report.divergence_count) == ("stopped", 1)
     assert any("it diverged and was stopped" in said for said in report.warnings)
     assert report.to_dict()["learning"] == {"phase": "stopped", "divergence_count": 1}
