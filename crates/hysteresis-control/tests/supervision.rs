@@ -145,6 +145,50 @@ fn an_error_that_jumps_and_shrinks_is_no_divergence() {
     assert_eq!((repetitive.divergence_count(), repetitive.phase()), (1, LearningPhase::Fading));
 }
 
+/// An error that doubles with its reference is no divergence, one that doubles without is.
+#[test]
+fn an_error_that_a_reference_explains_is_no_divergence() {
+    for (explained, expected) in [(true, 0), (false, 1)] {
+        let mut repetitive = made(true).take_repetitive().unwrap();
+        for period in 0..14_i32 {
+            let size = 1e-3 * 2_f64.powi((period - 6).max(0));
+            for k in 0..PERIOD {
+                let reference = sine(k) * if explained { size } else { 1e-3 };
+                repetitive.step_with(reference, 0.5 * size * sine(k));
+            }
+        }
+        assert_eq!(repetitive.divergence_count(), expected);
+    }
+}
+
+/// An error of half the swing that comes at once needs no second look.
+#[test]
+fn a_stage_that_is_thrown_about_is_seen_at_once() {
+    let mut repetitive = made(true).take_repetitive().unwrap();
+    for period in 0..7 {
+        assert_eq!(repetitive.divergence_count(), 0);
+        let size = if period < 6 { 0.01 } else { 0.6 };
+        (0..PERIOD).for_each(|k| _ = repetitive.step_with(sine(k), size * sine(k)));
+    }
+    assert_eq!(repetitive.divergence_count(), 1);
+}
+
+/// A reference of ever other size explains errors up to its swing, not more.
+#[test]
+fn a_reference_that_always_changes_hides_no_divergence_beyond_its_swing() {
+    let mut repetitive = made(true).take_repetitive().unwrap();
+    let mut seen = 0.0;
+    for period in 0..40_i32 {
+        let (size, error) = (if period % 2 == 0 { 1.0 } else { 0.2 }, 0.01 * 1.2_f64.powi(period));
+        (0..PERIOD).for_each(|k| _ = repetitive.step_with(size * sine(k), error * sine(k)));
+        if repetitive.divergence_count() > 0 {
+            seen = error;
+            break;
+        }
+    }
+    assert!((1.0..9.0).contains(&seen), "{seen}");
+}
+
 /// Learning that has diverged, `beyond` samples after that.
 fn diverged(beyond: usize) -> (StageController, Bench) {
     let (mut controller, mut bench) = (made(true), Bench::new(0.7 * FREQUENCY, 0.0, 1));

@@ -25,11 +25,11 @@ const MAX_PERIOD: usize = 1 << 22;
 /// [`IterativeLearning`](super::IterativeLearning).
 ///
 /// **Supervision.** On a loop that is too far from the model learning diverges: the error grows from period to period. So its root mean
-/// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three times
-/// the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts back. Five counts
-/// are divergence, and so is an error beyond half the swing of the reference that has grown by a half. What changes of the reference explain is
-/// no divergence. It is [counted](Self::divergence_count), nothing more is learned, and the correction fades out within one period. From then
-/// on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
+/// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three
+/// times the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts
+/// back. Five counts are divergence, and so is an error beyond half the swing of the reference that has grown by a half. What changes of
+/// the reference explain is no divergence. It is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
+/// within one period. From then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 5 multiplications.
 ///

@@ -58,8 +58,9 @@ pub struct SupervisorState {
 
 /// Tells divergence from errors and references alone: the loop that learning believes in takes no part.
 ///
-/// A reference that changes from one period to the next brings an error that nothing has learned yet, in this window and, as an echo of what
-/// was learned, in the next. So the best error may grow then, by what the change explains. It never grows beyond the swing of the reference.
+/// A reference that changes from one period to the next brings an error that nothing has learned yet, in this window and, as an echo of
+/// what was learned, in the next. So the best error may grow then, by what the change explains. It never grows beyond the swing of the
+/// reference.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     window: usize,

@@ -42,7 +42,8 @@ impl Stage {
         self.tune_with(&self.tuning_options(dt, peak_sensitivity)?)
     }
 
-    /// What [`tune`](Self::tune) asks for, with the slopes of this stage and what is known of its modes: to be changed and given to [`tune_with`](Self::tune_with).
+    /// What [`tune`](Self::tune) asks for, with the slopes of this stage and what is known of its modes: to be changed and given to
+    /// [`tune_with`](Self::tune_with).
     ///
     /// # Errors
     /// [`Error::Falling`], or a hysteresis without an inverse.

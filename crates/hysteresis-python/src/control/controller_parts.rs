@@ -54,8 +54,8 @@ impl HybridController {
         self.stage_controller.repetitive().map(|repetitive| repetitive.phase().name())
     }
 
-    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped and
-    /// faded out then.
+    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped
+    /// and faded out then.
     #[getter]
     fn divergence_count(&self) -> u64 {
         self.stage_controller.repetitive().map_or(0, |repetitive| repetitive.divergence_count())

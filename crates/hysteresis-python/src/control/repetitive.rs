@@ -20,10 +20,11 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 /// the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
 /// integrates.
 ///
-/// Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square of
-/// the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the one
-/// before counts once, by a half or more twice; a smaller one counts back. At five counts, or where the error has grown by a half beyond half the
-/// swing of the reference, learning stops and fades out within one period. What changes of the reference explain does not count.
+/// Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square
+/// of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
+/// one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where the error has grown by a half
+/// beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
+/// not count.
 ///
 /// Parameters
 /// ----------
