@@ -25,6 +25,7 @@ _Vector = NDArray[np.float64]
 _Matrix = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 _Units: TypeAlias = tuple[str, str] | None
+_LearningPhase: TypeAlias = Literal["learning", "fading", "stopped"]
 _Structure: TypeAlias = Literal["proportional-integral", "low-pass", "active damping", "notch"]
 
 __all__ = [
@@ -1588,6 +1589,12 @@ class RepetitiveControl:
     the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
     integrates.
 
+    Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square
+    of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
+    one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where the error has grown by a half
+    beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
+    not count.
+
     Parameters
     ----------
     period : int
@@ -1643,10 +1650,21 @@ class RepetitiveControl:
         damping_uncertainty: float = 2.0,
         slope_uncertainty: float = 1.0,
     ) -> RepetitiveControl: ...
-    def step(self, error: float) -> float:
-        """Takes the measured error of this sample and returns the correction of this sample's target."""
+    def step(self, error: float, reference: float | None = None) -> float:
+        """Takes the measured error of this sample and returns the correction of this sample's target.
+
+        With the reference of this sample, errors that come from a reference that changes are not taken for divergence.
+        """
+    @property
+    def phase(self) -> _LearningPhase:
+        """ "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until `restart`."""
+    @property
+    def divergence_count(self) -> int:
+        """How often learning has diverged, and stopped."""
+    def restart(self) -> None:
+        """Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps."""
     def reset(self) -> None:
-        """Forgets everything learned."""
+        """Forgets everything, the counters too."""
     @property
     def period(self) -> int:
         """Samples in a period."""
@@ -2386,7 +2404,7 @@ class HybridController:
     repetitive : RepetitiveControl, optional
         Learns a correction of the target from the errors of the last period, while the feedback is on and no start or hold is still
         under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose filters stay those of the gains
-        that it was made for.
+        that it was made for. If it diverges it stops and fades out: see `learning_phase` and `divergence_count`.
 
     Raises
     ------
@@ -2452,6 +2470,21 @@ class HybridController:
     @property
     def repetitive(self) -> RepetitiveControl | None:
         """Learning in the loop, as a copy in its present state, or None."""
+    @property
+    def learning_phase(self) -> _LearningPhase | None:
+        """ "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until
+        `restart_learning` or `reset`. None without learning.
+        """
+    @property
+    def divergence_count(self) -> int:
+        """How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped
+        and faded out then.
+        """
+    def restart_learning(self) -> None:
+        """Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+
+        Raises ValueError for a controller that does not learn.
+        """
     def step(
         self,
         reference: float,
@@ -3703,8 +3736,8 @@ class Stage:
         dt: float,
         peak_sensitivity: float = 1.7,
         *,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
         structure: _Structure | None = None,
     ) -> Tuning:
         """Filters and gains of the feedback for every slope of the hysteresis: as `control.tune`.
@@ -3738,6 +3771,8 @@ class Stage:
         smoothing: float | Literal["modes"] | None = None,
         drift: float | None = None,
         period: int | None = None,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
     ) -> HybridController:
         """A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
         and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
@@ -3762,7 +3797,12 @@ class Stage:
         drift : float, optional
             Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
         period : int, optional
-            Learns a reference that repeats after so many samples, by `RepetitiveControl`.
+            Learns a reference that repeats after so many samples, by `RepetitiveControl`. Learning that diverges stops and fades out:
+            `divergence_count` and `learning_phase` of the controller tell.
+        frequency_uncertainty, damping_uncertainty : float, optional
+            Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a factor of their
+            damping. Tuned gains and learning suit all of these. By default 0.05 and 2, or three standard errors of the identification where
+            they are more.
 
         Examples
         --------
@@ -3787,6 +3827,10 @@ class Stage:
         >>> worst = abs(run.position - wave).reshape(10, 500).max(axis=1)
         >>> bool(worst[0] > 2e-3), bool(worst[8] < 1e-4)  # um, in the first and the ninth period
         (True, True)
+        >>> changed = light.replace(dynamics=mh.plant.SecondOrder(620.0, 0.02)).plant(1e-4)  # a heavier load
+        >>> run = mh.plant.simulate(whole, changed, mh.signals.sine(1.0, 20.0, seconds=1.5, rate=10e3))
+        >>> whole.divergence_count, whole.learning_phase
+        (1, 'stopped')
         """
     def observer(self, dt: float, *, drift: float, noise: float | None = None) -> Observer:
         """An observer of this stage: as `control.Observer`."""
@@ -3801,8 +3845,8 @@ class Stage:
         min_gain: float = 0.15,
         target_limits: Sequence[float] | None = None,
         noise: float | None = None,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
         settle: int | None = None,
         on_demand: bool = False,
     ) -> IterativeLearning:
@@ -3820,8 +3864,8 @@ class Stage:
         gain: float = 0.3,
         settle: int = 1,
         limit: float | None = None,
-        frequency_uncertainty: float = 0.05,
-        damping_uncertainty: float = 2.0,
+        frequency_uncertainty: float | None = None,
+        damping_uncertainty: float | None = None,
     ) -> RepetitiveControl:
         """Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
         the hysteresis.
@@ -6646,8 +6690,8 @@ def tune(
     dynamics: _Dynamics | None = None,
     amplifier_bandwidth: float | None = None,
     dead_time: float = 0.0,
-    frequency_uncertainty: float = 0.05,
-    damping_uncertainty: float = 2.0,
+    frequency_uncertainty: float | None = None,
+    damping_uncertainty: float | None = None,
     structure: _Structure | None = None,
 ) -> Tuning:
     """Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
@@ -6680,10 +6724,11 @@ def tune(
         What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
     peak_sensitivity : float
         1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
-    frequency_uncertainty : float
-        How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5.
-    damping_uncertainty : float
-        By which factor their damping may be less or more, 1 to 100.
+    frequency_uncertainty : float, optional
+        How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5. By default 0.05, or three
+        standard errors of the identification where they are more.
+    damping_uncertainty : float, optional
+        By which factor their damping may be less or more, 1 to 100. By default 2, or what three standard errors make of it.
     structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
         The only one that is admitted; all but the first need a lightly damped mode.
 
@@ -6826,6 +6871,12 @@ class LoopReport:
     @property
     def period(self) -> LoopTimes:
         """How far apart samples began."""
+    @property
+    def learning_phase(self) -> _LearningPhase | None:
+        """Whether learning in the loop went on: "learning", "fading" or "stopped"; None without learning."""
+    @property
+    def divergence_count(self) -> int:
+        """How often learning had diverged, and stopped, at the end: one of the `warnings` says so too."""
     @property
     def warnings(self) -> list[str]:
         """What was refused, or failed without ending the loop."""

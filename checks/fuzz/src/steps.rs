@@ -168,7 +168,7 @@ impl Run {
     fn change(&mut self, bytes: &mut Bytes<'_>) {
         let controller = &mut self.controller;
         // What cannot be is refused, and nothing has changed.
-        let told = match bytes.below(9) {
+        let told = match bytes.below(10) {
             0 => {
                 controller.controller_mut().hold();
                 None
@@ -194,6 +194,10 @@ impl Run {
             5 => controller.reset(None).ok(),
             6 => controller.reset(Some(bytes.number(DRIVES))).ok(),
             7 => controller.start_at(bytes.number(DRIVES)).ok(),
+            8 => {
+                controller.restart_learning();
+                None
+            }
             _ => controller.follow(&bytes.numbers(DRIVES)).ok(),
         };
         let drive = self.controller.controller().drive();

@@ -81,7 +81,13 @@ fn observer_reset(observer: &mut Observer) {
 #[no_panic]
 #[inline(never)]
 fn repetitive_step(repetitive: &mut RepetitiveControl, error: f64) -> f64 {
-    repetitive.step(error)
+    repetitive.step_with(2.0 * error, error)
+}
+
+#[no_panic]
+#[inline(never)]
+fn repetitive_restart(repetitive: &mut RepetitiveControl) {
+    repetitive.restart();
 }
 
 #[no_panic]
@@ -136,6 +142,10 @@ pub(crate) fn run(model: &ModifiedPrandtlIshlinskii) -> Result<(), Box<dyn Error
             black_box(repetitive_step(&mut repetitive, *sample));
         }
         whole(model, &repetitive, &samples)?;
+        repetitive_restart(&mut repetitive);
+        for sample in samples.iter().cycle().take(1000) {
+            black_box(repetitive_step(&mut repetitive, *sample));
+        }
         repetitive_reset(&mut repetitive);
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! Stages and states as bytes: bit for bit there and back, and nothing but an error for other bytes.
 
 use hysteresis_control::binary::{Binary, Sampled};
+use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
     FeedForwardKind, Identified, LoopShift, RecordSource, Stage, StageParts, StageWarning, Units,
@@ -268,6 +269,34 @@ fn controllers_go_on_bit_for_bit() {
             assert_eq!(other.step(row.0.into(), row.1).to_bits(), controller.step(row.0.into(), row.1).to_bits());
         }
     }
+}
+
+/// Before there was a supervisor, learning was the same without what comes behind it now.
+#[test]
+fn bytes_of_learning_without_a_supervisor_are_read() {
+    let around = stage().feedback_loop(DT, (0.0, 0.0), Sections::default()).unwrap();
+    let learning = RepetitiveControl::new(&around, 20, &RepetitiveOptions::new(200.0)).unwrap();
+    let mut controller = controllers().swap_remove(0).with_repetitive(learning).unwrap();
+    for k in 0..200 {
+        controller.step(f64::from(k % 20).into(), f64::from(k % 20) - 1.0);
+    }
+    let state = controller.state();
+    let bytes = state.to_bytes();
+    assert_eq!(StageControllerState::from_bytes(&bytes).as_ref(), Ok(&state));
+    let learned = state.repetitive.as_ref().unwrap();
+    let appended = postcard::to_allocvec(&learned.supervision).unwrap().len();
+    let old = sealed(6, &bytes[14..bytes.len() - 4 - appended]);
+    let unsupervised = RepetitiveState { supervision: Supervision::default(), ..learned.clone() };
+    let expected = StageControllerState { repetitive: Some(unsupervised), ..state.clone() };
+    assert_eq!(StageControllerState::from_bytes(&old).as_ref(), Ok(&expected));
+    controller.set_state(&expected).unwrap();
+    let message = |content: &[u8]| StageControllerState::from_bytes(&sealed(6, content)).unwrap_err().to_string();
+    let content = &bytes[14..bytes.len() - 4];
+    assert!(message(&[content, &[0]].concat()).ends_with("got 1 bytes too many"));
+    assert!(message(&content[..content.len() - 1]).contains("cannot be read"));
+    let alone = StageControllerState { repetitive: None, ..state }.to_bytes();
+    let lost = [&alone[14..alone.len() - 4], &content[content.len() - appended..]].concat();
+    assert!(message(&lost).ends_with("got a supervisor without learning"));
 }
 
 /// Thresholds that no order nests have a bank of operators for their memory.

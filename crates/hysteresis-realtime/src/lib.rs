@@ -69,7 +69,7 @@ pub use policy::{Deadlines, MissPolicy};
 pub use privileges::InForce;
 pub use recorder::NpyFile;
 pub use reference::Reference;
-pub use report::{Counts, EndReason, Report};
+pub use report::{Counts, EndReason, Learning, Report};
 pub use ring::{COLUMNS, Row};
 pub use session::{Outcome, Session, run_on};
 pub use settings::Settings;

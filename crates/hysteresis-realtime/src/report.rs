@@ -1,5 +1,6 @@
 //! What a loop did, in numbers that can be quoted.
 
+use hysteresis_control::learning::{LearningPhase, RepetitiveControl};
 use hysteresis_core::Counters;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +52,28 @@ pub struct Counts {
     pub lost_rows: u64,
 }
 
+/// What became of learning in the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Learning {
+    /// Whether it learned at the end.
+    pub phase: LearningPhase,
+    /// How often it had diverged, and stopped, since it was made or reset. One of the warnings says so too.
+    pub divergence_count: u64,
+}
+
+impl Learning {
+    pub(crate) fn of(repetitive: &RepetitiveControl) -> Self {
+        Self { phase: repetitive.phase(), divergence_count: repetitive.divergence_count() }
+    }
+
+    /// What is to be said of it, if it has stopped.
+    pub(crate) fn warning(self) -> Option<String> {
+        let why = "the error grew from period to period, the stage is too far from its model";
+        (self.divergence_count > 0 && self.phase != LearningPhase::Learning)
+            .then(|| format!("learning: it diverged and was stopped: {why}"))
+    }
+}
+
 /// What a loop did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -79,6 +102,9 @@ pub struct Report {
     pub rest_refused: u64,
     /// What the controller counted.
     pub controller: Counters,
+    /// What became of learning in the loop; None without it.
+    #[serde(default)]
+    pub learning: Option<Learning>,
     /// How late samples began.
     pub latency: Summary,
     /// How long samples took: reading, computing and writing.

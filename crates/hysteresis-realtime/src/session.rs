@@ -12,7 +12,7 @@ use crate::machine::Machine;
 use crate::privileges::{InForce, ask, unlock};
 use crate::recorder::{Recorded, Recorder};
 use crate::reference::Reference;
-use crate::report::{Counts, Report};
+use crate::report::{Counts, Learning, Report};
 use crate::ring::ring;
 use crate::runner::{Loop, Surroundings};
 use crate::settings::Settings;
@@ -184,6 +184,8 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
             format!("it was sent {sent} times, and {rest_refused} times the other side said that nobody listens");
         warnings.push(format!("io: the rest drive may have reached nobody: {said}"));
     }
+    let learning = made.controller.repetitive().map(Learning::of);
+    warnings.extend(learning.and_then(Learning::warning));
     let (observed, controller) = (made.observed(), made.controller.controller());
     let report = Report {
         end,
@@ -197,6 +199,7 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
         datagrams: made.io.datagrams(),
         rest_refused,
         controller: controller.counters(),
+        learning,
         latency: observed.latency.summary(),
         compute: observed.compute.summary(),
         period: observed.period.summary(),

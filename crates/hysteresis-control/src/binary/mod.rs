@@ -142,6 +142,20 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Error>
     }
 }
 
+/// As [`unpack`], where something may come behind the content that older bytes do not have.
+fn unpack_grown<T: DeserializeOwned, A: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Option<A>), Error> {
+    let content = content_of(kind, bytes).map_err(|got| refused(kind, got))?;
+    let read = postcard::take_from_bytes(content).and_then(|(value, rest)| match rest {
+        [] => Ok((value, None, rest)),
+        _ => postcard::take_from_bytes(rest).map(|(appended, rest)| (value, Some(appended), rest)),
+    });
+    match read {
+        Ok((value, appended, [])) => Ok((value, appended)),
+        Ok((.., rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
+        Err(error) => Err(refused(kind, format!("a content that cannot be read: {error}"))),
+    }
+}
+
 fn refused(kind: Kind, got: String) -> Error {
     Error::Bytes { expected: kind.name(), got }
 }

@@ -21,7 +21,8 @@
 //! v <- Q (v + gamma L e),   L = conj(M) / (|M|^2 + P + 0.05^2).
 //!
 //! Q = 1 / (1 + (f / `bandwidth`)^4) is a Butterworth low-pass run forwards and backwards: it has no phase. The error of a harmonic
-//! shrinks from period to period by |Q (1 - gamma L M')|, M' the true loop.
+//! shrinks from period to period by |Q (1 - gamma L M')|, M' the true loop. Where that is above 1 it grows: a supervisor sees it, and stops
+//! learning.
 
 mod belief;
 mod feedback_loop;
@@ -33,6 +34,7 @@ mod repetitive;
 mod repetitive_design;
 mod spectra;
 mod state;
+mod supervisor;
 mod taps;
 mod uncertainty;
 
@@ -40,6 +42,7 @@ pub use belief::Belief;
 pub use feedback_loop::FeedbackLoop;
 pub use iterative::IterativeLearning;
 pub use options::{LearningOptions, RepetitiveOptions, Trial};
-pub use repetitive::RepetitiveControl;
-pub use state::{IterativeState, RepetitiveState};
+pub use repetitive::{LearningPhase, RepetitiveControl};
+pub use state::{IterativeState, RepetitiveState, Supervision};
+pub use supervisor::SupervisorState;
 pub use uncertainty::LoopUncertainty;

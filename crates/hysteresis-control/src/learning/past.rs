@@ -12,7 +12,7 @@ impl Past {
         Self { samples: vec![0.0; 2 * length].into(), next: 0 }
     }
 
-    fn length(&self) -> usize {
+    pub(super) fn length(&self) -> usize {
         self.samples.len() / 2
     }
 

@@ -1,13 +1,15 @@
 //! Learning sample by sample, one period later.
 
 use hysteresis_core::{Fingerprint, is_admissible};
+use serde::{Deserialize, Serialize};
 
 use super::feedback_loop::FeedbackLoop;
 use super::options::RepetitiveOptions;
 use super::past::Past;
 use super::repetitive_design::{FREQUENCIES_PER_HARMONIC, Filters, RepetitiveDesign};
 use super::spectra::{as_f64, response};
-use super::state::RepetitiveState;
+use super::state::{RepetitiveState, Supervision};
+use super::supervisor::Supervisor;
 use super::taps::dot;
 use crate::linear::Error;
 use crate::saved::{check_model, check_numbers, check_same, check_same_count, check_terms};
@@ -22,7 +24,14 @@ const MAX_PERIOD: usize = 1 << 22;
 /// raised cosine) around the present place of the last period: Q within 0.2 % of what it should be where it passes. Taking the mean away leaves the static error to a feedback that integrates; without one, use
 /// [`IterativeLearning`](super::IterativeLearning).
 ///
-/// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 2 multiplications.
+/// **Supervision.** On a loop that is too far from the model learning diverges: the error grows from period to period. So its root mean
+/// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three
+/// times the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts
+/// back. Five counts are divergence, and so is an error beyond half the swing of the reference that has grown by a half. What changes of
+/// the reference explain is no divergence. It is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
+/// within one period. From then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
+///
+/// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 5 multiplications.
 ///
 /// ```
 /// use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
@@ -46,6 +55,13 @@ pub struct RepetitiveControl {
     bandwidth: f64,
     corrections: Past,
     errors: Past,
+    references: Past,
+    supervisor: Supervisor,
+    /// For how many samples the correction fades out, and then stays at zero until nothing is remembered.
+    fading: usize,
+    /// Whether that is, or was, the end of learning.
+    stopped: bool,
+    divergences: u64,
     /// The sum of the corrections of the last period.
     sum: f64,
     waited: u64,
@@ -53,6 +69,35 @@ pub struct RepetitiveControl {
     dt: f64,
     options: RepetitiveOptions,
     rejected: u64,
+}
+
+/// Whether learning goes on.
+///
+/// ```
+/// use hysteresis_control::learning::LearningPhase;
+/// assert_eq!(LearningPhase::Fading.name(), "fading");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LearningPhase {
+    /// It learns, or lets the periods pass before the first one that it learns from.
+    Learning,
+    /// What was learned fades out.
+    Fading,
+    /// It has diverged, and corrects nothing.
+    Stopped,
+}
+
+impl LearningPhase {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Learning => "learning",
+            Self::Fading => "fading",
+            Self::Stopped => "stopped",
+        }
+    }
 }
 
 impl RepetitiveControl {
@@ -82,6 +127,11 @@ impl RepetitiveControl {
             bandwidth,
             corrections: Past::new(samples),
             errors: Past::new(samples),
+            references: Past::new(period),
+            supervisor: Supervisor::new(period),
+            fading: 0,
+            stopped: false,
+            divergences: 0,
             sum: 0.0,
             waited: 0,
             period,
@@ -93,42 +143,109 @@ impl RepetitiveControl {
 
     /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this sample's
     /// target wants. An error that is not finite teaches nothing and is counted.
+    ///
+    /// The reference counts as one that repeats: where it may change, use [`step_with`](Self::step_with).
     pub fn step(&mut self, error: f64) -> f64 {
+        self.step_with(f64::NAN, error)
+    }
+
+    /// As [`step`](Self::step), with the reference of this sample: errors that come from its changes are not taken for divergence.
+    pub fn step_with(&mut self, reference: f64, error: f64) -> f64 {
         if !is_admissible(error) {
             self.rejected = self.rejected.saturating_add(1);
         }
-        self.go_on(error)
+        self.go_on(reference, error)
     }
 
     /// A sample passes from which nothing is learned.
     pub fn wait(&mut self) {
-        self.go_on(f64::NAN);
+        self.go_on(f64::NAN, f64::NAN);
     }
 
     #[inline]
-    fn go_on(&mut self, error: f64) -> f64 {
+    fn go_on(&mut self, reference: f64, error: f64) -> f64 {
         let correction = self.peek();
+        if self.phase() == LearningPhase::Stopped {
+            return correction;
+        }
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
         let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
         self.waited = self.waited.saturating_add(1);
-        self.errors.push(if settled && is_admissible(error) { error } else { 0.0 });
+        let error = Some(error).filter(|error| is_admissible(*error));
+        let learns = settled && self.fading == 0;
+        self.errors.push(error.filter(|_| learns).unwrap_or_default());
+        let before = self.references.before(self.period);
+        let reference = Some(reference).filter(|reference| is_admissible(*reference));
+        self.references.push(reference.unwrap_or(before));
+        if self.fading > 0 {
+            self.fade();
+        } else if self.supervisor.diverges(error, reference, before) {
+            self.divergences = self.divergences.saturating_add(1);
+            self.stopped = true;
+            self.fading = self.longest_fade();
+        }
         correction
+    }
+
+    /// A period in which the correction goes to zero, and as long as anything of it is remembered.
+    fn longest_fade(&self) -> usize {
+        self.period + self.corrections.length()
+    }
+
+    fn fade(&mut self) {
+        self.fading -= 1;
+        if self.fading == 0 {
+            // Exactly that is left, but for rounding.
+            (self.sum, self.waited) = (0.0, 0);
+            self.supervisor.forget();
+        }
     }
 
     /// The correction that [`step`](Self::step) would return: it comes from the past alone.
     #[must_use]
     pub fn peek(&self) -> f64 {
+        let faded = self.fading.saturating_sub(self.corrections.length());
+        if faded == 0 && (self.stopped || self.fading > 0) {
+            return 0.0;
+        }
         let Filters { low_pass, learning } = &self.filters;
         let half_width = low_pass.len() / 2;
         // The window around the sample one period before the one to come.
         let (first, count) = (self.period + half_width, low_pass.len());
         let kept = dot(low_pass, self.corrections.window(first, count));
-        let learned = dot(learning, self.errors.window(first, count));
         let mean = self.sum / as_f64(self.period);
-        let correction = kept + self.options.gain * learned - mean;
+        let correction = if self.fading > 0 {
+            (kept - mean) * as_f64(faded) / as_f64(self.period + 1)
+        } else {
+            kept + self.options.gain * dot(learning, self.errors.window(first, count)) - mean
+        };
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
         if is_admissible(correction) { correction.max(-limit).min(limit) } else { 0.0 }
+    }
+
+    /// Whether it learns.
+    #[must_use]
+    pub fn phase(&self) -> LearningPhase {
+        match (self.fading, self.stopped) {
+            (0, false) => LearningPhase::Learning,
+            (0, true) => LearningPhase::Stopped,
+            _ => LearningPhase::Fading,
+        }
+    }
+
+    /// How often learning has diverged, and stopped, since it was made or [`reset`](Self::reset).
+    #[must_use]
+    pub fn divergence_count(&self) -> u64 {
+        self.divergences
+    }
+
+    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    pub fn restart(&mut self) {
+        if self.phase() == LearningPhase::Learning {
+            self.fading = self.longest_fade();
+        }
+        self.stopped = false;
     }
 
     /// Up to which frequency it learns, in Hz.
@@ -162,6 +279,13 @@ impl RepetitiveControl {
             sum: self.sum,
             waited: self.waited,
             rejected: self.rejected,
+            supervision: Supervision {
+                references: self.references.oldest_first().to_vec(),
+                supervisor: self.supervisor.state().clone(),
+                fading: self.fading,
+                stopped: self.stopped,
+                divergences: self.divergences,
+            },
         }
     }
 
@@ -183,9 +307,28 @@ impl RepetitiveControl {
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
         check_terms("state.sum", 1, &[state.sum])?;
+        self.supervise_as(&state.supervision)?;
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);
+        Ok(())
+    }
+
+    fn supervise_as(&mut self, saved: &Supervision) -> Result<(), Error> {
+        if saved.fading > self.longest_fade() {
+            let expected = "at most as many samples as the correction fades out here";
+            return Err(Error::whole("state.supervision.fading", None, expected, saved.fading));
+        }
+        self.supervisor.check(&saved.supervisor)?;
+        // States of before there was a supervisor have no references.
+        if saved.references.is_empty() {
+            self.references.clear();
+        } else {
+            check_numbers("state.supervision.references", self.period, &saved.references)?;
+            self.references.restore(&saved.references);
+        }
+        self.supervisor.restore(&saved.supervisor);
+        (self.fading, self.stopped, self.divergences) = (saved.fading, saved.stopped, saved.divergences);
         Ok(())
     }
 
@@ -197,10 +340,13 @@ impl RepetitiveControl {
         fingerprint.finish()
     }
 
-    /// Forgets everything learned.
+    /// Forgets everything, the counters too.
     pub fn reset(&mut self) {
         self.corrections.clear();
         self.errors.clear();
+        self.references.clear();
+        self.supervisor.forget();
+        (self.fading, self.stopped, self.divergences) = (0, false, 0);
         (self.sum, self.waited, self.rejected) = (0.0, 0, 0);
     }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;
 use super::options::{LearningOptions, RepetitiveOptions, Trial};
+use super::supervisor::SupervisorState;
 use crate::linear::Error;
 
 /// Everything that an [`IterativeLearning`](super::IterativeLearning) remembers: restored, it continues bit for bit.
@@ -64,6 +65,25 @@ pub struct RepetitiveState {
     pub waited: u64,
     /// How many errors were not finite.
     pub rejected: u64,
+    /// Whether learning goes on, and what there is to tell. States of before there was a supervisor have none.
+    #[serde(default)]
+    pub supervision: Supervision,
+}
+
+/// Whether learning goes on, and what there is to tell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supervision {
+    /// The references of the last period, the oldest first.
+    pub references: Vec<f64>,
+    /// What tells divergence.
+    pub supervisor: SupervisorState,
+    /// For how many samples the correction fades out, and then stays at zero until nothing is remembered.
+    pub fading: usize,
+    /// Whether that is, or was, the end of learning.
+    pub stopped: bool,
+    /// How often learning has diverged.
+    pub divergences: u64,
 }
 
 /// Checks what was believed of as many harmonics as there are, or of none.

@@ -42,7 +42,8 @@ impl Stage {
         self.tune_with(&self.tuning_options(dt, peak_sensitivity)?)
     }
 
-    /// What [`tune`](Self::tune) asks for, with the slopes of this stage: to be changed and given to [`tune_with`](Self::tune_with).
+    /// What [`tune`](Self::tune) asks for, with the slopes of this stage and what is known of its modes: to be changed and given to
+    /// [`tune_with`](Self::tune_with).
     ///
     /// # Errors
     /// [`Error::Falling`], or a hysteresis without an inverse.
@@ -52,7 +53,8 @@ impl Stage {
         let gain = self.parts().dynamics.static_gain().abs();
         let (low, high) = self.slope_range();
         // The gain of the dynamics is part of theirs.
-        Ok(TuningOptions::new((low / gain, high / gain), dt, peak_sensitivity))
+        let usual = TuningOptions::new((low / gain, high / gain), dt, peak_sensitivity);
+        Ok(TuningOptions { uncertainty: self.mode_uncertainty(), ..usual })
     }
 
     /// Filters and gains of the feedback for these options.
@@ -144,22 +146,27 @@ impl Stage {
         u32::from(!light_modes(&self.parts().dynamics).is_empty())
     }
 
-    /// By which factor the slope of the hysteresis may be from that of [`feedback_loop`](Self::feedback_loop).
-    #[must_use]
-    pub fn slope_uncertainty(&self) -> f64 {
-        let (low, high) = self.slope_range();
-        (high / low).sqrt()
-    }
-
     /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that cannot
     /// be, more than a stroke outside the range of positions.
     ///
     /// # Errors
     /// As for [`tune`](Self::tune) and [`limits`](Self::limits); without limits [`Error::NoLimits`].
     pub fn controller_options(&self, dt: f64, limits: Option<(f64, f64)>) -> Result<ControllerOptions, Error> {
-        let Tuning { kp, ki, filters, .. } = self.tune(dt, PEAK_SENSITIVITY)?;
-        let given = self.controller_options_with_gains(dt, limits, (kp, ki))?;
-        Ok(ControllerOptions { filters: sections(&filters, dt)?, ..given })
+        self.controller_options_tuned(&self.tuning_options(dt, PEAK_SENSITIVITY)?, limits)
+    }
+
+    /// [`controller_options`](Self::controller_options) with gains that are tuned like this.
+    ///
+    /// # Errors
+    /// As for [`controller_options`](Self::controller_options).
+    pub fn controller_options_tuned(
+        &self,
+        tuning: &TuningOptions,
+        limits: Option<(f64, f64)>,
+    ) -> Result<ControllerOptions, Error> {
+        let Tuning { kp, ki, filters, .. } = self.tune_with(tuning)?;
+        let given = self.controller_options_with_gains(tuning.dt, limits, (kp, ki))?;
+        Ok(ControllerOptions { filters: sections(&filters, tuning.dt)?, ..given })
     }
 
     /// [`controller_options`](Self::controller_options) with these gains and no filters, which belong to the gains that were tuned with

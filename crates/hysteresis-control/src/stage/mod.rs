@@ -33,6 +33,7 @@ mod forward;
 mod identified;
 mod loop_shift;
 mod precompensate;
+mod uncertainty;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
 pub use error::Error;

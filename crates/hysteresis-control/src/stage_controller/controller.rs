@@ -16,7 +16,8 @@ use crate::stage::Error;
 ///
 /// **Limits** and slew, what is counted and the freedom from jumps are those of the controller: whatever is estimated or learned goes
 /// through it. Nothing is learned from a sample with a measurement that the controller would not believe, while the feedback is off, in
-/// the [lead-in](HybridController::lead_in) of a motion and for as long again: that would be the error of the start.
+/// the [lead-in](HybridController::lead_in) of a motion and for as long again: that would be the error of the start. Learning that
+/// diverges stops and fades out: see [`RepetitiveControl::phase`].
 ///
 /// **Missing measurements.** For up to `max_missing` of them in a row the observer stands in, and the loop goes on; after them
 /// feed-forward goes on alone. They are counted as without an observer.
@@ -63,8 +64,8 @@ struct Sample {
     measurement: f64,
     /// What the observer takes: NaN where the measurement is not believed.
     believed: f64,
-    /// What there is to learn from.
-    error: Option<f64>,
+    /// What there is to learn from: a reference, and what the measurement lacks.
+    lesson: Option<(f64, f64)>,
 }
 
 impl From<HybridController> for StageController {
@@ -191,13 +192,14 @@ impl StageController {
     fn sample(&self, mut command: Command, measurement: f64) -> Sample {
         let believed = if self.controller.believes(measurement) { measurement } else { f64::NAN };
         command.estimate = self.observer.as_ref().map(|observer| observer.peek(believed));
-        let mut error = None;
+        let mut lesson = None;
         if let Some(repetitive) = &self.repetitive {
             let learns = self.rest_samples == 0 && self.is_under_way() && believed.is_finite();
-            error = learns.then(|| self.controller.reference_of_now(command.reference) - believed);
+            let reference = self.controller.reference_of_now(command.reference);
+            lesson = learns.then_some((reference, reference - believed));
             command.correction += repetitive.peek();
         }
-        Sample { command, measurement, believed, error }
+        Sample { command, measurement, believed, lesson }
     }
 
     /// Observer and learning after a sample that the controller has taken.
@@ -208,9 +210,9 @@ impl StageController {
             observer.predict(self.controller.drive());
         }
         let Some(repetitive) = &mut self.repetitive else { return };
-        match sample.error {
+        match sample.lesson {
             _ if self.learning_waits => {}
-            Some(error) => _ = repetitive.step(error),
+            Some((reference, error)) => _ = repetitive.step_with(reference, error),
             None => repetitive.wait(),
         }
         let rest = if self.is_under_way() { self.rest_samples } else { self.controller.bumpless_samples() + 1 };
@@ -250,6 +252,12 @@ impl StageController {
     #[must_use]
     pub fn repetitive(&self) -> Option<&RepetitiveControl> {
         self.repetitive.as_ref()
+    }
+
+    /// Lets learning begin anew, as [`RepetitiveControl::restart`]: false without learning.
+    pub fn restart_learning(&mut self) -> bool {
+        self.discard_plan();
+        self.repetitive.as_mut().map(RepetitiveControl::restart).is_some()
     }
 
     /// Back to the start, at the present drive or another one that the amplifier has now: controller, observer and learning forget.

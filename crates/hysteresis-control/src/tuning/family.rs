@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::linear::{Antiresonance, Error, LinearDynamics, Modes, SecondOrder, Section};
 
 /// A mode with this damping ratio or more has no resonance that a feedback could miss.
-const DAMPED: f64 = 0.5;
+pub(crate) const DAMPED: f64 = 0.5;
 
 /// How far frequency and damping ratio of a lightly damped mode may be from what is known: a damping ratio below 0.5.
 ///
@@ -43,16 +43,20 @@ impl Default for ModeUncertainty {
     }
 }
 
-/// The lightly damped modes, each once.
-pub(crate) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
+/// The modes, each once.
+pub(crate) fn modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
     let of_section = |section: &Section| match section {
         Section::SecondOrder(mode) => vec![*mode],
         Section::Modes(modes) => modes.modes().to_vec(),
         Section::Antiresonance(pair) => vec![pair.pole()],
         Section::FirstOrder(_) | Section::StateSpace(_) => Vec::new(),
     };
-    let modes = dynamics.sections().iter().flat_map(of_section);
-    modes.filter(|mode| mode.damping() < DAMPED).collect()
+    dynamics.sections().iter().flat_map(of_section).collect()
+}
+
+/// The lightly damped modes, each once.
+pub(crate) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
+    modes(dynamics).into_iter().filter(|mode| mode.damping() < DAMPED).collect()
 }
 
 /// The dynamics as they are known, and with all their lightly damped modes at the ends of what they may be.

@@ -19,7 +19,7 @@ mod structure;
 mod tune;
 
 pub use family::ModeUncertainty;
-pub(crate) use family::{family, light_modes};
+pub(crate) use family::{DAMPED, family, light_modes, modes};
 pub use loop_family::LoopFamily;
 pub use margins::Margins;
 pub use options::{Tuning, TuningOptions};

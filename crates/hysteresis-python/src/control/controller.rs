@@ -73,7 +73,7 @@ use crate::convert::pickling::{Reduced, reduce};
 /// repetitive : RepetitiveControl, optional
 ///     Learns a correction of the target from the errors of the last period, while the feedback is on and no start or hold is still
 ///     under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose filters stay those of the gains
-///     that it was made for.
+///     that it was made for. If it diverges it stops and fades out: see `learning_phase` and `divergence_count`.
 ///
 /// Raises
 /// ------

@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use super::controller::HybridController;
 use super::observer::Observer;
 use super::repetitive::RepetitiveControl;
-use crate::convert::errors::raise;
-use crate::convert::objects::shared;
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::{exclusive, shared};
 
 impl HybridController {
     /// With copies of an observer before the feedback and of learning before the feed-forward.
@@ -45,6 +45,28 @@ impl HybridController {
     fn repetitive(&self, py: Python<'_>) -> Option<RepetitiveControl> {
         let (made, now) = (self.repetitive.as_ref()?, self.stage_controller.repetitive()?);
         Some(RepetitiveControl { control: now.clone(), ..made.borrow(py).clone() })
+    }
+
+    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until
+    /// `restart_learning` or `reset`. None without learning.
+    #[getter]
+    fn learning_phase(&self) -> Option<&'static str> {
+        self.stage_controller.repetitive().map(|repetitive| repetitive.phase().name())
+    }
+
+    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped
+    /// and faded out then.
+    #[getter]
+    fn divergence_count(&self) -> u64 {
+        self.stage_controller.repetitive().map_or(0, |repetitive| repetitive.divergence_count())
+    }
+
+    /// Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    ///
+    /// Raises ValueError for a controller that does not learn.
+    fn restart_learning(slf: &Bound<'_, Self>) -> PyResult<()> {
+        let learns = exclusive(slf)?.stage_controller.restart_learning();
+        if learns { Ok(()) } else { Err(errors::value("repetitive", "expected a controller that learns, got None")) }
     }
 
     /// Measurements outside this range (low, high) count as missing; None without such a gate.

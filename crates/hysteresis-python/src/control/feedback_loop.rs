@@ -28,14 +28,19 @@ pub(super) fn truth(
 }
 
 /// How far the true loop may be from this one, as it is by default unless told.
-pub(crate) fn uncertainty(frequency: Option<f64>, damping: Option<f64>, slope: Option<f64>) -> LoopUncertainty {
-    let LoopUncertainty { modes, slope: known } = LoopUncertainty::default();
+pub(super) fn uncertainty(frequency: Option<f64>, damping: Option<f64>, slope: Option<f64>) -> LoopUncertainty {
+    let usual = LoopUncertainty::default();
+    LoopUncertainty { slope: slope.unwrap_or(usual.slope), ..told(usual, frequency, damping) }
+}
+
+/// What is known, with what was told of modes.
+pub(crate) fn told(known: LoopUncertainty, frequency: Option<f64>, damping: Option<f64>) -> LoopUncertainty {
     LoopUncertainty {
         modes: ModeUncertainty {
-            frequency: frequency.unwrap_or(modes.frequency),
-            damping: damping.unwrap_or(modes.damping),
+            frequency: frequency.unwrap_or(known.modes.frequency),
+            damping: damping.unwrap_or(known.modes.damping),
         },
-        slope: slope.unwrap_or(known),
+        ..known
     }
 }
 

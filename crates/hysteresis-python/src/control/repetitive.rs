@@ -9,7 +9,7 @@ use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncer
 use super::filters::sections;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
-use crate::convert::fast_number::{MeasuredError, Number};
+use crate::convert::fast_number::{MeasuredError, Number, Reference};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
@@ -19,6 +19,12 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 /// and L = conj(M) / (|M|^2 + P + 0.05^2) as finite impulse responses around the present place of the last period of N samples. M is
 /// the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
 /// integrates.
+///
+/// Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square
+/// of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
+/// one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where the error has grown by a half
+/// beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
+/// not count.
 ///
 /// Parameters
 /// ----------
@@ -112,11 +118,40 @@ impl RepetitiveControl {
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
-    fn step(slf: &Bound<'_, Self>, error: Number<MeasuredError>) -> PyResult<f64> {
-        Ok(exclusive(slf)?.control.step(error.0))
+    ///
+    /// With the reference of this sample, errors that come from a reference that changes are not taken for divergence.
+    #[pyo3(signature = (error, reference=None))]
+    fn step(
+        slf: &Bound<'_, Self>,
+        error: Number<MeasuredError>,
+        reference: Option<Number<Reference>>,
+    ) -> PyResult<f64> {
+        let mut this = exclusive(slf)?;
+        Ok(match reference {
+            Some(reference) => this.control.step_with(reference.0, error.0),
+            None => this.control.step(error.0),
+        })
     }
 
-    /// Forgets everything learned.
+    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until `restart`.
+    #[getter]
+    fn phase(&self) -> &'static str {
+        self.control.phase().name()
+    }
+
+    /// How often learning has diverged, and stopped.
+    #[getter]
+    fn divergence_count(&self) -> u64 {
+        self.control.divergence_count()
+    }
+
+    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    fn restart(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.control.restart();
+        Ok(())
+    }
+
+    /// Forgets everything, the counters too.
     fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.control.reset();
         Ok(())

@@ -70,10 +70,11 @@ fn structure_named(structure: &Bound<'_, PyAny>) -> PyResult<Structure> {
 ///     What the sensor shows later than the dynamics explain, in seconds, at most 1000 samples.
 /// peak_sensitivity : float
 ///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
-/// frequency_uncertainty : float
-///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5.
-/// damping_uncertainty : float
-///     By which factor their damping may be less or more, 1 to 100.
+/// frequency_uncertainty : float, optional
+///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5. By default 0.05, or three
+///     standard errors of the identification where they are more.
+/// damping_uncertainty : float, optional
+///     By which factor their damping may be less or more, 1 to 100. By default 2, or what three standard errors make of it.
 /// structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
 ///     The only one that is admitted; all but the first need a lightly damped mode.
 ///
@@ -109,7 +110,7 @@ fn structure_named(structure: &Bound<'_, PyAny>) -> PyResult<Structure> {
 #[pyo3(signature = (stage, *, dt=None, peak_sensitivity=None, dynamics=None, amplifier_bandwidth=None, dead_time=None,
     frequency_uncertainty=None, damping_uncertainty=None, structure=None),
     text_signature = "(stage, *, dt=None, peak_sensitivity=1.7, dynamics=None, amplifier_bandwidth=None, dead_time=0.0, \
-    frequency_uncertainty=0.05, damping_uncertainty=2.0, structure=None)")]
+    frequency_uncertainty=None, damping_uncertainty=None, structure=None)")]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn tune(
     py: Python<'_>,

@@ -184,6 +184,18 @@ result_methods!(LoopReport {
         LoopTimes(self.0.period.clone())
     }
 
+    /// Whether learning in the loop went on: "learning", "fading" or "stopped"; None without learning.
+    #[getter]
+    fn learning_phase(&self) -> Option<&'static str> {
+        self.0.learning.map(|learning| learning.phase.name())
+    }
+
+    /// How often learning had diverged, and stopped, at the end: one of the `warnings` says so too.
+    #[getter]
+    fn divergence_count(&self) -> u64 {
+        self.0.learning.map_or(0, |learning| learning.divergence_count)
+    }
+
     /// What was refused, or failed without ending the loop.
     #[getter]
     fn warnings(&self) -> Vec<String> {

@@ -13,7 +13,7 @@ use super::made_controller::{SOURCES, Wishes, both};
 use super::object::Stage;
 use super::precompensate::checked_limits;
 use crate::control::controller::HybridController;
-use crate::control::feedback_loop::uncertainty;
+use crate::control::feedback_loop::told;
 use crate::control::iterative::IterativeLearning;
 use crate::control::linear::state_space::StateSpace;
 use crate::control::observer::Observer;
@@ -67,7 +67,7 @@ impl Stage {
     /// >>> tuning.kp < 0.0, tuning.explanation.split(".")[0]
     /// (True, 'A low-pass and a negative proportional gain damp the resonance actively')
     #[pyo3(signature = (dt, peak_sensitivity=None, *, frequency_uncertainty=None, damping_uncertainty=None, structure=None),
-        text_signature = "($self, dt, peak_sensitivity=1.7, *, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
+        text_signature = "($self, dt, peak_sensitivity=1.7, *, frequency_uncertainty=None, damping_uncertainty=None, \
         structure=None)")]
     fn tune(
         &self,
@@ -125,7 +125,12 @@ impl Stage {
     /// drift : float, optional
     ///     Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
     /// period : int, optional
-    ///     Learns a reference that repeats after so many samples, by `RepetitiveControl`.
+    ///     Learns a reference that repeats after so many samples, by `RepetitiveControl`. Learning that diverges stops and fades out:
+    ///     `divergence_count` and `learning_phase` of the controller tell.
+    /// frequency_uncertainty, damping_uncertainty : float, optional
+    ///     Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a factor of their
+    ///     damping. Tuned gains and learning suit all of these. By default 0.05 and 2, or three standard errors of the identification where
+    ///     they are more.
     ///
     /// Examples
     /// --------
@@ -150,9 +155,14 @@ impl Stage {
     /// >>> worst = abs(run.position - wave).reshape(10, 500).max(axis=1)
     /// >>> bool(worst[0] > 2e-3), bool(worst[8] < 1e-4)  # um, in the first and the ninth period
     /// (True, True)
+    /// >>> changed = light.replace(dynamics=mh.plant.SecondOrder(620.0, 0.02)).plant(1e-4)  # a heavier load
+    /// >>> run = mh.plant.simulate(whole, changed, mh.signals.sine(1.0, 20.0, seconds=1.5, rate=10e3))
+    /// >>> whole.divergence_count, whole.learning_phase
+    /// (1, 'stopped')
     #[pyo3(signature = (dt, limits=None, feedforward=OrDefault(None), *, kp=None, ki=None, ahead=None, smoothing=None, drift=None,
-        period=None), text_signature = "($self, dt, limits=None, feedforward='inverse', *, kp=None, ki=None, ahead=None, \
-        smoothing=None, drift=None, period=None)")]
+        period=None, frequency_uncertainty=None, damping_uncertainty=None),
+        text_signature = "($self, dt, limits=None, feedforward='inverse', *, kp=None, ki=None, ahead=None, \
+        smoothing=None, drift=None, period=None, frequency_uncertainty=None, damping_uncertainty=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn controller(
         &self,
@@ -166,14 +176,17 @@ impl Stage {
         smoothing: Option<&Bound<'_, PyAny>>,
         drift: Option<&Bound<'_, PyAny>>,
         period: Option<&Bound<'_, PyAny>>,
+        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        damping_uncertainty: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<HybridController> {
-        numbers!(dt, kp, ki, drift);
+        numbers!(dt, kp, ki, drift, frequency_uncertainty, damping_uncertainty);
         let wishes = Wishes {
             gains: (kp, ki),
             ahead: ahead.map(|ahead| samples("ahead", ahead)).transpose()?,
             smoothing: smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?,
             drift,
             period: period.map(|period| count("period", period)).transpose()?,
+            uncertainty: (frequency_uncertainty, damping_uncertainty),
         };
         let limits = checked_limits(&self.0, limits)?;
         let feedforward = feedforward.word("feedforward", SOURCES, "inverse")?;
@@ -197,7 +210,7 @@ impl Stage {
     #[pyo3(signature = (target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=None, target_limits=None, noise=None,
         frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=OrDefault(None)),
         text_signature = "($self, target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=0.15, target_limits=None, \
-        noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, settle=None, on_demand=False)")]
+        noise=None, frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=False)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn iterative_learning(
         &self,
@@ -221,7 +234,7 @@ impl Stage {
             min_gain: min_gain.unwrap_or(LearningOptions::default().min_gain),
             target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
             noise,
-            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
+            uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
             settle: settle.map_or_else(
                 // From rest to rest nothing rings on.
                 || Ok(if on_demand { 0 } else { self.0.periods_to_settle() }),
@@ -237,7 +250,7 @@ impl Stage {
     #[pyo3(signature = (period, dt, *, bandwidth=None, kp=None, ki=None, gain=None, settle=None, limit=None,
         frequency_uncertainty=None, damping_uncertainty=None),
         text_signature = "($self, period, dt, *, bandwidth=None, kp=None, ki=None, gain=0.3, settle=1, limit=None, \
-        frequency_uncertainty=0.05, damping_uncertainty=2.0)")]
+        frequency_uncertainty=None, damping_uncertainty=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn repetitive_control(
         &self,
@@ -259,7 +272,7 @@ impl Stage {
             gain: gain.unwrap_or(default.gain),
             settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
             limit,
-            uncertainty: uncertainty(frequency_uncertainty, damping_uncertainty, Some(self.0.slope_uncertainty())),
+            uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
         };
         RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, count("period", period)?, options)
     }

@@ -2,13 +2,14 @@
 
 use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::learning::RepetitiveOptions;
+use hysteresis_control::stage::PEAK_SENSITIVITY;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::object::Stage;
 use super::streams::StageInverse;
 use crate::control::controller::HybridController;
-use crate::control::feedback_loop::uncertainty;
+use crate::control::feedback_loop::told;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
 use crate::convert::arguments::{numbers, unknown};
@@ -26,7 +27,7 @@ impl Stage {
         feedforward: &str,
         wishes: Wishes,
     ) -> PyResult<HybridController> {
-        let Wishes { gains, ahead, smoothing, drift, period } = wishes;
+        let Wishes { gains, ahead, smoothing, drift, period, uncertainty: (frequency, damping) } = wishes;
         if feedforward != "preview" {
             let expected = "expected None without feedforward=\"preview\"";
             if ahead.is_some() {
@@ -36,9 +37,18 @@ impl Stage {
                 return Err(errors::value("smoothing", expected));
             }
         }
+        for (name, given) in [("frequency_uncertainty", frequency), ("damping_uncertainty", damping)] {
+            if period.is_none() && given.is_some() {
+                return Err(errors::value(name, "expected None without period; for gains alone ask stage.tune"));
+            }
+        }
+        let uncertainty = told(self.0.loop_uncertainty(), frequency, damping);
         let options = match both(gains)? {
             Some(gains) => self.0.controller_options_with_gains(dt, limits, gains),
-            None => self.0.controller_options(dt, limits),
+            None => self.0.tuning_options(dt, PEAK_SENSITIVITY).and_then(|mut asked| {
+                asked.uncertainty = uncertainty.modes;
+                self.0.controller_options_tuned(&asked, limits)
+            }),
         };
         let options = options.map_err(raise)?;
         let source = match feedforward {
@@ -60,7 +70,6 @@ impl Stage {
         let observer = drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
         let repetitive = period.map(|period| {
             let feedback = self.0.feedback_loop(dt, (options.kp, options.ki), options.filters).map_err(raise)?;
-            let uncertainty = uncertainty(None, None, Some(self.0.slope_uncertainty()));
             let learning = RepetitiveOptions { uncertainty, ..RepetitiveOptions::default() };
             Py::new(py, RepetitiveControl::of(feedback, period, learning)?)
         });
@@ -93,6 +102,8 @@ pub(super) struct Wishes {
     pub(super) drift: Option<f64>,
     /// Of learning in the loop, in samples.
     pub(super) period: Option<usize>,
+    /// How far frequency and damping of modes may be from what is known, where learning is asked for.
+    pub(super) uncertainty: (Option<f64>, Option<f64>),
 }
 
 /// Gains are found together: one of them beside a tuned other one may make the loop unstable.
