@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -198,3 +199,23 @@ def test_the_command_line_has_them(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert_refused(
         run(*COMMAND, "--modes", "2", "--dynamics", "1"), tmp_path, kept, "--modes", "dynamics"
     )
+
+
+def test_ringing_is_not_within_reach() -> None:
+    """Steps over the whole range ring by half of it: a reference is planned by what stays."""
+    swings = signals.decaying_triangle(150.0, 1.0, cycles=4, rate=RATE)
+    drive = np.concatenate([swings, np.repeat([150.0, -150.0, 40.0, 150.0, 0.0], 600)])
+    made = stage(ONE)
+    position = made.plant(1.0 / RATE, seed=1).run(drive)[0]
+    found = mh.identify(drive, position, dt=1.0 / RATE, **FIT)
+    assert made.position_range is not None and found.stage.position_range is not None
+    low, high = found.stage.position_range
+    stroke = high - low
+    assert np.abs(np.subtract((low, high), made.position_range)).max() < 0.005 * stroke
+    assert found.position_range == (position.min(), position.max())
+    assert position.max() > high + 0.3 * stroke and position.min() < low - 0.3 * stroke
+    slow = 0.5 * (low + high) + 0.4999 * stroke * np.sin(2.0 * np.pi * np.arange(8000) / 4000.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # of drives that are held back
+        planned = found.stage.precompensate(slow, 1.0 / RATE, lead_in=0.5)
+    assert np.abs(made.forward(1.0 / RATE).run(planned)[500:] - slow).max() < 0.01 * stroke

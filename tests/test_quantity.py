@@ -28,6 +28,11 @@ from mpi_hyst._quantity import Quantity
         ("p [bar]", "p (bar)"),
         ("H_A/m", "H (A/m)"),
         ("E [MV/m]", "E (MV/m)"),
+        ("U [MV]", "U (MV)"),
+        ("U (MV)", "U (MV)"),
+        ("I/MA", "I (MA)"),
+        ("U [mV]", "U (mV)"),
+        ("DRIVE_MV", "DRIVE (mV)"),
         ("E [kV/mm]", "E (kV/mm)"),
         ("E [mV/m]", "E (mV/m)"),
         ("Pos[Å]", "Pos (Å)"),
@@ -56,4 +61,5 @@ def test_no_time_has_another_unit(name: str) -> None:
 def test_what_a_file_states_goes_before_the_name() -> None:
     assert Quantity("x_um", "steps").suffix == "steps"
     assert Quantity("x_um", "-").suffix == "um"
+    assert Quantity("U", "MV").suffix == "MV"
     assert Quantity("Time", "HH:MM:SS").is_time

@@ -172,6 +172,58 @@ def test_a_scan_in_motion_is_told() -> None:
     assert [Path(one.filename).name for one in told] == ["test_scan.py"]
 
 
+# ---- from end to end
+
+
+SOFT_STACK = mh.Stage(
+    mh.PrandtlIshlinskii([0.1, 0.05, 0.05], [0.0, 10.0, 40.0]), limits=(0.0, 150.0)
+)
+LAGS = {"dynamics": mh.plant.SecondOrder(300.0, 0.7), "amplifier_bandwidth": 400.0}
+
+
+@pytest.mark.parametrize("creep", [None, CREEP])
+@pytest.mark.parametrize("upwards", [True, False])
+def test_a_ramp_leads_from_one_end_of_the_range_to_the_other(
+    creep: mh.plant.Creep | None, upwards: bool
+) -> None:
+    stage = SOFT_STACK.replace(creep=creep)
+    begun, bench = scanner(x=stage), stage.forward(DT)
+    assert stage.position_range is not None
+    low, high = stage.position_range if upwards else stage.position_range[::-1]
+    for ramp in (np.linspace(low, high, 300), np.linspace(high, low, 300)):
+        reached = bench.run(begun.run({"x": ramp}, lead_in=0.1)["x"])[100:]
+        assert np.abs(reached - ramp).max() < 1e-9 * abs(high - low)
+
+
+def test_a_ramp_of_a_lagging_stage_begins_at_the_end_of_its_range() -> None:
+    stage = SOFT_STACK.replace(**LAGS)
+    bench = stage.forward(DT)
+    assert stage.position_range is not None
+    low, high = stage.position_range
+    for begun, ramp in (
+        (scanner(x=stage), np.linspace(low, high, 300)[:290]),
+        (scanner(x=stage), np.linspace(high, low, 300)[:290]),
+    ):
+        bench.settle(0.0)
+        drives = begun.run({"x": ramp}, lead_in=0.1)["x"]
+        assert np.abs(bench.run(drives)[100:] - ramp).max() < 2e-3 * (high - low)
+
+
+def test_where_a_scan_may_begin_is_told() -> None:
+    reach = r"positions that the stage reaches, 2\.5 to 27\.5 um"
+    advice = "begin farther within them, or give a longer lead_in"
+    driven = scanner(x=SOFT_STACK)
+    driven.follow({"x": [150.0, 0.0]})
+    swinging = scanner(x=SOFT_STACK.replace(dynamics=mh.plant.SecondOrder(20.0, 0.05)))
+    for begun, scan in ((driven, np.linspace(1.0, 20.0, 100)), (swinging, np.full(150, 27.5))):
+        before = begun.state
+        with pytest.raises(ValueError, match=rf"x'\]: the lead-in leaves the {reach}: {advice}"):
+            begun.run({"x": scan}, lead_in=0.1)
+        assert begun.state == before
+    swinging.run({"x": np.full(150, 27.5)}, lead_in=0.2)
+    driven.run({"x": np.linspace(2.5, 20.0, 100)}, lead_in=0.1)
+
+
 # ---- what it refuses
 
 

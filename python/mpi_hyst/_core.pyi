@@ -1175,7 +1175,10 @@ class Identification:
         """The lowest and the highest input of all records."""
     @property
     def position_range(self) -> tuple[float, float]:
-        """The lowest and the highest output of all fitted samples."""
+        """The lowest and the highest output of all fitted samples, ringing and noise included.
+
+        What references may ask for is `stage.position_range`.
+        """
     @property
     def noise(self) -> float:
         """Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output."""
@@ -3671,7 +3674,21 @@ class Stage:
         """
     @property
     def position_range(self) -> tuple[float, float] | None:
-        """The lowest and the highest position between these drives, or None."""
+        """The positions that the stage reaches whatever happened before, or None without a range of drives.
+
+        Every position in it has a drive within `drive_range`, after any history within it: these are the ends of the slow
+        loop over that range. So what remains at its low end after a full stroke is outside, though a stage that was never
+        driven begins there. Creep counts where it is worst, at rest at the other end, but takes no more than a quarter of
+        the loop from either end. What modes overshoot and what a loop shift adds in motion do not count: a fast reference
+        reaches less. What the records held is in `identified`.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> stage = mh.Stage(mh.PrandtlIshlinskii([0.5, 0.5], [0.0, 10.0]), limits=(0.0, 100.0))
+        >>> stage.position_range  # at first 0, but 5 after any stroke of 20 or more
+        (5.0, 95.0)
+        """
     @property
     def slope_range(self) -> tuple[float, float]:
         """The lowest and the highest slope of the position over the drive."""

@@ -25,6 +25,8 @@ _UNITS = {
 } | {"å": "angstrom", "°c": "degC"}
 # In small letters these would be units of another size.
 _EXACT = {unit: unit for unit in ("MV/m", "MPa")}
+# A unit that is stated like this is mega, not milli; `DRIVE_MV` is a name in capitals.
+_MEGA = ("MV", "MA", "MN")
 _WORDS = {
     **dict.fromkeys(("volt", "volts", "voltage"), "V"),
     **dict.fromkeys(("micron", "microns", "micrometer", "micrometre"), "um"),
@@ -54,6 +56,8 @@ _LIKE_A_UNIT = re.compile(rf"{_ONE}([/*·.]{_ONE})*")
 def known_unit(text: str) -> str:
     """Return a unit in ASCII as column names end with it, or nothing: `[µm]` and `um` are um."""
     bare = _bare(text)
+    if bare in _MEGA:
+        return ""
     return _unit(bare) or _WORDS.get(bare.lower(), "")
 
 
@@ -94,7 +98,8 @@ def _over(column: str) -> tuple[str, str] | None:
     found = _OVER.fullmatch(column)
     if found is None:
         return None
-    name, unit = found["name"], _unit(_bare(found["unit"]))
+    name, bare = found["name"], _bare(found["unit"])
+    unit = bare if bare in _MEGA else _unit(bare)
     is_told = len(unit) > 1 and unit not in _ONLY_OF_SYMBOL
     is_told = is_told or _SYMBOL.fullmatch(name) is not None
     if name.lower() in TIME_NAMES or (is_told and unit not in _ONLY_OF_TIME):

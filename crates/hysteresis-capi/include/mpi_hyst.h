@@ -216,9 +216,9 @@ typedef struct {
     double drive_low;
     // The highest drive of what is made from the stage, unless told.
     double drive_high;
-    // The lowest position between these drives.
+    // The lowest position that the stage reaches between these drives whatever happened before: the end of its slow loop.
     double position_low;
-    // The highest position between these drives.
+    // The highest position that it reaches in the same sense.
     double position_high;
     // The drive at rest: 0, or the limit nearest to it.
     double rest_drive;

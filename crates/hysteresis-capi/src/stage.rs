@@ -31,9 +31,9 @@ pub struct Properties {
     pub drive_low: f64,
     /// The highest drive of what is made from the stage, unless told.
     pub drive_high: f64,
-    /// The lowest position between these drives.
+    /// The lowest position that the stage reaches between these drives whatever happened before: the end of its slow loop.
     pub position_low: f64,
-    /// The highest position between these drives.
+    /// The highest position that it reaches in the same sense.
     pub position_high: f64,
     /// The drive at rest: 0, or the limit nearest to it.
     pub rest_drive: f64,

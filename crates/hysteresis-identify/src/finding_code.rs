@@ -70,9 +70,9 @@ pub enum FindingCode {
     /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
     /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
     Outliers,
-    /// The output stays at its highest or lowest value while the input moves on. Value: how far the input moves
-    /// meanwhile, over its range, if that is more than three times what it does while a coarse or slow sensor stays at other
-    /// values; limit 0.02, above what eight bits make of a turn.
+    /// The output stays at its highest or lowest value while the input goes on outwards, by more than three times what it
+    /// does while a coarse or slow sensor stays at other values: a flat that begins at a turn is hysteresis. Value: how far
+    /// the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
     /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
     /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and

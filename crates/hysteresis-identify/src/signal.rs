@@ -116,6 +116,12 @@ pub(super) fn medians(values: &[f64], around: usize) -> Vec<f64> {
     (0..values.len()).map(of).collect()
 }
 
+/// How far a drive goes on from its first value upwards, or downwards for a `direction` below 0.
+pub(super) fn goes_on(drive: &[f64], direction: f64) -> f64 {
+    let Some(first) = drive.first() else { return 0.0 };
+    drive.iter().map(|u| direction.signum() * (u - first)).fold(0.0, f64::max)
+}
+
 /// The stretches of two and more equal values.
 pub(super) fn stays(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
     let mut from = 0;

@@ -184,7 +184,7 @@ impl Stage {
         let Some(limits) = self.limits(limits)? else {
             return Err(Error::NoLimits);
         };
-        let measurement_range = self.position_range().map(|(low, high)| (2.0 * low - high, 2.0 * high - low));
+        let measurement_range = self.widest_position_range().map(|(low, high)| (2.0 * low - high, 2.0 * high - low));
         Ok(ControllerOptions {
             slew: self.parts().slew,
             start_drive: Some(rest_drive(Some(limits))),

@@ -60,7 +60,8 @@ fn amber() -> String {
 pub struct Identified {
     /// The lowest and the highest drive of the records.
     pub drive_range: (f64, f64),
-    /// The lowest and the highest position of the records.
+    /// The lowest and the highest position of the records, which may hold ringing and noise; what the stage reaches is
+    /// [`Stage::position_range`](super::Stage::position_range).
     pub position_range: (f64, f64),
     /// The sampling intervals of the records, in seconds; empty if they are not known.
     pub dt: Vec<f64>,

@@ -33,6 +33,7 @@ mod forward;
 mod identified;
 mod loop_shift;
 mod precompensate;
+mod ranges;
 mod uncertainty;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
@@ -45,7 +46,7 @@ pub use precompensate::{PrecompensateOptions, Precompensated};
 
 use hysteresis_core::{
     Bound, Bracket, CompiledModel, CreepTerms, Error as CoreError, MAX_MAGNITUDE, ModifiedPrandtlIshlinskii,
-    PiecewiseLinearMap, Process, QuasiStatic, QuasiStaticInverse, is_admissible,
+    PiecewiseLinearMap, QuasiStatic, QuasiStaticInverse, is_admissible,
 };
 
 use crate::linear::{Creep, FirstOrder, LinearDynamics};
@@ -328,33 +329,6 @@ impl Stage {
     pub fn bracket(&self, limits: Option<(f64, f64)>) -> Result<Bracket, Error> {
         let limits = self.limits(limits)?.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
         Ok(Bracket::of_stage(&self.rigid, limits)?)
-    }
-
-    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest
-    /// drive does not enter it, and at its end it is 0.
-    #[must_use]
-    pub fn slope_range(&self) -> (f64, f64) {
-        let (mut low, mut high) = self.model.slope_range();
-        for map in [&self.parts.input_map, &self.parts.output_map].into_iter().flatten() {
-            let (flat, steep) = map.slope_range();
-            (low, high) = (low * flat, high * steep);
-        }
-        let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
-        let gain = self.parts.dynamics.static_gain().abs();
-        (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
-    }
-
-    /// The lowest and the highest position between limits, as far as the stage knows them. Of a stage that was not
-    /// identified, without loop shift and creep.
-    #[must_use]
-    pub fn position_range(&self) -> Option<(f64, f64)> {
-        let identified = self.parts.identified.as_ref().map(|identified| identified.position_range);
-        identified.or_else(|| {
-            let (low, high) = self.drive_range()?;
-            let mut forward = self.rigid.forward();
-            let ends = (forward.step(low), forward.step(high));
-            Some((ends.0.min(ends.1), ends.0.max(ends.1)))
-        })
     }
 }
 

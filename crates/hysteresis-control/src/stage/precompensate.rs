@@ -113,7 +113,11 @@ impl Stage {
     ) -> Result<(Vec<f64>, usize), Error> {
         let difference = position - reference[0];
         let mut path = Vec::new();
-        let span = self.position_range().unwrap_or_else(|| bounds(reference));
+        let mut span = bounds(reference);
+        if let Some((low, high)) = self.position_range() {
+            // The stage may be, and the reference may begin, where only this history leads.
+            span = (span.0.min(low).min(position), span.1.max(high).max(position));
+        }
         if let Some(seconds) = lead_in {
             let samples = lead_in_samples(seconds, dt)?;
             reserve(&mut path, reference.len().saturating_add(samples), "lead_in")?;

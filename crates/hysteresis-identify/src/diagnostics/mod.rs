@@ -150,6 +150,9 @@ pub(crate) fn causes(findings: Vec<Finding>) -> Vec<Finding> {
 /// What a model explains leaves less than that share of the range.
 const EXPLAINED: f64 = 2e-3;
 
+/// A model that leaves more than that share of the range has no lag that means something.
+const TELLS_A_LAG: f64 = 0.1;
+
 /// What the records show by themselves.
 fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Finding> {
     let minor_loops = loops::no_minor_loops(records);
@@ -173,7 +176,7 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
         gain_change,
         noisy,
         doubted(local::input_outliers),
-        doubted(|record| Stays::of(record).stuck(record)),
+        doubted(|record| Stays::of(record, 0).stuck(record)),
         worst(records, |_, record| times::gap(record)),
         worst(records, |_, record| times::rate_change(record)),
         worst(records, |_, record| times::jitter(record)),
@@ -206,9 +209,10 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
         worst(records, |place, record| local::jump(record, of(place), &bursts[place])),
         worst(records, |place, record| stuck::input(record, unexplained(place), of(place))),
         worst(records, |place, record| {
-            let is_poor = signal::rms(of(place)) > EXPLAINED * record.output_range();
-            let noisy = || flat_ends::clipped(record).filter(|_| is_poor);
-            Stays::of(record).clipped(record).filter(is_past).or_else(noisy)
+            let left = signal::rms(of(place)) / record.output_range();
+            let lag = if left < TELLS_A_LAG { whole(lag(record)) } else { 0 };
+            let noisy = || flat_ends::clipped(record).filter(|_| left > EXPLAINED);
+            Stays::of(record, lag).clipped(record).filter(is_past).or_else(noisy)
         }),
         worst(records, |place, record| Some(residual::clipped_input(record, unexplained(place), of(place)))),
     ];
@@ -222,6 +226,12 @@ fn worst(records: &[Record<'_>], measure: impl Fn(usize, &Record<'_>) -> Option<
     let past = measured.filter(|(_, m)| is_past(m));
     let (place, most) = past.max_by(|(_, a), (_, b)| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
     Some(Finding { record: (records.len() > 1).then_some(place), ..most })
+}
+
+/// So many whole samples; none of what is not finite.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, from 0 on")]
+fn whole(samples: f64) -> usize {
+    samples.floor() as usize
 }
 
 fn is_past(finding: &Finding) -> bool {

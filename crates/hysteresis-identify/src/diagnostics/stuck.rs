@@ -16,27 +16,38 @@ pub(super) struct Stays {
     between: Vec<(f64, Range<usize>)>,
 }
 
+/// What is longer than so many usual stays is unusual.
+const UNUSUAL: f64 = 3.0;
+
 impl Stays {
-    /// The stays of the fitted samples that are unusually long: a coarse or slow sensor stays at every value.
-    pub(super) fn of(record: &Record<'_>) -> Self {
-        const UNUSUAL: f64 = 3.0;
-        /// Stays that may be unusual ones, and the share of all stays that may.
-        const FEW: usize = 4;
-        const SHARE: usize = 10;
+    /// The stays of the fitted samples that are unusually long: a coarse or slow sensor stays at every value. The position
+    /// follows the drive so many samples later.
+    pub(super) fn of(record: &Record<'_>, lag: usize) -> Self {
         /// Two readings are equal by chance, or as the position turns between them.
         const SHORTEST: usize = 3;
+        /// A sensor at its end is there while the drive goes on by this share of its range at least, and not only turns.
+        const GOES_ON: f64 = 0.005;
         let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
         let ((low, high), ends) = (signal::bounds(input), <[f64; 2]>::from(signal::bounds(output)));
-        let (at_the_ends, between): (Vec<_>, Vec<_>) =
-            stays(output, input, high - low).into_iter().partition(|(_, stay)| ends.contains(&output[stay.start]));
-        let usual = UNUSUAL * between.get(FEW + between.len() / SHARE).map_or(0.0, |(travel, _)| *travel);
-        let unusual = |stays: Vec<(f64, Range<usize>)>| {
-            let longer = stays.into_iter().filter(|(travel, _)| *travel > usual);
-            longer.map(|(travel, stay)| (travel, record.skip() + stay.start..record.skip() + stay.end)).collect()
+        let is_end = |stay: &Range<usize>| ends.contains(&output[stay.start]);
+        let sign = signal::correlation(input, output).map_or(1.0, f64::signum);
+        let goes_on = |stay: &Range<usize>| {
+            let level = output[stay.start];
+            let came_from = if is_end(stay) { ends[0] + ends[1] - level } else { output[stay.start.max(1) - 1] };
+            let driven = &input[stay.start.saturating_sub(lag)..stay.end.saturating_sub(lag)];
+            signal::goes_on(driven, sign * (level - came_from)) / (high - low)
         };
-        let mut between: Vec<_> = unusual(between);
-        between.retain(|(_, stay)| stay.len() >= SHORTEST);
-        Self { at_the_ends: unusual(at_the_ends), between }
+        let (mut at_the_ends, mut between): (Vec<_>, Vec<_>) =
+            stays(output, input, high - low).into_iter().partition(|(_, stay)| is_end(stay));
+        let least = usual(&between, |(_, stay)| goes_on(stay)).max(GOES_ON);
+        at_the_ends.retain(|(_, stay)| goes_on(stay) > least);
+        let usual = usual(&between, |(travel, _)| *travel);
+        between.retain(|(travel, stay)| *travel > usual && stay.len() >= SHORTEST);
+        let in_record = |stays: Vec<(f64, Range<usize>)>| {
+            let later = |stay: Range<usize>| record.skip() + stay.start..record.skip() + stay.end;
+            stays.into_iter().map(|(travel, stay)| (travel, later(stay))).collect()
+        };
+        Self { at_the_ends: in_record(at_the_ends), between: in_record(between) }
     }
 
     /// The position stands still between its ends: a frozen sensor.
@@ -68,6 +79,16 @@ impl Stays {
         let hint = leave_out(&past(&self.at_the_ends, 0.5 * LIMIT));
         Some(finding.try_next(format!("drive less far, or widen the range of the sensor or its converter; or {hint}")))
     }
+}
+
+/// What of a measure of stays is not yet unusual: some may be.
+fn usual(stays: &[(f64, Range<usize>)], measure: impl Fn(&(f64, Range<usize>)) -> f64) -> f64 {
+    /// Stays that may be unusual ones, and the share of all stays that may.
+    const FEW: usize = 4;
+    const SHARE: usize = 10;
+    let mut measured: Vec<f64> = stays.iter().map(measure).collect();
+    measured.sort_unstable_by(|a, b| b.total_cmp(a));
+    UNUSUAL * measured.get(FEW + stays.len() / SHARE).copied().unwrap_or(0.0)
 }
 
 /// The stays with more travel than that, in the order of the record.
@@ -115,4 +136,62 @@ fn stays(values: &[f64], other: &[f64], range: f64) -> Vec<(f64, Range<usize>)> 
     let mut stays: Vec<_> = signal::stays(values).map(travel).collect();
     stays.sort_by(|a, b| b.0.total_cmp(&a.0));
     stays
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::as_f64;
+
+    /// Loops of 80 samples that shrink to a third.
+    fn drive() -> Vec<f64> {
+        let loops = |k: usize| (1.0 - as_f64(k) / 1200.0) * (1.0 - (as_f64((k + 20) % 80) / 20.0 - 2.0).abs());
+        (0..800).map(loops).collect()
+    }
+
+    /// A backlash of half the range: flat behind every turn.
+    fn backlash(drive: &[f64]) -> Vec<f64> {
+        let mut play = 0.0_f64;
+        let follow = |u: &f64| {
+            play = play.clamp(u - 0.25, u + 0.25);
+            play
+        };
+        drive.iter().map(follow).collect()
+    }
+
+    fn clipped(output: &[f64], lag: usize) -> Option<Finding> {
+        let drive = drive();
+        let record = Record::new(&drive, output, 0).unwrap();
+        Stays::of(&record, lag).clipped(&record).filter(|finding| finding.value > finding.limit)
+    }
+
+    /// A flat that begins at the turn is hysteresis; one that begins before it is a sensor at its end.
+    #[test]
+    fn a_backlash_is_not_clipped_unless_the_drive_goes_on() {
+        let flat = backlash(&drive());
+        let late = [&[0.0; 6], &flat[..794]].concat();
+        for (output, lag) in [(&flat, 0), (&late, 0), (&late, 6)] {
+            for sign in [1.0, -1.0] {
+                let signed: Vec<f64> = output.iter().map(|y| sign * y).collect();
+                assert_eq!(clipped(&signed, lag), None, "{sign} {lag}");
+                // Unless its lag is known, a position comes late to its end: with the drive at the turn.
+                let is_told = lag > 0 || output == &flat;
+                for (low, high) in [(-0.5, 0.5), (-0.5, 2.0), (-2.0, 0.5), (-2.0, 0.6)] {
+                    let ends: Vec<f64> = signed.iter().map(|y| y.clamp(low, high)).collect();
+                    assert_eq!(clipped(&ends, lag).is_some(), is_told, "{sign} {lag} {low} {high}");
+                }
+            }
+        }
+    }
+
+    /// A coarse sensor stays at its last value as at all others; a wide one at the end of its range stays longer.
+    #[test]
+    fn a_coarse_sensor_is_not_clipped() {
+        for bits in [32.0, 256.0, 4096.0] {
+            let coarse: Vec<f64> = backlash(&drive()).iter().map(|y| (y * bits).round() / bits).collect();
+            assert_eq!(clipped(&coarse, 0), None, "{bits}");
+            let ends: Vec<f64> = coarse.iter().map(|y| y.min(0.5)).collect();
+            assert!(clipped(&ends, 0).is_some(), "{bits}");
+        }
+    }
 }

@@ -58,7 +58,8 @@ pub struct Identification {
     pub dt: Vec<f64>,
     /// The lowest and the highest input of all records.
     pub drive_range: (f64, f64),
-    /// The lowest and the highest output of all fitted samples.
+    /// The lowest and the highest output of all fitted samples, ringing and noise included; what the stage reaches is
+    /// [`Stage::position_range`](hysteresis_control::stage::Stage::position_range).
     pub position_range: (f64, f64),
     /// The output offset of every record, in the unit of the output.
     pub output_offsets: Vec<f64>,

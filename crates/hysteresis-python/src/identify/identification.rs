@@ -126,7 +126,9 @@ result_methods!(Identification {
         self.found.drive_range
     }
 
-    /// The lowest and the highest output of all fitted samples.
+    /// The lowest and the highest output of all fitted samples, ringing and noise included.
+    ///
+    /// What references may ask for is `stage.position_range`.
     #[getter]
     fn position_range(&self) -> (f64, f64) {
         self.found.position_range
