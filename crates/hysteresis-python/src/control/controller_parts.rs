@@ -1,5 +1,6 @@
 //! What a controller may have beside feed-forward and feedback: observer, learning, gates of its measurements.
 
+use hysteresis_control::learning;
 use pyo3::prelude::*;
 
 use super::controller::HybridController;
@@ -58,7 +59,7 @@ impl HybridController {
     /// and faded out then.
     #[getter]
     fn divergence_count(&self) -> u64 {
-        self.stage_controller.repetitive().map_or(0, |repetitive| repetitive.divergence_count())
+        self.stage_controller.repetitive().map_or(0, learning::RepetitiveControl::divergence_count)
     }
 
     /// Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
