@@ -128,7 +128,7 @@ def test_a_map_that_may_be_a_loop_shift_is_told(decays: bool) -> None:
 
 
 def test_the_least_slope_does_not_undo_an_output_map() -> None:
-    """Magnetostriction is even, so that loops have slopes of zero: the square of a magnetisation."""
+    """Magnetostriction is even, so loops have slopes of zero: the square of a magnetisation."""
     middle, frequency = 1.5, 2.0 * 3.0 / LOOP / (2.0 * np.pi * 1.5) * 1.2
     head = triangle([3.0, 0.0, middle], 0.0, 3.0, 0.0)
     samples = int(10.0 / frequency / DT)

@@ -114,11 +114,11 @@ impl MapProblem<'_> {
         let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len() + 1);
         let span = |number| Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
         if let [only] = &candidates[..] {
-            return Ok(Chosen::of(self.searched(only, found, &[], whole, monitor)?.0));
+            return Ok(Chosen::of(self.searched(only, found, None, whole, monitor)?.0));
         }
         let mut judged = Vec::with_capacity(candidates.len());
         for (number, maps) in candidates.iter().enumerate() {
-            judged.push(self.judged(maps, found, &[], span(number), monitor)?);
+            judged.push(self.judged(maps, found, None, span(number), monitor)?);
         }
         let without = &judged[0];
         let Some(best) = best_of(&judged, |one| without.is_beaten_by(one, MUST_GAIN)) else {
@@ -142,7 +142,7 @@ impl MapProblem<'_> {
     ) -> Result<Option<Judged>, Error> {
         let Options { input_map: MapModel::Auto, output_map: MapModel::Auto, .. } = self.asked else { return Ok(None) };
         let both = Maps { input: true, output: Some(self.output_map(found)) };
-        self.judged(&both, found, &[one.place.point], span, monitor).map(Some)
+        self.judged(&both, found, Some(one.place.point), span, monitor).map(Some)
     }
 
     /// The candidates, the one of the fewest maps first.
@@ -197,12 +197,12 @@ impl MapProblem<'_> {
         &self,
         maps: &Maps,
         found: &JointFit,
-        starts: &[Point],
+        near: Option<Point>,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Judged, Error> {
         let JointProblem { records, options, basis, .. } = self.fitted;
-        let (place, fit) = self.searched(maps, found, starts, span, monitor)?;
+        let (place, fit) = self.searched(maps, found, near, span, monitor)?;
         let space = &place.space;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
@@ -237,12 +237,12 @@ impl MapProblem<'_> {
         Ok(CrossValidation::best(&tried).cloned())
     }
 
-    /// Where maps lead: from the fit without them, from where hysteresis and maps lead by themselves, and from other starts.
+    /// Where maps lead: from the fit without them, and from a point near by, or else from where hysteresis and maps lead by themselves.
     fn searched(
         &self,
         maps: &Maps,
         found: &JointFit,
-        others: &[Point],
+        near: Option<Point>,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<(Place, ProjectedFit), Error> {
@@ -250,10 +250,11 @@ impl MapProblem<'_> {
         let [alone, together] = [0, 1].map(|half| Span { from: span.at(half, 2), to: span.at(half + 1, 2) });
         let space = maps.in_front_and_behind(&found.space);
         let mut starts = vec![found.fit.point];
-        if !maps.is_none() {
+        if let Some(near) = near {
+            starts.push(near);
+        } else if !maps.is_none() {
             starts.push(self.with_hysteresis_alone(maps, found, alone, monitor)?);
         }
-        starts.extend(others);
         let levels = levels(records, &space, basis, self.smoothness, true)?;
         let projection = &levels[levels.len() - 1];
         let fit = best_attempt(projection, basis, &starts, PASSES, together, monitor)?;
