@@ -110,6 +110,10 @@ impl Space {
         Self { output_map: self.output_map.as_ref().map(linear), ..self.clone() }
     }
 
+    pub(crate) fn has_output_map(&self) -> bool {
+        self.output_map.is_some()
+    }
+
     fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
         let mut space = self.clone();
         space.axes.extend(more);
