@@ -59,7 +59,7 @@ def decaying(low: float, high: float, start: float) -> tuple[Array, int]:
 
 
 def bouc_wen(drive: Array) -> Array:
-    """Return x = u - 0.3 h, dh = du - 0.02 |du| h - 0.01 du |h|."""
+    """Return x = u - 0.5 h, dh = du - 0.02 |du| h - 0.01 du |h|."""
     h, last, out = 0.0, float(drive[0]), []
     for u in drive.tolist():
         steps = max(1, int(abs(u - last) / 0.05))
@@ -67,7 +67,7 @@ def bouc_wen(drive: Array) -> Array:
         for _ in range(steps):
             h += du - 0.02 * abs(du) * h - 0.01 * du * abs(h)
         last = u
-        out.append(u - 0.3 * h)
+        out.append(u - 0.5 * h)
     return np.array(out)
 
 

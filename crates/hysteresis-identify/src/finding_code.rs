@@ -67,7 +67,7 @@ pub enum FindingCode {
     AmplitudeEffects,
     /// Loops that only decay do not tell a map from a loop shift, and the result has neither: the best map that was tried predicts
     /// better than none, but no better than a loop shift. Value: by which factor the map lowers the mean square error on stretches
-    /// that were not fitted; limit 1.2, and what explains less than 1e-3 of the range rms is not told.
+    /// that were not fitted; limit 1.2, and what explains less than 2e-3 of the range rms is not told.
     MapNotTold,
     /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
     /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,

@@ -5,7 +5,7 @@ use crate::finding_code::FindingCode;
 use crate::fit::maps::{MUST_GAIN, UntoldMap};
 
 /// What would explain less of the range than this, rms, is not told.
-const MATTERS: f64 = 1e-3;
+const MATTERS: f64 = 2e-3;
 
 /// A map that the records do not tell from a loop shift.
 pub(crate) fn untold_map(UntoldMap { is_input, gain, share }: UntoldMap) -> Option<Finding> {
