@@ -22,6 +22,7 @@ use crate::fit::shift::ShiftColumns;
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_findings::{joint_findings, untold_dead_time};
+use crate::map_findings::untold_map;
 use crate::no_interval::without_interval;
 use crate::numeric::as_f64;
 use crate::options::{ModelKind, Options, Setting, Thresholds, WeightLaw};
@@ -126,8 +127,10 @@ fn judge_sign(
 
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
     let chain = found.fit.chain(found.interval(records));
-    let Found { fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial } =
-        found;
+    let untold_map = found.untold_map.and_then(untold_map);
+    let Found {
+        fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial, ..
+    } = found;
     let rows = found.rows(records);
     let JointFit { space, fit, linearised } = found;
     let white = Root::of(&fit, &linearised, &space, rows);
@@ -153,6 +156,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         }
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
+    warnings.extend(untold_map);
     if !intervals.are_seconds() {
         warnings = without_interval(warnings, chain.linear.dead_time);
     }

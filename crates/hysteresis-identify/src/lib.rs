@@ -27,6 +27,7 @@ mod joint_search;
 mod loop_shift_model;
 mod loss;
 mod many;
+mod map_findings;
 mod map_model;
 mod modes_model;
 mod no_interval;

@@ -6,7 +6,7 @@ use crate::fit::folds::CrossValidation;
 use crate::fit::intervals::Intervals;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::levels::levels;
-use crate::fit::maps::{MapProblem, Place};
+use crate::fit::maps::{Chosen, MapProblem, Place, UntoldMap};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::search::search;
 use crate::fit::space::Space;
@@ -35,6 +35,8 @@ pub(crate) struct Found {
     pub(crate) linear: Option<LinearEvidence>,
     /// Where one record told the dynamics by itself: a descent to all records would lose them.
     pub(crate) told_alone: Option<ToldAlone>,
+    /// A map that may be there, though none is chosen.
+    pub(crate) untold_map: Option<UntoldMap>,
     pub(crate) partial: bool,
 }
 
@@ -99,8 +101,29 @@ pub(crate) fn search_fit(
 pub(crate) fn with_least_slope(records: &[Record<'_>], found: Found) -> Result<Found, Error> {
     let Some(basis) = found.basis.with_least_slope(&found.fit.fit.weights) else { return Ok(found) };
     let found = Found { basis, ..found };
-    let fit = found.problem(records).at(&found.fit.space, &found.fit.fit.point)?;
+    let at = |space: &Space| found.problem(records).at(space, &found.fit.fit.point);
+    let mut fit = at(&found.fit.space)?;
+    if found.fit.space.has_output_map() {
+        // Without a search an output map stays linear about other weights than those that are found, and these may be far away.
+        let near = at(&found.fit.space.about(&found.fit.fit))?;
+        let dt = found.interval(records);
+        if squares(records, &near, dt) < squares(records, &fit, dt) {
+            fit = near;
+        }
+    }
     Ok(Found { fit, ..found })
+}
+
+/// What a fit leaves with its output map as it is, squared.
+fn squares(records: &[Record<'_>], found: &JointFit, dt: f64) -> f64 {
+    let chain = found.chain(dt);
+    let of_record = |(place, record): (usize, &Record<'_>)| {
+        let offset = found.fit.output_offsets[place];
+        let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
+        let [measured, predicted] = [record.output(), &predicted].map(|signal| record.fitted_of(signal));
+        measured.iter().zip(&predicted[..]).map(|(y, predicted)| (y - offset - predicted).powi(2)).sum::<f64>()
+    };
+    records.iter().enumerate().map(of_record).sum()
 }
 
 /// The same model fitted to records that differ by a few samples, from where it was.
@@ -237,6 +260,7 @@ fn search_beside(
         structure,
         linear: None,
         told_alone: None,
+        untold_map: None,
         partial,
     })
 }
@@ -271,8 +295,8 @@ fn with_structure(
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let fitted = found.problem(records);
-    let place = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
-    restructured(records, asked, found, place, monitor)
+    let Chosen { place, untold } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
+    restructured(records, asked, Found { untold_map: untold, ..found }, place, monitor)
 }
 
 /// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.

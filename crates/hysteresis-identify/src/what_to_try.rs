@@ -40,7 +40,7 @@ impl FindingCode {
                 "poor_fit",
                 Factor(10.0),
                 "follow the other hints first; if it is noise, look at the sensor and whether the rows are in the order of time; else try more \
-                 operators, split weights, --dynamics or --creep",
+                 operators, split weights, --dynamics, --creep or maps (--output-map smooth, --input-map smooth)",
             ),
             Self::StartUpTransient => ("start_up_transient", Never, "skip the beginning (--skip)"),
             Self::TimeGap => ("time_gap", Never, "record without gaps, or fit the part before or after the gap"),
@@ -53,7 +53,17 @@ impl FindingCode {
             }
             Self::RateEffects => ("rate_effects", Never, "identify the dynamics as well, or record more slowly"),
             Self::Drift => ("drift", Never, "identify creep as well, or let the stage settle before the record"),
-            Self::InputEffects => ("input_effects", Never, "fit more operators, or split weights (--weights split)"),
+            Self::InputEffects => (
+                "input_effects",
+                Never,
+                "fit a map (--output-map smooth), more operators, or split weights (--weights split)",
+            ),
+            Self::MapNotTold => (
+                "map_not_told",
+                Never,
+                "add a record whose loops grow again; or ask for the map (--output-map smooth, --input-map smooth), and compare on a \
+                 record that was not fitted",
+            ),
             Self::AmplitudeEffects => (
                 "amplitude_effects",
                 Never,

@@ -125,6 +125,30 @@ fn a_map_is_found_where_there_is_one() {
 }
 
 #[test]
+fn maps_on_both_sides_are_found_where_one_does_not_do() {
+    let bent_twice = Stage::new(StageParts {
+        input_map: Some(bent(1.0, 0.25)),
+        output_map: Some(saturated()),
+        ..StageParts::new(hysteresis())
+    })
+    .unwrap();
+    let (_, found) = found(&bent_twice, 1e-3, &options());
+    assert!(found.input_map().is_some() && found.output_map().is_some());
+    for one in [Options { input_map: MapModel::None, ..options() }, Options { output_map: MapModel::None, ..options() }]
+    {
+        let (_, with_one) = self::found(&bent_twice, 1e-3, &one);
+        assert!(found.fit.rmse < 0.7 * with_one.fit.rmse, "{} {}", found.fit.rmse, with_one.fit.rmse);
+    }
+}
+
+/// The position of the stage, which is within -24 and 24, as a tanh.
+fn saturated() -> PiecewiseLinearMap {
+    let x: Vec<f64> = (-60..=60).map(|k| 0.5 * f64::from(k)).collect();
+    let y: Vec<f64> = x.iter().map(|x| 12.0 * (x / 12.0).tanh()).collect();
+    PiecewiseLinearMap::new(&x, &y).unwrap()
+}
+
+#[test]
 fn what_is_no_amplifier_is_refused() {
     let refused = |amplifier, dynamics| {
         let options = Options { amplifier, dynamics, ..options() };

@@ -1,5 +1,7 @@
 //! Whether a map in front of the hysteresis or behind it predicts better than none.
 
+mod judged;
+
 use std::sync::Arc;
 
 use super::curve::OutputMap;
@@ -8,6 +10,7 @@ use super::joint::{JointFit, JointProblem};
 use super::levels::levels;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
+use super::projection::ProjectedFit;
 use super::response::hysteresis;
 use super::search::{best_attempt, best_of_starts};
 use super::space::Space;
@@ -17,6 +20,8 @@ use crate::error::Error;
 use crate::loop_shift_model::LoopShiftModel;
 use crate::map_model::MapModel;
 use crate::options::Options;
+use crate::record::Record;
+use judged::{Judged, best_of};
 
 /// How many passes over the records a map may take to find its shape: what two maps leave is compared.
 const PASSES: usize = 30;
@@ -26,10 +31,10 @@ const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
 
 /// By which factor a map must lower the mean square error of prediction: a tenth of the error, as three more unknowns and a
 /// stage that is harder to read cost something.
-const MUST_GAIN: f64 = 1.2;
+pub(crate) const MUST_GAIN: f64 = 1.2;
 
-/// The same where loops only decay: a loop shift that they do not tell looks like a map.
-const MUST_GAIN_IN_DECAY: f64 = 3.0;
+/// The same for a map on the other side as well: a sixth of the error. What one map lacks of the true one the other takes up.
+const OTHER_MUST_GAIN: f64 = 1.4;
 
 /// By which factor a map must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
 /// there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is asked for.
@@ -43,6 +48,30 @@ const REACH: f64 = 1.0;
 pub(crate) struct Place {
     pub(crate) space: Space,
     pub(crate) point: Point,
+}
+
+/// The place with the maps that are chosen.
+pub(crate) struct Chosen {
+    pub(crate) place: Place,
+    /// The best map that is not there, as a loop shift would predict as well.
+    pub(crate) untold: Option<UntoldMap>,
+}
+
+impl Chosen {
+    fn of(place: Place) -> Self {
+        Self { place, untold: None }
+    }
+}
+
+/// A map that decaying loops do not tell from a loop shift.
+#[derive(Clone, Copy)]
+pub(crate) struct UntoldMap {
+    /// Whether it is in front of the hysteresis.
+    pub(crate) is_input: bool,
+    /// By which factor it lowers the mean square error of prediction.
+    pub(crate) gain: f64,
+    /// How much of the position it explains, rms, over the range.
+    pub(crate) share: f64,
 }
 
 /// Records, and what is known before maps are searched.
@@ -75,28 +104,45 @@ impl Maps {
 
 impl MapProblem<'_> {
     /// The best place with the maps that were asked for, or as cross-validation asks for them: the one without a map unless
-    /// others predict better, and then the one of those that fits best. All maps have as many unknowns.
-    pub(crate) fn choose(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Place, Error> {
+    /// others predict better, and then the one of those that predicts best; with both maps if that predicts better still.
+    pub(crate) fn choose(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Chosen, Error> {
         let candidates = self.candidates(found);
         if let [Maps { input: false, output: None }] = candidates[..] {
-            return Ok(Place { space: found.space.clone(), point: found.fit.point });
+            return Ok(Chosen::of(Place { space: found.space.clone(), point: found.fit.point }));
         }
         let candidates = self.promising(candidates, found)?;
-        let (mut places, mut tried, mut objectives) = (Vec::new(), Vec::new(), Vec::new());
-        let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len());
-        for (number, maps) in candidates.iter().enumerate() {
-            let span = Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
-            let (place, validation, objective) = self.candidate(maps, found, span, monitor)?;
-            tried.push(validation);
-            places.push(place);
-            objectives.push(objective);
+        let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len() + 1);
+        let span = |number| Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
+        if let [only] = &candidates[..] {
+            return Ok(Chosen::of(self.searched(only, found, None, whole, monitor)?.0));
         }
-        let must_gain = if Variety::of(self.fitted.records).apart_from_time { MUST_GAIN } else { MUST_GAIN_IN_DECAY };
-        let is_needless = CrossValidation::good(&tried, must_gain).any(|place| place == 0);
-        let is_better = |place: &usize| !is_needless && tried[*place].rmse < tried[0].rmse;
-        let least = |a: &usize, b: &usize| objectives[*a].total_cmp(&objectives[*b]);
-        let best = (1..count).filter(is_better).min_by(least);
-        Ok(places.swap_remove(best.unwrap_or(0)))
+        let mut judged = Vec::with_capacity(candidates.len());
+        for (number, maps) in candidates.iter().enumerate() {
+            judged.push(self.judged(maps, found, None, span(number), monitor)?);
+        }
+        let without = &judged[0];
+        let Some(best) = best_of(&judged, |one| without.is_beaten_by(one, MUST_GAIN)) else {
+            let untold = best_of(&judged, |one| without.is_beaten_alone_by(one, MUST_GAIN));
+            let untold = untold.map(|place| self.untold(&candidates[place], &judged[place].alone, &without.alone));
+            return Ok(Chosen { untold, ..Chosen::of(judged.swap_remove(0).place) });
+        };
+        let best = judged.swap_remove(best);
+        let both = self.both(&best, found, span(count - 1), monitor)?;
+        let both = both.filter(|both| best.is_beaten_by(both, OTHER_MUST_GAIN));
+        Ok(Chosen::of(both.unwrap_or(best).place))
+    }
+
+    /// Both maps, if both are left open; `one` is the better of them.
+    fn both(
+        &self,
+        one: &Judged,
+        found: &JointFit,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<Judged>, Error> {
+        let Options { input_map: MapModel::Auto, output_map: MapModel::Auto, .. } = self.asked else { return Ok(None) };
+        let both = Maps { input: true, output: Some(self.output_map(found)) };
+        self.judged(&both, found, Some(one.place.point), span, monitor).map(Some)
     }
 
     /// The candidates, the one of the fewest maps first.
@@ -133,34 +179,87 @@ impl MapProblem<'_> {
         Ok(step.objective * MUST_PROMISE < fit.objective)
     }
 
+    /// What maps would explain where a loop shift would as well.
+    fn untold(&self, maps: &Maps, with: &CrossValidation, without: &CrossValidation) -> UntoldMap {
+        let is_input = maps.input && self.asked.input_map == MapModel::Auto;
+        let gain = (without.typical_error() / with.typical_error()).powi(2);
+        let range = self.fitted.records.iter().map(Record::output_range).fold(0.0, f64::max);
+        UntoldMap { is_input, gain, share: (without.rmse.powi(2) - with.rmse.powi(2)).sqrt() / range }
+    }
+
     /// Whether a fit leaves more than rounding or white noise, which no map explains.
     fn leaves_something(&self, found: &JointFit) -> bool {
         !found.fit.is_exact() && self.fitted.colour(found).is_coloured()
     }
 
-    /// Where maps lead from a point, how that predicts, and what is left.
-    fn candidate(
+    /// Where maps lead, and how that predicts with weights as smooth as suit it: those that are too smooth spoil one more than another.
+    fn judged(
         &self,
         maps: &Maps,
         found: &JointFit,
+        near: Option<Point>,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
-    ) -> Result<(Place, CrossValidation, f64), Error> {
+    ) -> Result<Judged, Error> {
         let JointProblem { records, options, basis, .. } = self.fitted;
+        let (place, fit) = self.searched(maps, found, near, span, monitor)?;
+        let space = &place.space;
+        let terms =
+            |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
+        let levels = levels(records, space, basis, self.smoothness, true)?;
+        let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
+        let under = stretches.under(options, basis);
+        let tried = self.asked.smoothnesses().iter().map(|smoothness| under.cross_validate(&terms(*smoothness)));
+        let tried: Vec<_> = tried.collect();
+        let best = CrossValidation::best(&tried).cloned();
+        let alone = best.unwrap_or_else(|| under.cross_validate(&terms(self.smoothness)));
+        drop(levels);
+        let tells_shift = Variety::of(records).apart_from_time;
+        let shifted = if tells_shift { None } else { self.shifted(&place, &terms(alone.smoothness))? };
+        Ok(Judged { place, alone, shifted })
+    }
+
+    /// How a place predicts with the best loop shift beside it.
+    fn shifted(&self, Place { space, point }: &Place, terms: &Terms) -> Result<Option<CrossValidation>, Error> {
+        let records = self.fitted.records;
+        let options = Options { loop_shift: LoopShiftModel::Auto, ..self.fitted.options.clone() };
+        let space = space.with_loop_shift(records, options.loop_shift)?;
+        let Some(shift) = space.shift() else { return Ok(None) };
+        let basis = WeightBasis::new(&options, space.shift_len());
+        let levels = levels(records, &space, &basis, terms.smoothness, true)?;
+        let projection = &levels[levels.len() - 1];
+        let fit = projection.fit(point, None);
+        let stretches = Stretches::new(projection, &fit);
+        let under = stretches.under(&options, &basis);
+        let of_one = shift.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
+        let kinds = of_one.chain([LoopShiftModel::Auto]);
+        let tried: Vec<_> = kinds.map(|loop_shift| under.cross_validate(&Terms { loop_shift, ..*terms })).collect();
+        Ok(CrossValidation::best(&tried).cloned())
+    }
+
+    /// Where maps lead: from the fit without them, and from a point near by, or else from where hysteresis and maps lead by themselves.
+    fn searched(
+        &self,
+        maps: &Maps,
+        found: &JointFit,
+        near: Option<Point>,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<(Place, ProjectedFit), Error> {
+        let JointProblem { records, basis, .. } = self.fitted;
         let [alone, together] = [0, 1].map(|half| Span { from: span.at(half, 2), to: span.at(half + 1, 2) });
         let space = maps.in_front_and_behind(&found.space);
         let mut starts = vec![found.fit.point];
-        if !maps.is_none() {
+        if let Some(near) = near {
+            starts.push(near);
+        } else if !maps.is_none() {
             starts.push(self.with_hysteresis_alone(maps, found, alone, monitor)?);
         }
         let levels = levels(records, &space, basis, self.smoothness, true)?;
         let projection = &levels[levels.len() - 1];
         let fit = best_attempt(projection, basis, &starts, PASSES, together, monitor)?;
-        let creep = space.creep_amplitudes();
-        let terms = Terms { creep, loop_shift: LoopShiftModel::Auto, smoothness: self.smoothness };
-        let validation = Stretches::new(projection, &fit).under(options, basis).cross_validate(&terms);
         drop(levels);
-        Ok((Place { space, point: fit.point }, validation, fit.objective))
+        Ok((Place { space, point: fit.point }, fit))
     }
 
     /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.

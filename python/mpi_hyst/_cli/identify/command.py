@@ -297,7 +297,7 @@ def _stretches(
         "--output-map",
         type=_MAPS,
         help="Smooth map of the position behind the hysteresis. auto: if cross-validation asks for "
-        "it.  [default: auto]",
+        "it; see the finding map_not_told.  [default: auto]",
     ),
     click.option(
         "--compare",

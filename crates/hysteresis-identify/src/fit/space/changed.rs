@@ -103,6 +103,17 @@ impl Space {
         Self { output_map: Some(map), ..self.with_axes(axes::coefficients(Parameter::OutputMap)) }
     }
 
+    /// The same with its output map linear about the weights of a fit, if it has one.
+    pub(crate) fn about(&self, fit: &ProjectedFit) -> Self {
+        let weights = &fit.weights[..self.thresholds(&fit.point).len()];
+        let linear = |map: &OutputMap| OutputMap { bounds: map.bounds, reference: weights.into() };
+        Self { output_map: self.output_map.as_ref().map(linear), ..self.clone() }
+    }
+
+    pub(crate) fn has_output_map(&self) -> bool {
+        self.output_map.is_some()
+    }
+
     fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
         let mut space = self.clone();
         space.axes.extend(more);
