@@ -142,7 +142,7 @@ impl MapProblem<'_> {
     ) -> Result<Option<Judged>, Error> {
         let Options { input_map: MapModel::Auto, output_map: MapModel::Auto, .. } = self.asked else { return Ok(None) };
         let both = Maps { input: true, output: Some(self.output_map(found)) };
-        self.judged(&both, found, Some(one.place.point), span, monitor).map(Some)
+        self.judged(&both, found, Some(&one.place.point), span, monitor).map(Some)
     }
 
     /// The candidates, the one of the fewest maps first.
@@ -197,7 +197,7 @@ impl MapProblem<'_> {
         &self,
         maps: &Maps,
         found: &JointFit,
-        near: Option<Point>,
+        near: Option<&Point>,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Judged, Error> {
@@ -242,7 +242,7 @@ impl MapProblem<'_> {
         &self,
         maps: &Maps,
         found: &JointFit,
-        near: Option<Point>,
+        near: Option<&Point>,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<(Place, ProjectedFit), Error> {
@@ -251,7 +251,7 @@ impl MapProblem<'_> {
         let space = maps.in_front_and_behind(&found.space);
         let mut starts = vec![found.fit.point];
         if let Some(near) = near {
-            starts.push(near);
+            starts.push(*near);
         } else if !maps.is_none() {
             starts.push(self.with_hysteresis_alone(maps, found, alone, monitor)?);
         }
