@@ -224,7 +224,7 @@ mod tests {
     use hysteresis_core::Ratios;
     use proptest::prelude::*;
 
-    use super::super::eight::{LANES, instructions};
+    use super::super::eight::LANES;
     use super::*;
 
     fn steps() -> impl Strategy<Value = Vec<f64>> {
@@ -253,9 +253,9 @@ mod tests {
             for xs in xs.chunks(block) {
                 let mut sums = [[0.0; BLOCK]; 2];
                 runs.take(xs);
-                lanes.put_out(instructions(), xs, &runs, &mut got);
-                one.sums(instructions(), &got, &mut sums[0][..xs.len()]);
-                split.sums(instructions(), &got, &mut sums[1][..xs.len()]);
+                lanes.put_out(Arch::new(), xs, &runs, &mut got);
+                one.sums(Arch::new(), &got, &mut sums[0][..xs.len()]);
+                split.sums(Arch::new(), &got, &mut sums[1][..xs.len()]);
                 for (k, x) in xs.iter().enumerate() {
                     std::mem::swap(&mut last, &mut z);
                     bank.next(&last, *x, &mut z);

@@ -20,16 +20,6 @@ pub(crate) trait EightLoop {
     fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>);
 }
 
-/// The widest instructions of the processor, up to AVX2: wider ones gain one or two per cent of a fit, whose last bits would then be
-/// others.
-pub(crate) fn instructions() -> Arch {
-    #[cfg(target_arch = "x86_64")]
-    let found = pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3);
-    #[cfg(not(target_arch = "x86_64"))]
-    let found = Arch::new();
-    found
-}
-
 /// Runs a loop with the instructions that were found.
 pub(crate) fn dispatch<L: EightLoop>(arch: Arch, work: L) {
     arch.dispatch(Work(work));

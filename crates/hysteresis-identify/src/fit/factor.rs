@@ -11,7 +11,7 @@ use faer::{Mat, MatMut, MatRef, Par, Spec};
 use fold::Fold;
 use pulp::Arch;
 
-use super::eight::{LANES, Lanes, dispatch, instructions};
+use super::eight::{LANES, Lanes, dispatch};
 
 /// Rows folded at a time: enough that the work on the triangle costs little, few enough for the cache.
 const BLOCK_ROWS: usize = 128;
@@ -40,7 +40,7 @@ impl TriangularFactor {
     pub(crate) fn new(columns: usize) -> Self {
         let eights = columns.div_ceil(LANES);
         let (triangle, block) = (vec![[0.0; LANES]; columns * eights], vec![[0.0; LANES]; BLOCK_ROWS * eights]);
-        Self { columns, triangle, block, fresh: 0, scales: None, arch: instructions() }
+        Self { columns, triangle, block, fresh: 0, scales: None, arch: Arch::new() }
     }
 
     /// Appends one row of A.

@@ -167,7 +167,6 @@ mod tests {
     use super::super::linear_part::{LinearPart, Mode};
     use super::super::response::through;
     use super::*;
-    use crate::fit::eight::instructions;
 
     const DT: f64 = 1e-4;
 
@@ -213,7 +212,7 @@ mod tests {
             for lanes in signals.chunks_exact_mut(BLOCK) {
                 lanes.iter_mut().zip(block).for_each(|(lanes, value)| *lanes = [*value; LANES]);
             }
-            filters.put_out(instructions(), block.len(), &signals, &mut out);
+            filters.put_out(Arch::new(), block.len(), &signals, &mut out);
             if rest.is_empty() {
                 rest = (0..lanes.len()).map(|lane| filters.at_rest(lane)).collect();
             }
@@ -275,7 +274,7 @@ mod tests {
             let lane = Lane { direct: 1.0, amplitudes: &part.amplitudes, part: &sampled, reading: Reading::Position };
             let mut filters = FilterLanes::new(&sampled.decays, &[lane]);
             let (signals, mut out) = ([[0.3; LANES]; BLOCK], [[0.0; LANES]; BLOCK]);
-            filters.put_out(instructions(), BLOCK, &signals, &mut out);
+            filters.put_out(Arch::new(), BLOCK, &signals, &mut out);
             assert!(out.iter().all(|y| y[0] == filters.at_rest(0)), "{part:?}");
         }
     }

@@ -124,7 +124,6 @@ mod tests {
     use super::*;
     use crate::fit::bank::OperatorBank;
     use crate::fit::curve::Curve;
-    use crate::fit::eight::instructions;
     use crate::fit::linear_part::LinearPart;
     use crate::fit::regressor::{OperatorsAt, Regressor};
     use crate::record::Record;
@@ -159,7 +158,7 @@ mod tests {
                 slopes: vec![Slope::Operators(at(0.8), -0.1), Slope::DeadTime],
             };
             let neighbour = at(0.8);
-            let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course), instructions());
+            let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course), Arch::new());
             let start = |at| Regressor::new(at, &input, delay, dt);
             let (mut here, mut there) = (start(&tangent.operators), start(&neighbour));
             let (mut got, mut want) = (vec![0.0; weights.len() + 2], vec![0.0; weights.len()]);

@@ -1,11 +1,12 @@
 //! Where the search for dynamics starts: a scan over frequency, damping and dead time behind a known hysteresis.
 
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+use pulp::Arch;
 
 use super::bank_lanes::BLOCK;
 use super::course::Course;
 use super::creep_filter::CreepFilter;
-use super::eight::{LANES, instructions};
+use super::eight::LANES;
 use super::filter_lanes::{FilterLanes, Lane, Reading};
 use super::linear_part::{LinearPart, SampledPart};
 use super::point::{Parameter, Point};
@@ -166,7 +167,7 @@ impl Scan {
                         *lanes = [*a, *b, *a, *b, *a, *b, *a, *b];
                     }
                 }
-                filters.put_out(instructions(), block.len(), &inputs, &mut answers);
+                filters.put_out(Arch::new(), block.len(), &inputs, &mut answers);
                 for (number, response) in of_record.iter_mut().enumerate() {
                     let (eight, lane) = (2 * number / LANES, 2 * number % LANES);
                     let answers = &answers[eight * BLOCK..][..block.len()];

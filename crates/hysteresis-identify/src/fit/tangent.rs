@@ -1,11 +1,12 @@
 //! The output of the model and its derivatives, row by row.
 
+use pulp::Arch;
+
 use super::course::Course;
 use super::filtered_rows::FilteredRows;
 use super::linear_part::LinearPart;
 use super::plain_rows::PlainRows;
 use super::regressor::OperatorsAt;
-use crate::fit::eight::instructions;
 
 /// How the derivative by a searched parameter is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,9 +45,9 @@ impl Tangent {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
         if is_plain {
-            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt, course, instructions())))
+            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt, course, Arch::new())))
         } else {
-            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt, instructions())))
+            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt, Arch::new())))
         }
     }
 }

@@ -2,12 +2,12 @@
 //!
 //! Sums and products are those of the plain loop, element by element, so the processor changes no bit.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::visits::Visits;
 use crate::fit::bank::{OperatorBank, max, min};
 use crate::fit::bank_lanes::{BLOCK, BankLanes, Runs};
-use crate::fit::eight::{LANES, copy_signals, instructions};
+use crate::fit::eight::{LANES, copy_signals};
 
 /// z of every operator, visit by visit.
 pub(super) struct Outputs {
@@ -18,7 +18,7 @@ pub(super) struct Outputs {
 impl Outputs {
     /// What operators put out for inputs that begin at rest.
     pub(super) fn new(bank: &OperatorBank, input_offset: f64, inputs: &[f64]) -> Self {
-        let (arch, operators) = (instructions(), bank.len());
+        let (arch, operators) = (Arch::new(), bank.len());
         let (mut lanes, mut runs) = (BankLanes::new(bank), Runs::new());
         let mut block = vec![[0.0; LANES]; lanes.eights() * BLOCK];
         let mut z = vec![0.0; inputs.len() * operators];
@@ -72,7 +72,7 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     /// The rows from number `first` on, as many as find room.
     pub(super) fn write(&self, first: usize, columns: usize, block: &mut [f64]) {
-        instructions().dispatch(Write { rows: self, first, columns, block });
+        Arch::new().dispatch(Write { rows: self, first, columns, block });
     }
 
     #[inline(always)]

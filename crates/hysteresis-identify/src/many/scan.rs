@@ -1,13 +1,12 @@
 //! Where to start: the factorisations that actuators of one drive share.
 
 use faer::{Mat, MatRef};
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{FIRST_RADIUS, Problem, Start, State};
 use super::normal::Normal;
 use crate::fit::bounded;
 use crate::fit::course::Course;
-use crate::fit::eight::instructions;
 use crate::fit::point::{Axis, Parameter, Point};
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
@@ -235,7 +234,7 @@ fn orthonormal(columns: &[Vec<f64>], means: &[f64]) -> Vec<f64> {
 
 /// In strands that do not wait for each other, as many on every processor.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    instructions().dispatch(Dot(a, b))
+    Arch::new().dispatch(Dot(a, b))
 }
 
 /// The work of [`dot`]. (A closure would not be compiled for the instructions that are there.)

@@ -1,11 +1,11 @@
 //! The products of what many modes change with what a fit leaves, eight modes at once.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::Simd;
+use pulp::{Arch, Simd};
 
 use super::Scan;
 use crate::fit::bank_lanes::BLOCK;
-use crate::fit::eight::{Eight, EightLoop, LANES, Lanes, dispatch, instructions};
+use crate::fit::eight::{Eight, EightLoop, LANES, Lanes, dispatch};
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
 use crate::fit::linear_part::{LinearPart, Mode, SampledPart};
 use crate::numeric::as_f64;
@@ -55,14 +55,14 @@ impl Products {
                         *lanes = [signals.input[sample.min(last)]; LANES];
                     }
                 }
-                filters.put_out(instructions(), BLOCK, &inputs, &mut answers);
+                filters.put_out(Arch::new(), BLOCK, &inputs, &mut answers);
                 places.clear();
                 while let Some((source, row)) = rows.next_if(|(source, _)| *source < taken + BLOCK) {
                     places.push((source - taken, row));
                 }
                 let first: [f64; BLOCK] = std::array::from_fn(|k| answers[k][0]);
                 for (sums, answers) in sums.iter_mut().zip(answers.chunks_exact(BLOCK)) {
-                    dispatch(instructions(), Add { scan, sums, answers, first: &first, places: &places });
+                    dispatch(Arch::new(), Add { scan, sums, answers, first: &first, places: &places });
                 }
                 taken += BLOCK;
             }
