@@ -4,9 +4,11 @@
 use alloc::boxed::Box;
 use core::marker::PhantomData;
 
-use super::super::vectors::{Portable, Processor, VectorLoop, Vectors};
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-use super::super::vectors::{V3, V4};
+use super::super::vectors::V3;
+#[cfg(all(feature = "avx512", target_arch = "x86_64"))]
+use super::super::vectors::V4;
+use super::super::vectors::{Portable, Processor, VectorLoop, Vectors};
 use super::block::Block;
 use super::members::SplitWeight;
 use super::weights::Weights;
@@ -24,7 +26,7 @@ pub(super) enum Blocks {
     Portable(BlocksOf<Portable>),
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     V3(BlocksOf<V3>),
-    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
     V4(BlocksOf<V4>),
 }
 
@@ -34,7 +36,7 @@ impl Blocks {
             Processor::Portable => Self::Portable(BlocksOf::new(Portable, operators)),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Processor::V3(v3) => Self::V3(BlocksOf::new(v3, operators)),
-            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
             Processor::V4(v4) => Self::V4(BlocksOf::new(v4, operators)),
         }
     }
@@ -46,7 +48,7 @@ impl Blocks {
             Self::Portable(all) => all.run::<L, W>(work),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Self::V3(all) => all.run::<L, W>(work),
-            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
             Self::V4(all) => all.run::<L, W>(work),
         }
     }
@@ -57,7 +59,7 @@ impl Blocks {
             Self::Portable(all) => all.room(),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Self::V3(all) => all.room(),
-            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
             Self::V4(all) => all.room(),
         }
     }
@@ -69,7 +71,7 @@ impl Blocks {
             Self::Portable(all) => all.fetch(),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Self::V3(all) => all.fetch(),
-            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
             Self::V4(all) => all.fetch(),
         }
     }

@@ -1,5 +1,5 @@
-use alloc::vec;
 use alloc::vec::Vec;
+use alloc::{format, vec};
 
 use super::super::vectors::Processor;
 use super::*;
@@ -120,6 +120,27 @@ fn every_bit_is_the_same_on_any_processor() {
             }
         }
     }
+}
+
+#[test]
+fn a_leap_is_a_jump() {
+    let mut leapt = 0;
+    for mut jumps in banks() {
+        let (mut leaps, mut last) = (jumps.clone(), 0.0);
+        for x in drive().chain(staircases()) {
+            let leap = leaps.leap(x);
+            leapt += usize::from(leap.is_some());
+            if leap.is_none() {
+                leaps.move_input(last, x);
+            }
+            jumps.move_input(last, x);
+            let state = |bank: &Bank| (bank.now().output.to_bits(), format!("{:?}", bank.state(x)));
+            assert_eq!(state(&leaps), state(&jumps), "from {last} to {x}");
+            assert!(leap.is_none_or(|y| y.to_bits() == jumps.now().output.to_bits()));
+            last = x;
+        }
+    }
+    assert!(leapt > 100, "{leapt}");
 }
 
 #[test]

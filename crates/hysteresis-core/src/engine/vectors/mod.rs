@@ -1,4 +1,5 @@
-//! Several numbers at once, by the widest instructions that the processor has: eight with x86-64-v4, four with x86-64-v3 or any other.
+//! Several numbers at once, by the widest instructions that the processor has and the features of the build allow: eight with x86-64-v4,
+//! four with x86-64-v3 or any other.
 //!
 //! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends on the processor.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
@@ -9,7 +10,9 @@ mod x86_64;
 
 pub(crate) use portable::Portable;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-pub(crate) use pulp::x86::{V3, V4};
+pub(crate) use pulp::x86::V3;
+#[cfg(all(feature = "avx512", target_arch = "x86_64"))]
+pub(crate) use pulp::x86::V4;
 
 /// The numbers of a vector in memory.
 pub(crate) trait Lanes: Copy + 'static {
@@ -110,17 +113,19 @@ pub(crate) enum Processor {
     Portable,
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     V3(V3),
-    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
     V4(V4),
 }
 
 impl Processor {
     /// The widest ones that this one has.
     pub(crate) fn here() -> Self {
-        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+        #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
         if let Some(v4) = V4::try_new() {
             return Self::V4(v4);
-        } else if let Some(v3) = V3::try_new() {
+        }
+        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+        if let Some(v3) = V3::try_new() {
             return Self::V3(v3);
         }
         Self::Portable
@@ -128,13 +133,12 @@ impl Processor {
 
     /// All that this one has.
     #[cfg(test)]
-    pub(crate) fn all_here() -> alloc::vec::Vec<Self> {
-        let mut all = alloc::vec![Self::Portable];
+    pub(crate) fn all_here() -> impl Iterator<Item = Self> {
+        let all = core::iter::once(Self::Portable);
         #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-        {
-            all.extend(V3::try_new().map(Self::V3));
-            all.extend(V4::try_new().map(Self::V4));
-        }
+        let all = all.chain(V3::try_new().map(Self::V3));
+        #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
+        let all = all.chain(V4::try_new().map(Self::V4));
         all
     }
 }
@@ -144,4 +148,47 @@ impl Processor {
 fn smallest([a, b, c, d]: [f64; PARTIAL_SUMS]) -> f64 {
     let smaller = |a: f64, b: f64| if a < b { a } else { b };
     smaller(smaller(a, c), smaller(b, d)) + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use core::array;
+
+    use super::*;
+
+    /// The smallest of some numbers, and the largest.
+    struct Ends([f64; 24]);
+
+    impl<V: Vectors> VectorLoop<V> for Ends {
+        type Output = [f64; 2];
+
+        fn run(self, v: V) -> [f64; 2] {
+            let numbers = V::Lanes::vectors(&self.0);
+            let pair = |merged: fn(V, V::Numbers, V::Numbers) -> V::Numbers| {
+                let all = numbers.iter().map(|lanes| v.load(lanes));
+                all.reduce(|a, b| merged(v, a, b)).unwrap_or_else(|| v.splat(f64::NAN))
+            };
+            [v.smallest(pair(V::min)), v.largest(pair(V::max))]
+        }
+    }
+
+    #[test]
+    fn the_ends_of_numbers_have_the_same_bits_for_vectors_of_any_width() {
+        // Which zero is found hangs on the order where a later number is another one.
+        let zeros: [f64; 24] = array::from_fn(|i| [1.0, 1.0, 1.0, 0.0, -0.0, 1.0][i / 4]);
+        let (turned, others) = (zeros.map(|zero| -zero), array::from_fn(|i| [3.0, -0.0, 7.0, -2.0, 9.0][i * i % 5]));
+        for numbers in [zeros, turned, others] {
+            let any = Portable.compiled(Ends(numbers)).map(f64::to_bits);
+            for processor in Processor::all_here() {
+                let ends = match processor {
+                    Processor::Portable => Portable.compiled(Ends(numbers)),
+                    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+                    Processor::V3(v3) => v3.compiled(Ends(numbers)),
+                    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
+                    Processor::V4(v4) => v4.compiled(Ends(numbers)),
+                };
+                assert_eq!(ends.map(f64::to_bits), any, "{processor:?}, {numbers:?}");
+            }
+        }
+    }
 }

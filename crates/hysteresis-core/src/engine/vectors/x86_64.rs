@@ -3,7 +3,9 @@
 
 use pulp::{Simd, WithSimd, cast, f64x4};
 
-use super::{PARTIAL_SUMS, V3, V4, VectorLoop, Vectors, smallest};
+#[cfg(feature = "avx512")]
+use super::V4;
+use super::{PARTIAL_SUMS, V3, VectorLoop, Vectors, smallest};
 
 /// A loop, compiled for these instructions.
 struct Compiled<L, V>(L, V);
@@ -131,6 +133,7 @@ impl Vectors for V3 {
     }
 }
 
+#[cfg(feature = "avx512")]
 impl Vectors for V4 {
     vectors!(8);
 
