@@ -1594,9 +1594,9 @@ class RepetitiveControl:
 
     Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square
     of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
-    one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where the error has grown by a half
+    one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where such an error has grown by a half
     beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
-    not count.
+    not count. Noise or vibration that stays above three times the best error for long may come to five counts by chance.
 
     Parameters
     ----------
@@ -6895,7 +6895,7 @@ class LoopReport:
         """Whether learning in the loop went on: "learning", "fading" or "stopped"; None without learning."""
     @property
     def divergence_count(self) -> int:
-        """How often learning had diverged, and stopped, at the end: one of the `warnings` says so too."""
+        """How often learning had diverged, and stopped, at the end. One of the `warnings` says so where it has not begun anew."""
     @property
     def warnings(self) -> list[str]:
         """What was refused, or failed without ending the loop."""

@@ -27,8 +27,9 @@ const MAX_PERIOD: usize = 1 << 22;
 /// **Supervision.** On a loop that is too far from the model learning diverges: the error grows from period to period. So its root mean
 /// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three
 /// times the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts
-/// back. Five counts are divergence, and so is an error beyond half the swing of the reference that has grown by a half. What changes of
-/// the reference explain is no divergence. It is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
+/// back. Five counts are divergence, and so is one such error that has grown by a half, beyond half the swing of the reference. What
+/// changes of the reference explain is no divergence. Noise or vibration that stays above three times the best error for long may come to
+/// five counts by chance. Divergence is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
 /// within one period. From then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 5 multiplications.
@@ -214,12 +215,11 @@ impl RepetitiveControl {
         // The window around the sample one period before the one to come.
         let (first, count) = (self.period + half_width, low_pass.len());
         let kept = dot(low_pass, self.corrections.window(first, count));
+        let learned = dot(learning, self.errors.window(first, count));
         let mean = self.sum / as_f64(self.period);
-        let correction = if self.fading > 0 {
-            (kept - mean) * as_f64(faded) / as_f64(self.period + 1)
-        } else {
-            kept + self.options.gain * dot(learning, self.errors.window(first, count)) - mean
-        };
+        let share = if self.fading > 0 { as_f64(faded) / as_f64(self.period + 1) } else { 1.0 };
+        // The errors of the last period count to the end, or the correction would jump where it begins to fade.
+        let correction = share * (kept + self.options.gain * learned - mean);
         let limit = self.options.limit.unwrap_or(f64::INFINITY);
         if is_admissible(correction) { correction.max(-limit).min(limit) } else { 0.0 }
     }
@@ -307,17 +307,23 @@ impl RepetitiveControl {
         check_numbers("state.corrections", samples, &state.corrections)?;
         check_numbers("state.errors", samples, &state.errors)?;
         check_terms("state.sum", 1, &[state.sum])?;
-        self.supervise_as(&state.supervision)?;
+        self.supervise_as(&state.supervision, &state.corrections)?;
         self.corrections.restore(&state.corrections);
         self.errors.restore(&state.errors);
         (self.sum, self.waited, self.rejected) = (state.sum, state.waited, state.rejected);
         Ok(())
     }
 
-    fn supervise_as(&mut self, saved: &Supervision) -> Result<(), Error> {
+    fn supervise_as(&mut self, saved: &Supervision, corrections: &[f64]) -> Result<(), Error> {
         if saved.fading > self.longest_fade() {
             let expected = "at most as many samples as the correction fades out here";
             return Err(Error::whole("state.supervision.fading", None, expected, saved.fading));
+        }
+        let faded = if saved.stopped || saved.fading > 0 { corrections.len().saturating_sub(saved.fading) } else { 0 };
+        if let Some(index) = corrections.iter().rev().take(faded).position(|correction| *correction != 0.0) {
+            let index = corrections.len() - 1 - index;
+            let expected = "0, as learning has faded out by then";
+            return Err(Error::domain("state.corrections", Some(index), expected, corrections[index]));
         }
         self.supervisor.check(&saved.supervisor)?;
         // States of before there was a supervisor have no references.

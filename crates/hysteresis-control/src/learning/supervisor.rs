@@ -24,8 +24,8 @@ const ENOUGH: u32 = 5;
 /// By how many times what the reference has changed an error may be explained: fast motions overshoot.
 const EXPLAINED: f64 = 2.0;
 
-/// A doubtful error that grows fast, beyond this share of the largest swing of the reference, needs no second look: the stage is thrown
-/// about.
+/// A doubtful error that grows fast, beyond this share of the largest swing of the reference and what its changes explain, needs no second
+/// look: the stage is thrown about. That holds for references whose swing is more than doubtful errors.
 const OF_SWING: f64 = 0.5;
 
 /// What supervision of learning remembers.
@@ -150,7 +150,7 @@ impl Supervisor {
                 state.doubts.saturating_sub(1)
             } else {
                 let fast = error >= FAST * before;
-                let thrown_about = fast && error > OF_SWING * swing + explained;
+                let thrown_about = fast && OF_SWING * swing > DOUBTFUL * *best && error > OF_SWING * swing + explained;
                 state.doubts.saturating_add(if thrown_about { ENOUGH } else { 1 + u32::from(fast) })
             };
         }

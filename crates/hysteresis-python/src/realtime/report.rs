@@ -190,7 +190,7 @@ result_methods!(LoopReport {
         self.0.learning.map(|learning| learning.phase.name())
     }
 
-    /// How often learning had diverged, and stopped, at the end: one of the `warnings` says so too.
+    /// How often learning had diverged, and stopped, at the end. One of the `warnings` says so where it has not begun anew.
     #[getter]
     fn divergence_count(&self) -> u64 {
         self.0.learning.map_or(0, |learning| learning.divergence_count)

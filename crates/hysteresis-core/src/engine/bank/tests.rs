@@ -35,7 +35,7 @@ fn models() -> impl Iterator<Item = ModifiedPrandtlIshlinskii> {
 /// The bank of every model on this processor and on any, from rest and from outputs that no input has led to.
 fn banks() -> impl Iterator<Item = Bank> {
     models().flat_map(|model| {
-        Processor::all_here().into_iter().flat_map(move |processor| {
+        Processor::all_here().flat_map(move |processor| {
             let members = Arc::new(Members::on(processor, &model));
             let odd: Vec<f64> = (0..members.len()).map(|i| if i % 2 == 0 { 700.0 } else { -900.0 }).collect();
             [Bank::at_rest(members.clone()), Bank::new(members, &odd).unwrap()]
