@@ -106,24 +106,13 @@ pub(crate) fn with_least_slope(records: &[Record<'_>], found: Found) -> Result<F
     if found.fit.space.has_output_map() {
         // Without a search an output map stays linear about other weights than those that are found, and these may be far away.
         let near = at(&found.fit.space.about(&found.fit.fit))?;
-        let dt = found.interval(records);
-        if squares(records, &near, dt) < squares(records, &fit, dt) {
+        let problem = found.problem(records);
+        let squares = |fit: &JointFit| problem.residuals(fit).flatten().map(|left| left * left).sum::<f64>();
+        if squares(&near) < squares(&fit) {
             fit = near;
         }
     }
     Ok(Found { fit, ..found })
-}
-
-/// What a fit leaves with its output map as it is, squared.
-fn squares(records: &[Record<'_>], found: &JointFit, dt: f64) -> f64 {
-    let chain = found.chain(dt);
-    let of_record = |(place, record): (usize, &Record<'_>)| {
-        let offset = found.fit.output_offsets[place];
-        let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
-        let [measured, predicted] = [record.output(), &predicted].map(|signal| record.fitted_of(signal));
-        measured.iter().zip(&predicted[..]).map(|(y, predicted)| (y - offset - predicted).powi(2)).sum::<f64>()
-    };
-    records.iter().enumerate().map(of_record).sum()
 }
 
 /// The same model fitted to records that differ by a few samples, from where it was.

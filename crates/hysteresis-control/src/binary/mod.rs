@@ -134,12 +134,8 @@ pub fn pack(kind: Kind, content: &impl Serialize) -> Vec<u8> {
 /// # Errors
 /// [`Error::Bytes`] that says what the bytes are not.
 pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Error> {
-    let content = content_of(kind, bytes).map_err(|got| refused(kind, got))?;
-    match postcard::take_from_bytes(content) {
-        Ok((value, [])) => Ok(value),
-        Ok((_, rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
-        Err(error) => Err(refused(kind, format!("a content that cannot be read: {error}"))),
-    }
+    // Nothing may come behind it: `()` has no bytes.
+    unpack_grown::<T, ()>(kind, bytes).map(|(value, _)| value)
 }
 
 /// As [`unpack`], where something may come behind the content that older bytes do not have.

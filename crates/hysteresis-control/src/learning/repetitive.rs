@@ -206,8 +206,12 @@ impl RepetitiveControl {
     /// The correction that [`step`](Self::step) would return: it comes from the past alone.
     #[must_use]
     pub fn peek(&self) -> f64 {
-        let faded = self.fading.saturating_sub(self.corrections.length());
-        if faded == 0 && (self.stopped || self.fading > 0) {
+        let share = if self.phase() == LearningPhase::Learning {
+            1.0
+        } else {
+            as_f64(self.fading.saturating_sub(self.corrections.length())) / as_f64(self.period + 1)
+        };
+        if share == 0.0 {
             return 0.0;
         }
         let Filters { low_pass, learning } = &self.filters;
@@ -217,7 +221,6 @@ impl RepetitiveControl {
         let kept = dot(low_pass, self.corrections.window(first, count));
         let learned = dot(learning, self.errors.window(first, count));
         let mean = self.sum / as_f64(self.period);
-        let share = if self.fading > 0 { as_f64(faded) / as_f64(self.period + 1) } else { 1.0 };
         // The errors of the last period count to the end, or the correction would jump where it begins to fade.
         let correction = share * (kept + self.options.gain * learned - mean);
         let limit = self.options.limit.unwrap_or(f64::INFINITY);

@@ -82,7 +82,7 @@ impl JointProblem<'_> {
     }
 
     /// What a fit leaves of the fitted samples of every record.
-    pub(super) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
+    pub(crate) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
         let chain = found.chain(1.0);
         self.records.iter().enumerate().map(move |(place, record)| {
             let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));

@@ -52,7 +52,7 @@ impl<const N: usize> Block<[f64; N]> {
     pub(super) fn of(operators: &[(SplitWeight, CoupledPlay)]) -> Self {
         let never = Thresholds { outer: [f64::INFINITY; N], inner: [f64::INFINITY; N] };
         let (mut rising, mut falling, [mut above, mut below]) = (never, never, [[0.0; N]; 2]);
-        for (lane, (weight, operator)) in operators.iter().take(N).enumerate() {
+        for (lane, (weight, operator)) in operators.iter().enumerate() {
             (rising.outer[lane], rising.inner[lane]) = (operator.r(), operator.rc());
             (falling.outer[lane], falling.inner[lane]) = (operator.ra(), operator.rb());
             (above[lane], below[lane]) = (weight.above, weight.below);

@@ -53,17 +53,6 @@ impl Blocks {
         }
     }
 
-    /// How many operators there is room for.
-    pub(super) fn room(&self) -> usize {
-        match self {
-            Self::Portable(all) => all.room(),
-            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-            Self::V3(all) => all.room(),
-            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-            Self::V4(all) => all.room(),
-        }
-    }
-
     /// Reads of their memory so much that it is at hand.
     #[inline]
     pub(super) fn fetch(&self) -> u64 {
@@ -92,10 +81,6 @@ impl<const N: usize, V: Vectors<Lanes = [f64; N]>> BlocksOf<V> {
     #[inline(always)]
     fn run<L: BankLoop, W: Weights>(&self, work: L) -> L::Output {
         self.v.compiled(Weighed { work, blocks: &self.blocks, weights: PhantomData::<W> })
-    }
-
-    fn room(&self) -> usize {
-        N * self.blocks.len()
     }
 
     #[inline]

@@ -24,6 +24,7 @@ use super::direction::Direction;
 use super::line::Piece;
 use super::memory_state::BankState;
 use super::solve::Point;
+use super::vectors::WIDEST;
 use crate::error::{Error, check_finite, check_length};
 use crate::operator::Operator;
 use members::MOVES_BEFORE_A_LINE;
@@ -65,7 +66,7 @@ impl Prospect {
 impl Bank {
     /// A bank whose operators all start from zero.
     pub(crate) fn at_rest(members: Arc<Members>) -> Self {
-        let zeros: Box<[f64]> = iter::repeat_n(0.0, members.blocks.room()).collect();
+        let zeros: Box<[f64]> = iter::repeat_n(0.0, members.len().next_multiple_of(WIDEST)).collect();
         let now = Point { input: 0.0, output: 0.0 };
         let mut bank = Self { members, initial: zeros.clone(), outputs: zeros, now, prospect: Prospect::SmallMoves(0) };
         bank.reset();
@@ -170,7 +171,7 @@ impl Bank {
     pub(crate) fn fetch(&self, depth: usize) -> u64 {
         match depth {
             0 => self.now.input.to_bits() ^ self.outputs.len() as u64 ^ u64::from(self.prospect.small_moves()),
-            1 => self.outputs.iter().step_by(8).fold(self.members.len() as u64, |read, z| read ^ z.to_bits()),
+            1 => self.outputs.iter().step_by(WIDEST).fold(self.members.len() as u64, |read, z| read ^ z.to_bits()),
             2 => self.members.blocks.fetch(),
             _ => 0,
         }

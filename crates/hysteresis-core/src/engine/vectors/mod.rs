@@ -33,6 +33,9 @@ impl<const N: usize> Lanes for [f64; N] {
     }
 }
 
+/// The most numbers of a vector.
+pub(crate) const WIDEST: usize = 8;
+
 /// Four partial sums, whatever the width: every fourth number goes to the same one.
 pub(crate) const PARTIAL_SUMS: usize = 4;
 
