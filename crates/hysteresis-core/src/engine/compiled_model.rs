@@ -30,7 +30,7 @@ pub enum Method {
     TurningPoints,
     /// All operators at once: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive that jumps. A
     /// sample on the line that is drawn after small moves costs as little as with turning points; any other takes one pass over all
-    /// operators, whatever the drive does. The feature `simd` makes it faster on x86-64-v3, `avx512` on x86-64-v4; neither changes a bit.
+    /// operators, whatever the drive does. The feature `simd` makes it faster on x86-64-v3 and with AVX-512, and changes no bit.
     Bank,
 }
 

@@ -5,9 +5,7 @@ use alloc::boxed::Box;
 use core::marker::PhantomData;
 
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-use super::super::vectors::V3;
-#[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-use super::super::vectors::V4;
+use super::super::vectors::{Avx2, Avx512};
 use super::super::vectors::{Portable, Processor, VectorLoop, Vectors};
 use super::block::Block;
 use super::members::SplitWeight;
@@ -25,9 +23,9 @@ pub(super) trait BankLoop {
 pub(super) enum Blocks {
     Portable(BlocksOf<Portable>),
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-    V3(BlocksOf<V3>),
-    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-    V4(BlocksOf<V4>),
+    Avx2(BlocksOf<Avx2>),
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    Avx512(BlocksOf<Avx512>),
 }
 
 impl Blocks {
@@ -35,9 +33,9 @@ impl Blocks {
         match processor {
             Processor::Portable => Self::Portable(BlocksOf::new(Portable, operators)),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-            Processor::V3(v3) => Self::V3(BlocksOf::new(v3, operators)),
-            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-            Processor::V4(v4) => Self::V4(BlocksOf::new(v4, operators)),
+            Processor::Avx2(avx2) => Self::Avx2(BlocksOf::new(avx2, operators)),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Processor::Avx512(avx512) => Self::Avx512(BlocksOf::new(avx512, operators)),
         }
     }
 
@@ -47,9 +45,9 @@ impl Blocks {
         match self {
             Self::Portable(all) => all.run::<L, W>(work),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-            Self::V3(all) => all.run::<L, W>(work),
-            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-            Self::V4(all) => all.run::<L, W>(work),
+            Self::Avx2(all) => all.run::<L, W>(work),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::Avx512(all) => all.run::<L, W>(work),
         }
     }
 
@@ -59,9 +57,9 @@ impl Blocks {
         match self {
             Self::Portable(all) => all.fetch(),
             #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-            Self::V3(all) => all.fetch(),
-            #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-            Self::V4(all) => all.fetch(),
+            Self::Avx2(all) => all.fetch(),
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+            Self::Avx512(all) => all.fetch(),
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Several numbers at once, by the widest instructions that the processor has and the features of the build allow: eight with x86-64-v4,
-//! four with x86-64-v3 or any other.
+//! Several numbers at once, by the widest instructions that the processor has: eight with AVX-512 (Ice Lake, Zen 4 and later), four with
+//! x86-64-v3 or any other.
 //!
 //! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends on the processor.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
@@ -8,11 +8,11 @@ mod portable;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
 mod x86_64;
 
-pub(crate) use portable::Portable;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-pub(crate) use pulp::x86::V3;
-#[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-pub(crate) use pulp::x86::V4;
+use fearless_simd::Level;
+#[cfg(all(feature = "simd", target_arch = "x86_64"))]
+pub(crate) use fearless_simd::x86::{Avx2, Avx512};
+pub(crate) use portable::Portable;
 
 /// The numbers of a vector in memory.
 pub(crate) trait Lanes: Copy + 'static {
@@ -115,21 +115,19 @@ pub(crate) trait VectorLoop<V> {
 pub(crate) enum Processor {
     Portable,
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-    V3(V3),
-    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-    V4(V4),
+    Avx2(Avx2),
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    Avx512(Avx512),
 }
 
 impl Processor {
     /// The widest ones that this one has.
     pub(crate) fn here() -> Self {
-        #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-        if let Some(v4) = V4::try_new() {
-            return Self::V4(v4);
-        }
         #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-        if let Some(v3) = V3::try_new() {
-            return Self::V3(v3);
+        match Level::new() {
+            Level::Avx512(avx512) => return Self::Avx512(avx512),
+            Level::Avx2(avx2) => return Self::Avx2(avx2),
+            _ => {}
         }
         Self::Portable
     }
@@ -139,9 +137,10 @@ impl Processor {
     pub(crate) fn all_here() -> impl Iterator<Item = Self> {
         let all = core::iter::once(Self::Portable);
         #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-        let all = all.chain(V3::try_new().map(Self::V3));
-        #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-        let all = all.chain(V4::try_new().map(Self::V4));
+        let all = {
+            let level = Level::new();
+            all.chain(level.as_avx2().map(Self::Avx2)).chain(level.as_avx512().map(Self::Avx512))
+        };
         all
     }
 }
@@ -186,9 +185,9 @@ mod tests {
                 let ends = match processor {
                     Processor::Portable => Portable.compiled(Ends(numbers)),
                     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-                    Processor::V3(v3) => v3.compiled(Ends(numbers)),
-                    #[cfg(all(feature = "avx512", target_arch = "x86_64"))]
-                    Processor::V4(v4) => v4.compiled(Ends(numbers)),
+                    Processor::Avx2(avx2) => avx2.compiled(Ends(numbers)),
+                    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+                    Processor::Avx512(avx512) => avx512.compiled(Ends(numbers)),
                 };
                 assert_eq!(ends.map(f64::to_bits), any, "{processor:?}, {numbers:?}");
             }
