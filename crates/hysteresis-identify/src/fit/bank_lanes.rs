@@ -1,10 +1,10 @@
 //! The operators of a bank over a block of samples, eight at once.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::{Arch, Simd};
+use fearless_simd::{Simd, SimdBase, SimdFloat};
 
 use super::bank::OperatorBank;
-use super::eight::{Eight, EightLoop, Lanes, dispatch, eights};
+use super::eight::{Lanes, SimdLoop, dispatch, eights, load, splat, sum};
 
 /// So many samples make a block: what is done with it stays in the nearest cache.
 pub(crate) const BLOCK: usize = 32;
@@ -104,8 +104,8 @@ impl BankLanes {
 
     /// z of every operator for every sample of a block, the first eight of them at all samples, then the next: bit for bit those of the
     /// core.
-    pub(crate) fn put_out(&mut self, arch: Arch, xs: &[f64], runs: &Runs, z: &mut [Lanes]) {
-        dispatch(arch, PutOut { lanes: self, xs, runs: &runs.runs, out: z });
+    pub(crate) fn put_out(&mut self, xs: &[f64], runs: &Runs, z: &mut [Lanes]) {
+        dispatch(PutOut { lanes: self, xs, runs: &runs.runs, out: z });
     }
 }
 
@@ -116,56 +116,58 @@ struct PutOut<'a> {
     out: &'a mut [Lanes],
 }
 
-impl EightLoop for PutOut<'_> {
+impl SimdLoop for PutOut<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>) {
+    fn run<S: Simd>(self, simd: S) {
         let eights = self.lanes.thresholds.iter().zip(&mut self.lanes.z);
         for ((thresholds, state), out) in eights.zip(self.out.chunks_exact_mut(BLOCK)) {
             let [r, ra, rb, rc] =
-                [&thresholds.r, &thresholds.ra, &thresholds.rb, &thresholds.rc].map(|t| eight.load(t));
-            let (zero, mut z, mut first) = (eight.splat(0.0), eight.load(state), 0);
+                [&thresholds.r, &thresholds.ra, &thresholds.rb, &thresholds.rc].map(|t| load(simd, t));
+            let (zero, mut z, mut first) = (splat(simd, 0.0), load(simd, state), 0);
             for run in self.runs {
                 let samples = self.xs[first..run.end].iter().zip(&mut out[first..run.end]);
                 first = run.end;
                 match run.bounds {
                     Bounds::RisingBelow => {
                         for (x, out) in samples {
-                            z = eight.max(z, eight.sub(eight.splat(*x), rc));
-                            eight.store(z, out);
+                            z = z.max(splat(simd, *x) - rc);
+                            *out = z.into();
                         }
                     }
                     Bounds::RisingAbove => {
                         for (x, out) in samples {
-                            let x = eight.splat(*x);
-                            z = eight.max(z, eight.max(eight.sub(x, r), eight.min(eight.sub(x, rc), zero)));
-                            eight.store(z, out);
+                            let x = splat(simd, *x);
+                            z = z.max((x - r).max((x - rc).min(zero)));
+                            *out = z.into();
                         }
                     }
                     Bounds::FallingAbove => {
                         for (x, out) in samples {
-                            z = eight.min(z, eight.add(eight.splat(*x), rb));
-                            eight.store(z, out);
+                            z = z.min(splat(simd, *x) + rb);
+                            *out = z.into();
                         }
                     }
                     Bounds::FallingBelow => {
                         for (x, out) in samples {
-                            let x = eight.splat(*x);
-                            z = eight.min(z, eight.min(eight.add(x, ra), eight.max(eight.add(x, rb), zero)));
-                            eight.store(z, out);
+                            let x = splat(simd, *x);
+                            z = z.min((x + ra).min((x + rb).max(zero)));
+                            *out = z.into();
                         }
                     }
                     Bounds::Both => {
                         for (x, out) in samples {
-                            let x = eight.splat(*x);
-                            let lo = eight.max(eight.sub(x, r), eight.min(eight.sub(x, rc), zero));
-                            let hi = eight.min(eight.add(x, ra), eight.max(eight.add(x, rb), zero));
-                            z = eight.max(lo, eight.min(hi, z));
-                            eight.store(z, out);
+                            let x = splat(simd, *x);
+                            let lo = (x - r).max((x - rc).min(zero));
+                            let hi = (x + ra).min((x + rb).max(zero));
+                            z = lo.max(hi.min(z));
+                            *out = z.into();
                         }
                     }
                 }
             }
-            eight.store(z, state);
+            *state = z.into();
         }
     }
 }
@@ -185,8 +187,8 @@ impl WeightLanes {
     }
 
     /// The weighted sums of outputs, sample by sample.
-    pub(crate) fn sums(&self, arch: Arch, z: &[Lanes], sums: &mut [f64]) {
-        dispatch(arch, Weigh { weights: self, z, sums });
+    pub(crate) fn sums(&self, z: &[Lanes], sums: &mut [f64]) {
+        dispatch(Weigh { weights: self, z, sums });
     }
 }
 
@@ -196,25 +198,27 @@ struct Weigh<'a> {
     sums: &'a mut [f64],
 }
 
-impl EightLoop for Weigh<'_> {
+impl SimdLoop for Weigh<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>) {
+    fn run<S: Simd>(self, simd: S) {
         let WeightLanes { above, below } = self.weights;
-        let zero = eight.splat(0.0);
-        for (k, sum) in self.sums.iter_mut().enumerate() {
+        let zero = splat(simd, 0.0);
+        for (k, place) in self.sums.iter_mut().enumerate() {
             let mut total = zero;
             if below.is_empty() {
                 for (weight, z) in above.iter().zip(self.z.chunks_exact(BLOCK)) {
-                    total = eight.mul_add(eight.load(weight), eight.load(&z[k]), total);
+                    total = load(simd, weight).mul_add(load(simd, &z[k]), total);
                 }
             } else {
                 for ((above, below), z) in above.iter().zip(below).zip(self.z.chunks_exact(BLOCK)) {
-                    let z = eight.load(&z[k]);
-                    total = eight.mul_add(eight.load(above), eight.max(z, zero), total);
-                    total = eight.mul_add(eight.load(below), eight.min(z, zero), total);
+                    let z = load(simd, &z[k]);
+                    total = load(simd, above).mul_add(z.max(zero), total);
+                    total = load(simd, below).mul_add(z.min(zero), total);
                 }
             }
-            *sum = eight.total(total);
+            *place = sum(total);
         }
     }
 }
@@ -253,9 +257,9 @@ mod tests {
             for xs in xs.chunks(block) {
                 let mut sums = [[0.0; BLOCK]; 2];
                 runs.take(xs);
-                lanes.put_out(Arch::new(), xs, &runs, &mut got);
-                one.sums(Arch::new(), &got, &mut sums[0][..xs.len()]);
-                split.sums(Arch::new(), &got, &mut sums[1][..xs.len()]);
+                lanes.put_out(xs, &runs, &mut got);
+                one.sums(&got, &mut sums[0][..xs.len()]);
+                split.sums(&got, &mut sums[1][..xs.len()]);
                 for (k, x) in xs.iter().enumerate() {
                     std::mem::swap(&mut last, &mut z);
                     bank.next(&last, *x, &mut z);

@@ -1,125 +1,40 @@
-//! Eight numbers at once, in as many registers as the processor needs for them.
+//! Eight numbers at once, by the widest instructions that the processor has: in one register, in two or in four.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::{Arch, Simd, WithSimd};
+use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
 
 pub(crate) const LANES: usize = 8;
 
 /// Eight numbers in memory.
 pub(crate) type Lanes = [f64; LANES];
 
-/// The same in G registers.
-pub(crate) type Numbers<S, const G: usize> = [<S as Simd>::f64s; G];
-
-/// What is done with eight numbers in G registers.
-#[derive(Clone, Copy)]
-pub(crate) struct Eight<S: Simd, const G: usize>(S);
-
 /// A loop over eights.
-pub(crate) trait EightLoop {
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>);
+pub(crate) trait SimdLoop {
+    type Output;
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Runs a loop with the instructions that were found.
-pub(crate) fn dispatch<L: EightLoop>(arch: Arch, work: L) {
-    arch.dispatch(Work(work));
+/// Runs a loop that is compiled for the instructions of the processor. (A closure would not be.)
+pub(crate) fn dispatch<L: SimdLoop>(work: L) -> L::Output {
+    fearless_simd::dispatch!(Level::new(), simd => work.run(simd))
 }
 
-struct Work<L>(L);
-
-impl<L: EightLoop> WithSimd for Work<L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F64_LANES {
-            8 => self.0.run(Eight::<S, 1>(simd)),
-            4 => self.0.run(Eight::<S, 2>(simd)),
-            2 => self.0.run(Eight::<S, 4>(simd)),
-            _ => self.0.run(Eight::<S, 8>(simd)),
-        }
-    }
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, lanes: &Lanes) -> f64x8<S> {
+    SimdBase::load_array_ref(simd, lanes)
 }
 
-impl<S: Simd, const G: usize> Eight<S, G> {
-    #[inline(always)]
-    pub(crate) fn load(self, lanes: &Lanes) -> Numbers<S, G> {
-        let (registers, _) = S::as_simd_f64s(lanes);
-        let mut numbers = self.splat(0.0);
-        numbers.copy_from_slice(&registers[..G]);
-        numbers
-    }
+#[inline(always)]
+pub(crate) fn splat<S: Simd>(simd: S, number: f64) -> f64x8<S> {
+    SimdBase::splat(simd, number)
+}
 
-    #[inline(always)]
-    #[expect(clippy::unused_self, reason = "written as `load` is")]
-    pub(crate) fn store(self, numbers: Numbers<S, G>, lanes: &mut Lanes) {
-        let (registers, _) = S::as_mut_simd_f64s(lanes);
-        registers[..G].copy_from_slice(&numbers);
-    }
-
-    #[inline(always)]
-    pub(crate) fn splat(self, number: f64) -> Numbers<S, G> {
-        [self.0.splat_f64s(number); G]
-    }
-
-    #[inline(always)]
-    pub(crate) fn add(self, mut a: Numbers<S, G>, b: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.add_f64s(a[i], b[i]);
-        }
-        a
-    }
-
-    #[inline(always)]
-    pub(crate) fn sub(self, mut a: Numbers<S, G>, b: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.sub_f64s(a[i], b[i]);
-        }
-        a
-    }
-
-    #[inline(always)]
-    pub(crate) fn mul(self, mut a: Numbers<S, G>, b: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.mul_f64s(a[i], b[i]);
-        }
-        a
-    }
-
-    /// a b + c, rounded once where the processor has an instruction for that.
-    #[inline(always)]
-    pub(crate) fn mul_add(self, mut a: Numbers<S, G>, b: Numbers<S, G>, c: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.mul_add_e_f64s(a[i], b[i], c[i]);
-        }
-        a
-    }
-
-    #[inline(always)]
-    pub(crate) fn min(self, mut a: Numbers<S, G>, b: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.min_f64s(a[i], b[i]);
-        }
-        a
-    }
-
-    #[inline(always)]
-    pub(crate) fn max(self, mut a: Numbers<S, G>, b: Numbers<S, G>) -> Numbers<S, G> {
-        for i in 0..G {
-            a[i] = self.0.max_f64s(a[i], b[i]);
-        }
-        a
-    }
-
-    /// The sum of all eight.
-    #[inline(always)]
-    pub(crate) fn total(self, numbers: Numbers<S, G>) -> f64 {
-        let mut sum = numbers[0];
-        for more in &numbers[1..] {
-            sum = self.0.add_f64s(sum, *more);
-        }
-        self.0.reduce_sum_f64s(sum)
-    }
+/// The sum of all eight, in the same order on every processor.
+#[inline(always)]
+pub(crate) fn sum<S: Simd>(numbers: f64x8<S>) -> f64 {
+    let (low, high) = numbers.split();
+    let [a, b, c, d]: [f64; LANES / 2] = (low + high).into();
+    (a + c) + (b + d)
 }
 
 /// A row of numbers as eights, the rest filled up with zeros.
@@ -143,5 +58,45 @@ pub(crate) fn copy_signals<'s>(eight: impl Fn(usize) -> &'s Lanes, signals: &mut
     }
     if !rest.is_empty() {
         rest.iter_mut().zip(eight(whole)).for_each(|(place, value)| *place = *value);
+    }
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use std::array;
+
+    use fearless_simd::SimdFloat;
+
+    use super::*;
+
+    /// What eights of products and sums come to.
+    struct Work<'a>(&'a [[Lanes; 2]]);
+
+    impl SimdLoop for Work<'_> {
+        type Output = f64;
+
+        fn run<S: Simd>(self, simd: S) -> f64 {
+            let add = |all, [a, b]: &[Lanes; 2]| load(simd, a).mul_add(load(simd, b), all);
+            sum(self.0.iter().fold(splat(simd, 0.1), add))
+        }
+    }
+
+    #[test]
+    fn avx2_and_avx512_give_the_same_bits() {
+        let numbers: Vec<f64> = (0..640_u32).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let (eights, _) = numbers.as_chunks();
+        let (pairs, _) = eights.as_chunks();
+        let level = Level::new();
+        for count in 0..=pairs.len() {
+            let pairs = &pairs[..count];
+            let fused = pairs.iter().fold([0.1; LANES], |all, [a, b]| array::from_fn(|j| a[j].mul_add(b[j], all[j])));
+            let half: [f64; LANES / 2] = array::from_fn(|j| fused[j] + fused[j + LANES / 2]);
+            let expected = (half[0] + half[2]) + (half[1] + half[3]);
+            let avx2 = level.as_avx2().map(|avx2| Work(pairs).run(avx2));
+            let avx512 = level.as_avx512().map(|avx512| Work(pairs).run(avx512));
+            for way in [avx2, avx512].into_iter().flatten() {
+                assert_eq!(way.to_bits(), expected.to_bits());
+            }
+        }
     }
 }

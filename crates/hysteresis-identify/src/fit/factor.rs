@@ -9,7 +9,6 @@ use faer::linalg::qr::no_pivoting::factor;
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef, Par, Spec};
 use fold::Fold;
-use pulp::Arch;
 
 use super::eight::{LANES, Lanes, dispatch};
 
@@ -33,14 +32,13 @@ pub(crate) struct TriangularFactor {
     fresh: usize,
     /// By what columns are multiplied whose squares would be too small: powers of two, which round nothing. None until rows were folded.
     scales: Option<Vec<f64>>,
-    arch: Arch,
 }
 
 impl TriangularFactor {
     pub(crate) fn new(columns: usize) -> Self {
         let eights = columns.div_ceil(LANES);
         let (triangle, block) = (vec![[0.0; LANES]; columns * eights], vec![[0.0; LANES]; BLOCK_ROWS * eights]);
-        Self { columns, triangle, block, fresh: 0, scales: None, arch: Arch::new() }
+        Self { columns, triangle, block, fresh: 0, scales: None }
     }
 
     /// Appends one row of A.
@@ -103,8 +101,8 @@ impl TriangularFactor {
 
     fn fold(&mut self) {
         self.scale();
-        let Self { columns, triangle, block, fresh, arch, .. } = self;
-        dispatch(*arch, Fold { columns: *columns, triangle, fresh: block, capacity: BLOCK_ROWS, rows: *fresh });
+        let Self { columns, triangle, block, fresh, .. } = self;
+        dispatch(Fold { columns: *columns, triangle, fresh: block, capacity: BLOCK_ROWS, rows: *fresh });
         self.fresh = 0;
     }
 }

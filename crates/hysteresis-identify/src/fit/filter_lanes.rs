@@ -3,7 +3,6 @@
 mod loops;
 
 use loops::PutOut;
-use pulp::Arch;
 
 use super::bank_lanes::BLOCK;
 use super::eight::{LANES, Lanes, dispatch};
@@ -96,9 +95,9 @@ impl FilterLanes {
     }
 
     /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the next.
-    pub(crate) fn put_out(&mut self, arch: Arch, samples: usize, signals: &[Lanes], readings: &mut [Lanes]) {
+    pub(crate) fn put_out(&mut self, samples: usize, signals: &[Lanes], readings: &mut [Lanes]) {
         let is_first = std::mem::take(&mut self.is_at_rest);
-        dispatch(arch, PutOut { lanes: self, is_first, samples, signals, readings });
+        dispatch(PutOut { lanes: self, is_first, samples, signals, readings });
     }
 
     /// What is read before the record: the first sample of the last block, held for ever.
@@ -212,7 +211,7 @@ mod tests {
             for lanes in signals.chunks_exact_mut(BLOCK) {
                 lanes.iter_mut().zip(block).for_each(|(lanes, value)| *lanes = [*value; LANES]);
             }
-            filters.put_out(Arch::new(), block.len(), &signals, &mut out);
+            filters.put_out(block.len(), &signals, &mut out);
             if rest.is_empty() {
                 rest = (0..lanes.len()).map(|lane| filters.at_rest(lane)).collect();
             }
@@ -274,7 +273,7 @@ mod tests {
             let lane = Lane { direct: 1.0, amplitudes: &part.amplitudes, part: &sampled, reading: Reading::Position };
             let mut filters = FilterLanes::new(&sampled.decays, &[lane]);
             let (signals, mut out) = ([[0.3; LANES]; BLOCK], [[0.0; LANES]; BLOCK]);
-            filters.put_out(Arch::new(), BLOCK, &signals, &mut out);
+            filters.put_out(BLOCK, &signals, &mut out);
             assert!(out.iter().all(|y| y[0] == filters.at_rest(0)), "{part:?}");
         }
     }

@@ -1,7 +1,5 @@
 //! Rows behind creep and dynamics, where every sample counts: made block by block.
 
-use pulp::Arch;
-
 use super::bank_lanes::BLOCK;
 use super::eight::{LANES, Lanes};
 use super::filter_lanes::{FilterLanes, Lane, Reading};
@@ -12,7 +10,6 @@ use super::tangent::{Slope, Tangent};
 /// The rows of one record; see [`TangentRows`](super::tangent::TangentRows).
 pub(crate) struct FilteredRows<'a> {
     tangent: &'a Tangent,
-    arch: Arch,
     samples: usize,
     part: SampledPart,
     operators: OperatorBlocks<'a>,
@@ -30,8 +27,8 @@ pub(crate) struct FilteredRows<'a> {
 }
 
 impl<'a> FilteredRows<'a> {
-    pub(super) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64, arch: Arch) -> Self {
-        let operators = OperatorBlocks::new(tangent, input, dt, arch);
+    pub(super) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
+        let operators = OperatorBlocks::new(tangent, input, dt);
         let part = SampledPart::new(&tangent.linear, dt);
         let neighbours: Vec<_> = tangent
             .slopes
@@ -57,7 +54,7 @@ impl<'a> FilteredRows<'a> {
         let copies = lanes.len() - operators.layout.end;
         let readings = signals.clone();
         let (rest, samples) = (Vec::new(), input.len());
-        Self { tangent, arch, samples, part, operators, filters, signals, copies, readings, rest, first: 0, taken: 0 }
+        Self { tangent, samples, part, operators, filters, signals, copies, readings, rest, first: 0, taken: 0 }
     }
 
     pub(super) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
@@ -117,7 +114,7 @@ impl<'a> FilteredRows<'a> {
         for copy in begin..begin + self.copies {
             set(&mut self.signals, copy, &self.operators.output[..count]);
         }
-        self.filters.put_out(self.arch, count, &self.signals, &mut self.readings);
+        self.filters.put_out(count, &self.signals, &mut self.readings);
         if first == 0 {
             self.rest = (0..begin + self.copies).map(|lane| self.filters.at_rest(lane)).collect();
         }

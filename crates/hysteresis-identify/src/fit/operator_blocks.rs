@@ -1,12 +1,12 @@
 //! The operators of a tangent over a block of samples: the columns, the output and its derivatives by parameters of the operators.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::{Arch, Simd};
+use fearless_simd::{Simd, SimdBase};
 
 use super::bank_lanes::{BLOCK, BankLanes, Runs, WeightLanes};
 use super::curve::Curve;
 use super::drive_path::PathLane;
-use super::eight::{Eight, EightLoop, LANES, Lanes, copy_signals, dispatch};
+use super::eight::{LANES, Lanes, SimdLoop, copy_signals, dispatch, load, splat};
 use super::regressor::OperatorsAt;
 use super::shift::{ShiftColumns, ShiftLane};
 use super::tangent::{Slope, Tangent};
@@ -67,7 +67,6 @@ pub(crate) fn set(signals: &mut [Lanes], lane: usize, values: &[f64]) {
 
 /// The operators of a tangent and of its neighbours on their way through a record.
 pub(crate) struct OperatorBlocks<'a> {
-    arch: Arch,
     input: &'a [f64],
     pub(crate) layout: Layout,
     /// What the operators are shown; the first one by the tangent itself.
@@ -100,7 +99,7 @@ struct Bank<'a> {
 }
 
 impl<'a> OperatorBlocks<'a> {
-    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64, arch: Arch) -> Self {
+    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
         let here = &tangent.operators;
         let mut drives = vec![Drive::new(here, dt, true)];
         let mut bank = |at: &'a OperatorsAt| {
@@ -122,7 +121,7 @@ impl<'a> OperatorBlocks<'a> {
         }
         let layout = Layout::new(tangent, there.len());
         let z = vec![[0.0; LANES]; here.lanes.eights() * BLOCK];
-        Self { arch, input, layout, drives, here, there, z, output: [0.0; BLOCK] }
+        Self { input, layout, drives, here, there, z, output: [0.0; BLOCK] }
     }
 
     /// Goes on to these samples, a block at most, and writes the signals there.
@@ -135,14 +134,14 @@ impl<'a> OperatorBlocks<'a> {
         let here = &mut self.here;
         let (columns, z) = (&mut signals[..], &mut self.z[..]);
         if layout.is_split {
-            here.put_out(self.arch, drives, count, z);
-            dispatch(self.arch, Split { z, signals: columns });
+            here.put_out(drives, count, z);
+            dispatch(Split { z, signals: columns });
         } else {
-            here.put_out(self.arch, drives, count, columns);
+            here.put_out(drives, count, columns);
         }
         if layout.end > layout.columns || !self.there.is_empty() {
             let z = if layout.is_split { &*z } else { &*columns };
-            here.sums(self.arch, z, &mut self.output[..count]);
+            here.sums(z, &mut self.output[..count]);
         }
         if let Some(map) = here.output_map {
             let mut slopes = [0.0; BLOCK];
@@ -175,8 +174,8 @@ impl<'a> OperatorBlocks<'a> {
         }
         let mut values = [0.0; BLOCK];
         for (number, (there, distance)) in self.there.iter_mut().enumerate() {
-            there.put_out(self.arch, drives, count, &mut self.z);
-            there.sums(self.arch, &self.z, &mut values[..count]);
+            there.put_out(drives, count, &mut self.z);
+            there.sums(&self.z, &mut values[..count]);
             there.add_behind(drives, &mut values[..count]);
             for (value, output) in values.iter_mut().zip(&self.output) {
                 *value = (*value - output) / *distance;
@@ -215,14 +214,14 @@ impl<'a> Bank<'a> {
         Self { lanes: BankLanes::new(&at.bank), weights, amplitudes, output_map: at.output_map.as_ref(), drive, shift }
     }
 
-    fn put_out(&mut self, arch: Arch, drives: &[Drive<'_>], count: usize, z: &mut [Lanes]) {
+    fn put_out(&mut self, drives: &[Drive<'_>], count: usize, z: &mut [Lanes]) {
         let drive = &drives[self.drive];
-        self.lanes.put_out(arch, &drive.xs[..count], &drive.runs, z);
+        self.lanes.put_out(&drive.xs[..count], &drive.runs, z);
     }
 
     /// The weighted sums of the operators.
-    fn sums(&self, arch: Arch, z: &[Lanes], sums: &mut [f64]) {
-        self.weights.sums(arch, z, sums);
+    fn sums(&self, z: &[Lanes], sums: &mut [f64]) {
+        self.weights.sums(z, sums);
     }
 
     /// Makes outputs of the weighted sums of the operators: the output map, and the loop shift beside it.
@@ -246,15 +245,17 @@ struct Split<'a> {
     signals: &'a mut [Lanes],
 }
 
-impl EightLoop for Split<'_> {
+impl SimdLoop for Split<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>) {
+    fn run<S: Simd>(self, simd: S) {
         let (above, below) = self.signals.split_at_mut(self.z.len());
-        let zero = eight.splat(0.0);
+        let zero = splat(simd, 0.0);
         for (z, (above, below)) in self.z.iter().zip(above.iter_mut().zip(below)) {
-            let z = eight.load(z);
-            eight.store(eight.max(z, zero), above);
-            eight.store(eight.min(z, zero), below);
+            let z = load(simd, z);
+            *above = z.max(zero).into();
+            *below = z.min(zero).into();
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Rows behind a dead time alone: between rows only the turns of the input need to be seen.
 
-use pulp::Arch;
-
 use super::bank_lanes::BLOCK;
 use super::course::Course;
 use super::eight::{LANES, Lanes};
@@ -30,11 +28,11 @@ pub(crate) struct PlainRows<'a> {
 }
 
 impl<'a> PlainRows<'a> {
-    pub(super) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64, course: Option<&'a Course>, arch: Arch) -> Self {
+    pub(super) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64, course: Option<&'a Course>) -> Self {
         let delay = tangent.linear.dead_time / dt;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
-        let operators = OperatorBlocks::new(tangent, input, dt, arch);
+        let operators = OperatorBlocks::new(tangent, input, dt);
         let eights = operators.layout.end.div_ceil(LANES);
         let course = course.filter(|_| tangent.operators.need_turns_alone());
         Self {
@@ -158,7 +156,7 @@ mod tests {
                 slopes: vec![Slope::Operators(at(0.8), -0.1), Slope::DeadTime],
             };
             let neighbour = at(0.8);
-            let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course), Arch::new());
+            let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course));
             let start = |at| Regressor::new(at, &input, delay, dt);
             let (mut here, mut there) = (start(&tangent.operators), start(&neighbour));
             let (mut got, mut want) = (vec![0.0; weights.len() + 2], vec![0.0; weights.len()]);

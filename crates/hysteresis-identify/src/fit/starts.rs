@@ -1,7 +1,6 @@
 //! Where the search for dynamics starts: a scan over frequency, damping and dead time behind a known hysteresis.
 
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
-use pulp::Arch;
 
 use super::bank_lanes::BLOCK;
 use super::course::Course;
@@ -167,7 +166,7 @@ impl Scan {
                         *lanes = [*a, *b, *a, *b, *a, *b, *a, *b];
                     }
                 }
-                filters.put_out(Arch::new(), block.len(), &inputs, &mut answers);
+                filters.put_out(block.len(), &inputs, &mut answers);
                 for (number, response) in of_record.iter_mut().enumerate() {
                     let (eight, lane) = (2 * number / LANES, 2 * number % LANES);
                     let answers = &answers[eight * BLOCK..][..block.len()];

@@ -1,7 +1,5 @@
 //! The output of the model and its derivatives, row by row.
 
-use pulp::Arch;
-
 use super::course::Course;
 use super::filtered_rows::FilteredRows;
 use super::linear_part::LinearPart;
@@ -45,9 +43,9 @@ impl Tangent {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
         if is_plain {
-            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt, course, Arch::new())))
+            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt, course)))
         } else {
-            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt, Arch::new())))
+            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
         }
     }
 }

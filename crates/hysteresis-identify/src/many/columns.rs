@@ -2,12 +2,12 @@
 //!
 //! Sums and products are those of the plain loop, element by element, so the processor changes no bit.
 
-use pulp::{Arch, Simd, WithSimd};
+use fearless_simd::Simd;
 
 use super::visits::Visits;
 use crate::fit::bank::{OperatorBank, max, min};
 use crate::fit::bank_lanes::{BLOCK, BankLanes, Runs};
-use crate::fit::eight::{LANES, copy_signals};
+use crate::fit::eight::{LANES, SimdLoop, copy_signals, dispatch};
 
 /// z of every operator, visit by visit.
 pub(super) struct Outputs {
@@ -18,7 +18,7 @@ pub(super) struct Outputs {
 impl Outputs {
     /// What operators put out for inputs that begin at rest.
     pub(super) fn new(bank: &OperatorBank, input_offset: f64, inputs: &[f64]) -> Self {
-        let (arch, operators) = (Arch::new(), bank.len());
+        let operators = bank.len();
         let (mut lanes, mut runs) = (BankLanes::new(bank), Runs::new());
         let mut block = vec![[0.0; LANES]; lanes.eights() * BLOCK];
         let mut z = vec![0.0; inputs.len() * operators];
@@ -27,7 +27,7 @@ impl Outputs {
             xs.iter_mut().zip(inputs).for_each(|(x, u)| *x = u - input_offset);
             let xs = &xs[..inputs.len()];
             runs.take(xs);
-            lanes.put_out(arch, xs, &runs, &mut block);
+            lanes.put_out(xs, &runs, &mut block);
             for (k, row) in z.chunks_exact_mut(operators).enumerate() {
                 copy_signals(|eight| &block[eight * BLOCK + k], row);
             }
@@ -72,7 +72,7 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     /// The rows from number `first` on, as many as find room.
     pub(super) fn write(&self, first: usize, columns: usize, block: &mut [f64]) {
-        Arch::new().dispatch(Write { rows: self, first, columns, block });
+        dispatch(Write { rows: self, first, columns, block });
     }
 
     #[inline(always)]
@@ -105,11 +105,11 @@ struct Write<'a> {
     block: &'a mut [f64],
 }
 
-impl WithSimd for Write<'_> {
+impl SimdLoop for Write<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, _: S) {
         self.rows.fill(self.first, self.columns, self.block);
     }
 }

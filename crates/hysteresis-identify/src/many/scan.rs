@@ -1,12 +1,13 @@
 //! Where to start: the factorisations that actuators of one drive share.
 
 use faer::{Mat, MatRef};
-use pulp::{Arch, Simd, WithSimd};
+use fearless_simd::Simd;
 
 use super::descent::{FIRST_RADIUS, Problem, Start, State};
 use super::normal::Normal;
 use crate::fit::bounded;
 use crate::fit::course::Course;
+use crate::fit::eight::{SimdLoop, dispatch};
 use crate::fit::point::{Axis, Parameter, Point};
 use crate::fit::space::Space;
 use crate::fit::weight_basis::WeightBasis;
@@ -234,17 +235,17 @@ fn orthonormal(columns: &[Vec<f64>], means: &[f64]) -> Vec<f64> {
 
 /// In strands that do not wait for each other, as many on every processor.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    Arch::new().dispatch(Dot(a, b))
+    dispatch(Dot(a, b))
 }
 
-/// The work of [`dot`]. (A closure would not be compiled for the instructions that are there.)
+/// The work of [`dot`].
 struct Dot<'a>(&'a [f64], &'a [f64]);
 
-impl WithSimd for Dot<'_> {
+impl SimdLoop for Dot<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
+    fn run<S: Simd>(self, _: S) -> f64 {
         strands(self.0, self.1)
     }
 }

@@ -4,9 +4,9 @@
 //! u = (head, a), H = I - scale u u'. The heads of different columns lie in different rows, so products of vectors are those of fresh rows.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::Simd;
+use fearless_simd::{Simd, SimdFloat, f64x8};
 
-use crate::fit::eight::{Eight, EightLoop, LANES, Lanes, Numbers};
+use crate::fit::eight::{LANES, Lanes, SimdLoop, load, splat};
 
 /// So many columns of a panel are applied at a time: what they need stays in registers.
 const HALF: usize = LANES / 2;
@@ -33,9 +33,11 @@ struct Reflections {
     products: [Lanes; LANES],
 }
 
-impl EightLoop for Fold<'_> {
+impl SimdLoop for Fold<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>) {
+    fn run<S: Simd>(self, simd: S) {
         let Self { columns, triangle, fresh, capacity, rows } = self;
         let eights = columns.div_ceil(LANES);
         for number in 0..eights {
@@ -43,9 +45,9 @@ impl EightLoop for Fold<'_> {
             let panel = &mut panel[..rows];
             let first = number * LANES;
             let heads = &mut triangle[first * eights..columns.min(first + LANES) * eights];
-            let reflections = reflect(eight, panel, heads, eights, number);
+            let reflections = reflect(simd, panel, heads, eights, number);
             for (block, place) in behind.chunks_exact_mut(capacity).zip(number + 1..) {
-                apply(eight, &reflections, panel, &mut block[..rows], heads, eights, place);
+                apply(simd, &reflections, panel, &mut block[..rows], heads, eights, place);
             }
         }
     }
@@ -53,15 +55,9 @@ impl EightLoop for Fold<'_> {
 
 /// Makes the columns of a panel zero below the triangle, of which `heads` are the rows of these columns.
 #[inline(always)]
-fn reflect<S: Simd, const G: usize>(
-    eight: Eight<S, G>,
-    panel: &mut [Lanes],
-    heads: &mut [Lanes],
-    eights: usize,
-    place: usize,
-) -> Reflections {
+fn reflect<S: Simd>(simd: S, panel: &mut [Lanes], heads: &mut [Lanes], eights: usize, place: usize) -> Reflections {
     let mut reflections = Reflections::default();
-    let mut products = products(eight, panel, 0, None);
+    let mut products = products(simd, panel, 0, None);
     let width = heads.len() / eights;
     for (j, row) in heads.chunks_exact_mut(eights).enumerate() {
         let row = &mut row[place];
@@ -85,7 +81,7 @@ fn reflect<S: Simd, const G: usize>(
         }
         reflections.products[j] = products;
         if j + 1 < width {
-            products = self::products(eight, panel, j + 1, Some(moved));
+            products = self::products(simd, panel, j + 1, Some(moved));
         }
     }
     reflections
@@ -93,50 +89,46 @@ fn reflect<S: Simd, const G: usize>(
 
 /// Subtracts from every row what the column before this one moves, if there is one, and returns the products of this column with all.
 #[inline(always)]
-fn products<S: Simd, const G: usize>(
-    eight: Eight<S, G>,
-    panel: &mut [Lanes],
-    column: usize,
-    moved: Option<Lanes>,
-) -> Lanes {
+fn products<S: Simd>(simd: S, panel: &mut [Lanes], column: usize, moved: Option<Lanes>) -> Lanes {
     let before = column.saturating_sub(1);
-    let moves = moved.map(|moved| eight.load(&moved.map(|value| -value)));
-    let mut sums = [eight.splat(0.0); 2];
+    let moves = moved.map(|moved| load(simd, &moved.map(|value| -value)));
+    let mut sums = [splat(simd, 0.0); 2];
     let (pairs, rest) = panel.as_chunks_mut::<2>();
     for pair in pairs {
         for i in 0..2 {
-            sums[i] = product(eight, &mut pair[i], (before, column), moves, sums[i]);
+            sums[i] = product(simd, &mut pair[i], (before, column), moves, sums[i]);
         }
     }
     for row in rest {
-        sums[0] = product(eight, row, (before, column), moves, sums[0]);
+        sums[0] = product(simd, row, (before, column), moves, sums[0]);
     }
-    let mut total = [0.0; LANES];
-    eight.store(eight.add(sums[0], sums[1]), &mut total);
-    total
+    (sums[0] + sums[1]).into()
 }
 
 /// The same of one row.
 #[inline(always)]
-fn product<S: Simd, const G: usize>(
-    eight: Eight<S, G>,
+fn product<S: Simd>(
+    simd: S,
     row: &mut Lanes,
     (before, column): (usize, usize),
-    moves: Option<Numbers<S, G>>,
-    sum: Numbers<S, G>,
-) -> Numbers<S, G> {
-    let here = eight.load(row);
+    moves: Option<f64x8<S>>,
+    sum: f64x8<S>,
+) -> f64x8<S> {
+    let here = load(simd, row);
     // Without a column before, nothing times one that is no number would make every column such a one.
-    let moved = moves.map_or(here, |moves| eight.mul_add(eight.splat(row[before]), moves, here));
-    eight.store(moved, row);
+    let moved = match moves {
+        Some(moves) => splat(simd, row[before]).mul_add(moves, here),
+        None => here,
+    };
+    *row = moved.into();
     // As it was stored, to the last bit: of a column that depends on others rounding is all that is left.
-    eight.mul_add(eight.splat(row[column]), moved, sum)
+    splat(simd, row[column]).mul_add(moved, sum)
 }
 
 /// Applies the reflections of a panel to eight columns behind it.
 #[inline(always)]
-fn apply<S: Simd, const G: usize>(
-    eight: Eight<S, G>,
+fn apply<S: Simd>(
+    simd: S,
     reflections: &Reflections,
     panel: &[Lanes],
     block: &mut [Lanes],
@@ -147,39 +139,39 @@ fn apply<S: Simd, const G: usize>(
     let width = heads.len() / eights;
     let mut moves = [[0.0; LANES]; LANES];
     for first in (0..width).step_by(HALF) {
-        let mut sums = [eight.splat(0.0); HALF];
+        let mut sums = [splat(simd, 0.0); HALF];
         for (vectors, row) in panel.iter().zip(&*block) {
-            let row = eight.load(row);
+            let row = load(simd, row);
             for j in 0..HALF {
-                sums[j] = eight.mul_add(eight.splat(vectors[first + j]), row, sums[j]);
+                sums[j] = splat(simd, vectors[first + j]).mul_add(row, sums[j]);
             }
         }
         for j in 0..HALF {
-            eight.store(sums[j], &mut moves[first + j]);
+            moves[first + j] = sums[j].into();
         }
     }
     for (j, row) in heads.chunks_exact_mut(eights).enumerate() {
         let (head, scale) = (reflections.heads[j], reflections.scales[j]);
         let row = &mut row[place];
-        let mut sum = eight.mul_add(eight.splat(head), eight.load(row), eight.load(&moves[j]));
+        let mut sum = splat(simd, head).mul_add(load(simd, row), load(simd, &moves[j]));
         for (product, moved) in reflections.products[j].iter().zip(&moves[..j]) {
-            sum = eight.mul_add(eight.splat(*product), eight.load(moved), sum);
+            sum = splat(simd, *product).mul_add(load(simd, moved), sum);
         }
-        let moved = eight.mul(eight.splat(-scale), sum);
-        eight.store(moved, &mut moves[j]);
-        eight.store(eight.mul_add(eight.splat(head), moved, eight.load(row)), row);
+        let moved = splat(simd, -scale) * sum;
+        moves[j] = moved.into();
+        *row = splat(simd, head).mul_add(moved, load(simd, row)).into();
     }
     for first in (0..width).step_by(HALF) {
-        let mut moved = [eight.splat(0.0); HALF];
+        let mut moved = [splat(simd, 0.0); HALF];
         for j in 0..HALF {
-            moved[j] = eight.load(&moves[first + j]);
+            moved[j] = load(simd, &moves[first + j]);
         }
         for (vectors, row) in panel.iter().zip(&mut *block) {
-            let mut sum = eight.load(row);
+            let mut sum = load(simd, row);
             for j in 0..HALF {
-                sum = eight.mul_add(eight.splat(vectors[first + j]), moved[j], sum);
+                sum = splat(simd, vectors[first + j]).mul_add(moved[j], sum);
             }
-            eight.store(sum, row);
+            *row = sum.into();
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The products of what many modes change with what a fit leaves, eight modes at once.
 #![expect(clippy::inline_always, reason = "what is called must be compiled for the instructions of the caller")]
 
-use pulp::{Arch, Simd};
+use fearless_simd::{Simd, SimdFloat};
 
 use super::Scan;
 use crate::fit::bank_lanes::BLOCK;
-use crate::fit::eight::{Eight, EightLoop, LANES, Lanes, dispatch};
+use crate::fit::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
 use crate::fit::linear_part::{LinearPart, Mode, SampledPart};
 use crate::numeric::as_f64;
@@ -55,14 +55,14 @@ impl Products {
                         *lanes = [signals.input[sample.min(last)]; LANES];
                     }
                 }
-                filters.put_out(Arch::new(), BLOCK, &inputs, &mut answers);
+                filters.put_out(BLOCK, &inputs, &mut answers);
                 places.clear();
                 while let Some((source, row)) = rows.next_if(|(source, _)| *source < taken + BLOCK) {
                     places.push((source - taken, row));
                 }
                 let first: [f64; BLOCK] = std::array::from_fn(|k| answers[k][0]);
                 for (sums, answers) in sums.iter_mut().zip(answers.chunks_exact(BLOCK)) {
-                    dispatch(Arch::new(), Add { scan, sums, answers, first: &first, places: &places });
+                    dispatch(Add { scan, sums, answers, first: &first, places: &places });
                 }
                 taken += BLOCK;
             }
@@ -117,29 +117,31 @@ struct Add<'a> {
     places: &'a [(usize, usize)],
 }
 
-impl EightLoop for Add<'_> {
+impl SimdLoop for Add<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd, const G: usize>(self, eight: Eight<S, G>) {
+    fn run<S: Simd>(self, simd: S) {
         let Self { scan, sums, answers, first, places } = self;
-        let difference = |k: usize| eight.sub(eight.load(&answers[k]), eight.splat(first[k]));
-        let mut of_all = eight.load(&sums.differences);
-        let mut squares = eight.load(&sums.squares);
-        let mut with_residual = eight.load(&sums.with_residual);
+        let difference = |k: usize| load(simd, &answers[k]) - splat(simd, first[k]);
+        let mut of_all = load(simd, &sums.differences);
+        let mut squares = load(simd, &sums.squares);
+        let mut with_residual = load(simd, &sums.with_residual);
         for (k, row) in places {
             let difference = difference(*k);
-            of_all = eight.add(of_all, difference);
-            squares = eight.mul_add(difference, difference, squares);
-            with_residual = eight.mul_add(difference, eight.splat(scan.residual[*row]), with_residual);
+            of_all += difference;
+            squares = difference.mul_add(difference, squares);
+            with_residual = difference.mul_add(splat(simd, scan.residual[*row]), with_residual);
         }
-        eight.store(of_all, &mut sums.differences);
-        eight.store(squares, &mut sums.squares);
-        eight.store(with_residual, &mut sums.with_residual);
+        sums.differences = of_all.into();
+        sums.squares = squares.into();
+        sums.with_residual = with_residual.into();
         for (sum, column) in sums.with_columns.iter_mut().zip(&scan.columns) {
-            let mut with_column = eight.load(sum);
+            let mut with_column = load(simd, sum);
             for (k, row) in places {
-                with_column = eight.mul_add(difference(*k), eight.splat(column[*row]), with_column);
+                with_column = difference(*k).mul_add(splat(simd, column[*row]), with_column);
             }
-            eight.store(with_column, sum);
+            *sum = with_column.into();
         }
     }
 }
