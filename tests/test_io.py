@@ -33,12 +33,18 @@ READ: dict[str, tuple[bytes, tuple[str, str, str]]] = {
     "old line ends": (PLAIN.replace("\n", "\r").encode(), NAMED),
     "no last line end": (PLAIN.rstrip().encode(), NAMED),
     "decimal comma, semicolons": (COMMA.encode(), NAMED),
+    "three decimals behind a comma": (
+        b"time_s;drive_v;pos_um\n0;0;-0,250\n0,500;10;1,500\n1;20,500;3\n", NAMED
+    ),
     "decimal comma, tabs": (COMMA.replace(";", "\t").encode(), NAMED),
     "decimal comma, spaces": (COMMA.replace(";", "  ").encode(), NAMED),
     "double precision of Fortran": (re.sub(r"(?m)(\d)(,|$)", r"\1D+00\2", PLAIN).encode(), NAMED),
     "byte order mark": (PLAIN.encode("utf-8-sig"), NAMED),
     "UTF-16": (PLAIN.encode("utf-16"), NAMED),
     "UTF-16, big end first, no mark": (PLAIN.encode("utf-16-be"), NAMED),
+    "UTF-16, no mark, a micro": (
+        PLAIN.replace("pos_um", "pos [µm]").encode("utf-16-le"), ("time_s", "drive_v", "pos [µm]")
+    ),
     "Latin-1": (PLAIN.replace("pos_um", "Länge").encode("latin-1"), ("time_s", "drive_v", "Länge")),
     "gzip": (gzip.compress(PLAIN.encode()), NAMED),
     "bzip2": (bz2.compress(COMMA.encode()), NAMED),
@@ -132,6 +138,8 @@ REFUSED: dict[str, tuple[bytes, str]] = {
                           "line 3, column drive_v: .*expected no separators of thousands"),
     "thousands, points": (COMMA.replace(";10,0;", ";1.234,5;").encode(),
                           "line 3, column drive_v: .*expected no separators of thousands"),
+    "thousands in whole numbers": (b"time_s;drive_v;pos_um\n0;900;1\n1;1,000;2\n2;1,100;3\n",
+                                   "line 3, column drive_v: .*no separators of thousands"),
     "thousands everywhere": (b"time_s;drive_v;pos_um\n0;1,000.5;1\n1;2,000.5;2\n2;3,000.5;3\n",
                              "line 2, column drive_v: .*expected no separators of thousands"),
     "thousands, spaces": (COMMA.replace(";10,0;", ";1 234,5;").encode(),
@@ -210,7 +218,13 @@ STAMPS = {
     "day first": ["01.03.2026 23:59:59.500", "02.03.2026 00:00:00.000", "02.03.2026 00:00:00.500"],
     "month first": ["3/1/2026 11:59:59.5 PM", "3/2/2026 12:00:00 AM", "3/2/2026 12:00:00.5 AM"],
     "days above twelve": ["27/3/2026 23:59:59.5", "28/3/2026 0:00:00", "28/3/2026 0:00:00.5"],
+    "months in words": [
+        "31-Dec-2026 23:59:59.5",
+        "01-Jan-2027 00:00:00",
+        "2027-Jan-01 00:00:00.5",
+    ],
     "past midnight": ["23:59:59.5", "00:00:00.0", "00:00:00.5"],
+    "minutes, past the hour": ["59:59.5", "00:00.0", "00:00.5"],
 }
 
 
@@ -220,9 +234,27 @@ def test_dates_are_seconds_since_the_first_row(tmp_path: Path, form: str) -> Non
     rows = "".join(f"{stamp},{value}\n" for value, stamp in enumerate(STAMPS[form]))
     path.write_text(f"Timestamp,u\n{rows}", encoding="utf-8")
     record = mh.io.read(path)
-    assert record.time_column == "Timestamp"
+    assert record.time_column == "Timestamp" and record.units["Timestamp"] == "s"
     np.testing.assert_allclose(record["Timestamp"], [0.0, 0.5, 1.0], rtol=0.0, atol=1e-9)
     assert mh.io.read(path, ["u"], time=False).time_column is None
+
+
+WAVEFORMS = "waveform\t[0]\t[1]\nt0\t22.11.2026 10:00:00,0\t22.11.2026 10:00:00,0\n"
+WAVEFORMS += "delta t\t0,5\t0,5\n\ntime\tY[0]\tY[1]\n"
+
+
+def test_a_preamble_may_have_rows_like_those_of_the_table(tmp_path: Path) -> None:
+    path = tmp_path / "record.txt"
+    rows = [f"22.11.2026 10:00:0{k // 2},{k % 2 * 5}\t{k},5\t{k}\n" for k in range(8)]
+    path.write_text(WAVEFORMS + "".join(rows), encoding="utf-8")
+    record = mh.io.read(path)
+    assert record.names == ("time", "Y[0]", "Y[1]") and record.sample_time == 0.5
+    np.testing.assert_array_equal(record["Y[0]"], np.arange(8) + 0.5)
+    # Words that are all the same are no header, but wrong cells.
+    rows[2] = "high\thigh\thigh\n"
+    path.write_text("time\tu\ty\n" + "".join(rows), encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match="line 4, column u: not a number: 'high'"):
+        mh.io.read(path, ["u"], time=False)
 
 
 def test_a_date_that_is_none_is_refused(tmp_path: Path) -> None:

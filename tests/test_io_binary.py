@@ -71,6 +71,8 @@ def write_hdf5(path: Path) -> None:
         file["group/dataset"] = TABLE
         file["group/u"] = U
         file["group/u"].attrs["units"] = "kV"
+        file["group/y"] = Y
+        file["group/y"].attrs["units"] = np.array(["nm"], dtype=h5py.string_dtype())
         file["group/table"] = RECORD
         file["rate"] = 2.0
         file["names"] = [b"a", b"b"]
@@ -175,6 +177,7 @@ def test_units_come_with_the_file(tmp_path: Path) -> None:
     write_tdms(tmp_path / "a.tdms")
     (tmp_path / "a.lvm").write_text(lvm_text(), encoding="latin-1")
     assert mh.io.read(tmp_path / "a.h5", "group/u").units["group/u"] == "kV"
+    assert mh.io.read(tmp_path / "a.h5", "group/y").units["group/y"] == "nm"
     found = mh.io.read(tmp_path / "a.tdms")
     assert found.units == {"time_s": "s", "Rig/Drive": "V", "Rig/Gauge": "um"}
     found = mh.io.read(tmp_path / "a.lvm")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
+from datetime import datetime, timezone
 from pathlib import Path
 
 import mpi_hyst as mh
@@ -120,6 +121,50 @@ def test_a_time_that_stands_and_cells_without_numbers_are_told(there: Path) -> N
     assert "2 refused, line 8: not finite: nan" in said
     assert "column pos_um has 2 cells without a number, the first in line 8" in said
     assert suggested(said)[1:6] == ["holes.csv", "--input", "drive_v", "--output", "pos_um"]
+
+
+@pytest.mark.parametrize(
+    ("stamp", "said"),
+    [
+        # A clock without fractions, and a stamp that is none.
+        ("{:%H:%M:%S}", "time does not increase at row 1:"),
+        ("{:%d of %B}", "time holds no numbers in most rows:"),
+    ],
+)
+def test_a_time_that_tells_none_is_left_out(there: Path, stamp: str, said: str) -> None:
+    path = table(there / "log.csv", "time,drive_v,pos_um", [SECONDS, DRIVE, POSITION])
+    header, *rows = path.read_text("utf-8").splitlines()
+    stamps = [stamp.format(datetime.fromtimestamp(one, timezone.utc)) for one in SECONDS]
+    cells = [row.partition(",")[2] for row in rows]
+    lines = [f"{one},{row}" for one, row in zip(stamps, cells, strict=True)]
+    path.write_text("\n".join([header, *lines]), encoding="utf-8")
+    shown = run("look", "log.csv").stdout
+    assert said in shown and "add --rate HZ" in shown
+    assert run(*suggested(shown), "--operators", "4").exit_code == 0
+
+
+def test_stamps_of_whole_seconds_are_in_seconds(there: Path) -> None:
+    path = table(there / "slow.csv", "time,drive_v,pos_um", [SECONDS, DRIVE, POSITION])
+    header, *rows = path.read_text("utf-8").splitlines()
+    cells = [row.partition(",")[2] for row in rows]
+    lines = [f"10:{n // 60:02d}:{n % 60:02d},{row}" for n, row in enumerate(cells)]
+    path.write_text("\n".join([header, *lines]), encoding="utf-8")
+    shown = run("look", "slow.csv").stdout
+    assert "1.000 s on average" in shown and "note:" not in shown
+    assert run(*suggested(shown), "--operators", "4").exit_code == 0
+
+
+def test_what_is_wrong_at_the_end_says_how_to_look_before_it(there: Path) -> None:
+    path = table(there / "cut.csv", "time_s,drive_v,pos_um", [SECONDS, DRIVE, POSITION])
+    path.write_text(path.read_text("utf-8") + "aborted\n", encoding="utf-8")
+    before = names_in(there)
+    said = "got 1; look at what is before it with --rows 600"
+    assert_refused(run("look", "cut.csv"), there, before, said)
+    assert run("look", "cut.csv", "--rows", "600").exit_code == 0
+    path.write_text(path.read_text("utf-8").replace("aborted", "Mean,0,0"), encoding="utf-8")
+    shown = run("look", "cut.csv").stdout
+    assert "column time_s has 1 cell that identify refuses" in shown
+    assert "no time column" not in shown and "--time" not in shown
 
 
 @pytest.mark.parametrize("scale", [1e3, 1e6])
@@ -248,3 +293,11 @@ def test_a_column_that_is_not_read_says_why(
     said = run("look", "signs.csv").stdout
     assert "not read: drive_v (no numbers in most rows" in said and why in said
     assert ("expected" in said.split("not read:")[1].split("\n")[0]) == bool(why)
+
+
+def test_why_a_column_is_not_read_may_stand_behind_its_first_rows(there: Path) -> None:
+    rows = [f"{row};{40 * row:,}" for row in range(200)]
+    (there / "large.csv").write_text("\n".join(["t;u", *rows]), encoding="utf-8")
+    said = run("look", "large.csv").stdout
+    assert "not read: u (no numbers in most rows: not a number: '1,000' (expected" in said
+    assert "no separators of thousands" in said

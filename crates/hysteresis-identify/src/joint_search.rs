@@ -9,7 +9,7 @@ use crate::fit::point::{Parameter, Point};
 use crate::fit::space::Space;
 use crate::modes_model::ModesModel;
 use crate::numeric::as_f64;
-use crate::options::{Order, Setting};
+use crate::options::{DynamicsModel, Options, Order, Setting};
 use crate::record::Record;
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
@@ -195,8 +195,9 @@ impl JointSearch<'_> {
         Ok(if evidence >= self.needed_evidence(&found) { found } else { without })
     }
 
-    /// The fit, or that of a dead time alone if the records do not tell the dynamics: too little evidence, or at the edge of what
-    /// is searched. Cross-validation does not judge them: the stretch of a chirp that has the resonance tells it alone.
+    /// The fit, or that of a lag of first order if it is overdamped and the records do not tell more, or of a dead time alone if they
+    /// do not tell the dynamics: too little evidence, or at the edge of what is searched. Cross-validation does not judge them: the
+    /// stretch of a chirp that has the resonance tells it alone.
     fn without_needless_dynamics(
         &self,
         fit: JointFit,
@@ -210,11 +211,37 @@ impl JointSearch<'_> {
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let fit = if without.fit.objective < fit.fit.objective { self.again(fit, &without, monitor)? } else { fit };
         let is_told = self.evidence(&without, &fit) >= self.needed_evidence(&fit);
-        if is_told && is_inside(&fit) {
-            return Ok(fit);
+        let is_kept = is_told && is_inside(&fit);
+        let is_overdamped = fit.fit.point.get(Parameter::LogDamping) > 0.0;
+        let lag = if is_told && is_overdamped { self.lag_if_told(&without, monitor)? } else { None };
+        match lag {
+            Some((lag, error)) if !is_kept || self.evidence(&lag, &fit) < self.needed_evidence(&fit) => {
+                (linear.dead_time_error, linear.amplifier_instead) = (error, 0.0);
+                Ok(lag)
+            }
+            _ if is_kept => Ok(fit),
+            _ => {
+                linear.dead_time_error = None;
+                Ok(without)
+            }
         }
-        linear.dead_time_error = None;
-        Ok(without)
+    }
+
+    /// A lag of first order and the standard error of the dead time beside it, if the records tell one: a resonance that stands for it
+    /// is damped without bound, and what is fast in it must be undone by a dead time.
+    fn lag_if_told(
+        &self,
+        without: &JointFit,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<(JointFit, Option<f64>)>, Error> {
+        // The part of the work before is done: progress does not go back.
+        monitor.begin(Span { from: 0.8, to: 0.8 });
+        let options = Options { dynamics: DynamicsModel::Order(Order::First), ..self.problem.options.clone() };
+        let problem = JointProblem { options: &options, ..self.problem };
+        let found = problem.search(&self.plain.fit, &self.plain.space, monitor)?;
+        let (lag, error) = problem.settle_dead_time(found, monitor)?;
+        let is_told = self.evidence(without, &lag) >= self.needed_evidence(&lag);
+        Ok((is_told && is_inside(&lag)).then_some((lag, error)))
     }
 
     /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.

@@ -40,12 +40,15 @@ fn drive() -> Vec<f64> {
 }
 
 fn found(stage: &Stage, deviation: f64, options: &Options) -> (Vec<f64>, Identification) {
-    let drive = drive();
+    found_from(&drive(), stage, deviation, options)
+}
+
+fn found_from(drive: &[f64], stage: &Stage, deviation: f64, options: &Options) -> (Vec<f64>, Identification) {
     let mut forward = stage.forward(DT).unwrap();
     forward.settle(drive[0]);
     let noise = noise(drive.len(), deviation, 7);
     let position: Vec<f64> = drive.iter().zip(noise).map(|(u, e)| forward.step(*u) + e).collect();
-    let found = run(&[Record::new(&drive, &position, 0).unwrap()], options).unwrap();
+    let found = run(&[Record::new(drive, &position, 0).unwrap()], options).unwrap();
     (position, found)
 }
 
@@ -77,6 +80,24 @@ fn an_amplifier_is_told_from_dead_time_and_dynamics() {
     forward.settle(0.0);
     let worst = drive().iter().zip(&position).map(|(u, y)| (forward.step(*u) - y).abs()).fold(0.0, f64::max);
     assert!(worst < 2e-2, "{worst}");
+}
+
+/// A lag of first order is a resonance damped without bound: the search for one of second order ends at its edge, or inside with a
+/// dead time below zero.
+#[test]
+fn a_lag_is_not_taken_for_a_resonance() {
+    use FindingCode::{ClippedInput, NegativeDeadTime, PoorFit, ResonanceNotExcited};
+    let loops = decaying_triangle(13000, 50.0, 4.5, 0.0);
+    for (drive, frequency) in [(&drive(), 20.0), (&drive(), 700.0), (&loops, 8.0), (&loops, 16.0)] {
+        let lag = FirstOrder::new(frequency).unwrap();
+        let stage = Stage::new(StageParts { dynamics: lag.into(), ..StageParts::new(hysteresis()) }).unwrap();
+        let (_, found) = found_from(drive, &stage, 1e-3, &options());
+        let Some(Dynamics::FirstOrder(lag)) = found.dynamics else { panic!("{frequency}: {:?}", found.dynamics) };
+        assert!((lag.frequency() / frequency - 1.0).abs() < 0.02, "{lag:?}");
+        assert!(found.fit.rmse < 1.1e-3, "{frequency}: {:?}", found.fit);
+        let is_wrong = |code| matches!(code, ClippedInput | NegativeDeadTime | PoorFit | ResonanceNotExcited);
+        assert!(!found.warnings.iter().any(|one| is_wrong(one.code)), "{frequency}: {:?}", found.warnings);
+    }
 }
 
 #[test]

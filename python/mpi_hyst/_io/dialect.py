@@ -24,6 +24,7 @@ DELIMITERS = {
     " ": "white space",
 }
 _COMMENTS = ("#", "%", "//")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _MISSING = {"", "-", "--", "na", "n/a", "null", "none", "missing", "?"}
 # Signs that texts are set with in place of -.
 _MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
@@ -33,6 +34,7 @@ _LIKE = re.compile(
 )
 # An exponent of double precision as Fortran writes it: 1.5D-03.
 _FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
+_PREAMBLE = 5  # rows behind one of numbers that may still be above the header
 _UNIT_WORDS = {"", "-", "--", "raw", "bit", "k"}
 
 
@@ -170,7 +172,13 @@ class _Guess:
             mark: sum(is_number(cell, mark) for cells in self.data for cell in cells)
             for mark in ".,"
         }
-        return "," if found[","] > found["."] else "."
+        return "," if found[","] > found["."] and not self._has_thousands() else "."
+
+    def _has_thousands(self) -> bool:
+        """Whether commas part thousands: below one, numbers of the same column have none."""
+        columns = [[row[index] for row in self.data if row[index]] for index in range(self.width)]
+        parted = [cells for cells in columns if any("," in cell for cell in cells)]
+        return all(map(_are_thousands, parted))
 
     def _numeric(self) -> list[int]:
         """Return the columns that hold a number in at least half of the rows."""
@@ -190,11 +198,18 @@ class _Guess:
         return self.fits(first) and self._numbers(first) > 0
 
     def _first_whole_row(self) -> int:
-        """Return the line of the first row with a number in every numeric column."""
+        """Return the line of the first row with a number in every numeric column.
+
+        A header soon behind it says that it was one of the preamble.
+        """
         rows = [number for number, cells in self.rows.items() if self.fits(cells)]
         counts = {number: self._numbers(self.rows[number]) for number in rows}
         most = max(counts.values(), default=0)
-        return next(number for number in rows if counts[number] == most)
+        whole = [place for place, number in enumerate(rows) if counts[number] == most]
+        soon = rows[whole[0] + 1 : whole[0] + 1 + _PREAMBLE]
+        heads = [number for number in soon if self._is_words(self.rows[number])]
+        later = rows.index(heads[-1]) if heads else -1
+        return rows[next((place for place in whole if place > later), whole[0])]
 
     def _names(self, cells: Sequence[str]) -> bool:
         """Whether a row may be a header: of the width of the table, filled, and no numbers."""
@@ -202,6 +217,12 @@ class _Guess:
             return False
         filled = [cell for cell in cells[: self.width] if cell.lower() not in _MISSING]
         return bool(filled) and 2 * len(filled) >= self.width
+
+    def _is_words(self, cells: Sequence[str]) -> bool:
+        """Whether a row is a header of words: no numbers, and no two alike as in `overload`."""
+        words = cells[: self.width]
+        like = any(_LIKE.fullmatch(cell.lower()) for cell in words)
+        return self._names(cells) and not like and len(set(words)) == len(words)
 
     def _header(self) -> tuple[int, int | None] | None:
         """Return the lines of the header and of the units, if there are such."""
@@ -291,6 +312,11 @@ class _Guess:
         return (above[0], cells) if words else None
 
 
+def _are_thousands(cells: Sequence[str]) -> bool:
+    below = [number(cell, ".") for cell in cells if not _THOUSANDS.fullmatch(cell)]
+    return bool(below) and all(one is not None and abs(one) < 1000.0 for one in below)
+
+
 def are_units(cells: Sequence[str]) -> bool:
     """Whether a row below the header holds units: s, V, [µm]."""
     known = [known_unit(cell) != "" for cell in cells]
@@ -333,6 +359,8 @@ def why_no_number(cell: str, decimal: str) -> str:
         return f"not a number: {shown!r} (expected the sign - below zero)"
     point = "point" if decimal == "." else "comma"
     bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
+    if decimal == "." and _THOUSANDS.fullmatch(text):
+        return f"not a number: {shown!r} (expected a decimal point, no separators of thousands)"
     if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):
         return f"not a number: {shown!r} (expected a decimal {point})"
     if is_number(bare, ".") or is_number(bare, ","):

@@ -95,6 +95,8 @@ def _load(path: Path, place: str, part: Any) -> npt.NDArray[Any]:
 def _unit(item: Any) -> str:
     for name in _UNIT_ATTRIBUTES:
         value = item.attrs.get(name)
+        # Some writers make an array of one text.
+        value = value.flat[0] if isinstance(value, np.ndarray) and value.size == 1 else value
         text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
         if isinstance(text, str) and text:
             return known_unit(text) or text

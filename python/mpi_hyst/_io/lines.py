@@ -49,15 +49,17 @@ def encoding(start: bytes) -> str:
         if start.startswith(mark):
             return name
     even, odd = start[::2], start[1::2]
-    if not any(odd) and _is_ascii(even):
+    if not any(odd) and _is_latin(even):
         return "utf-16-le"
-    if not any(even) and _is_ascii(odd):
+    if not any(even) and _is_latin(odd):
         return "utf-16-be"
     return "utf-8"
 
 
-def _is_ascii(characters: bytes) -> bool:
-    return bool(characters) and all(32 <= one < 127 or one in b"\t\r\n" for one in characters)
+def _is_latin(characters: bytes) -> bool:
+    """Whether all are printable, the signs of units included: µ, °, Å."""
+    printable = (one in b"\t\r\n" or 32 <= one < 127 or one >= 160 for one in characters)
+    return bool(characters) and all(printable)
 
 
 class Lines:

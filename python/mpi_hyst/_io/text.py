@@ -21,7 +21,7 @@ from mpi_hyst._quantity import known_unit
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
-_FIRST_ROWS = 20  # rows that tell a column of dates, or why one holds no numbers
+_FIRST_ROWS = 20  # rows that tell a column of dates
 _SAMPLE_CHARACTERS = 4_000_000
 
 
@@ -43,8 +43,10 @@ class TextTable:
         self._stamped = _stamped(self._dialect, sample)
         self.numeric: Sequence[int] = sorted({*self._dialect.numeric, *self._stamped})
         units = zip(self.names, self._dialect.units, strict=False)
+        # Whatever their name or a row of units says: stamps become seconds.
         self.units: Mapping[str, str] = {
-            name: known_unit(unit) or unit for name, unit in units if unit
+            **{name: known_unit(unit) or unit for name, unit in units if unit},
+            **{self.names[index]: "s" for index in self._stamped},
         }
         self.other: Mapping[str, str] = {
             name: f"no numbers in most rows{_why(self._dialect, sample, index)}"
@@ -120,7 +122,7 @@ class TextTable:
 
 def _stamped(dialect: dialects.Dialect, sample: Sequence[str]) -> set[int]:
     """Return the columns of dates or times of the day."""
-    rows = _first_rows(dialect, sample)
+    rows = _rows_of(dialect, sample)[:_FIRST_ROWS]
     columns = [index for index in range(len(dialect.names)) if index not in dialect.numeric]
     return {
         index
@@ -129,8 +131,8 @@ def _stamped(dialect: dialects.Dialect, sample: Sequence[str]) -> set[int]:
     }
 
 
-def _first_rows(dialect: dialects.Dialect, sample: Sequence[str]) -> list[list[str]]:
-    lines = [line for line in sample[dialect.first :] if line.strip()][:_FIRST_ROWS]
+def _rows_of(dialect: dialects.Dialect, sample: Sequence[str]) -> list[list[str]]:
+    lines = [line for line in sample[dialect.first :] if line.strip()]
     return [
         dialect.cells(line) for line in lines if not dialects.is_comment(line, dialect.delimiter)
     ]
@@ -138,7 +140,7 @@ def _first_rows(dialect: dialects.Dialect, sample: Sequence[str]) -> list[list[s
 
 def _why(dialect: dialects.Dialect, sample: Sequence[str], index: int) -> str:
     """Return what is expected in place of the first cell that could be a number, if one could."""
-    cells = [row[index] for row in _first_rows(dialect, sample) if index < len(row)]
+    cells = [row[index] for row in _rows_of(dialect, sample) if index < len(row)]
     reasons = (dialects.why_no_number(cell, dialect.decimal) for cell in cells)
     return next((f": {reason}" for reason in reasons if "(expected" in reason), "")
 

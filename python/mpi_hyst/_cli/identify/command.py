@@ -256,8 +256,8 @@ def _stretches(
         "--dynamics",
         type=click.Choice(["auto", "none", "1", "2"]),
         callback=_number,
-        help="Linear dynamics of this order. auto: second order, if the records tell them.  "
-        "[default: auto]",
+        help="Linear dynamics of this order. auto: second order, or first in the place of an "
+        "overdamped one that is not told from it, if the records tell them.  [default: auto]",
     ),
     click.option(
         "--modes",

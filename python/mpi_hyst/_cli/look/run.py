@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.identify.missing import is_missing, too_long
 from mpi_hyst._cli.look.guess import Guess, guess
 from mpi_hyst._cli.look.sampling import Sampling
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import require_report_packages
+from mpi_hyst._io.columns import ReadError
 from mpi_hyst._io.read import numeric, opened, take, time_index
 from mpi_hyst._io.table import Table
 from mpi_hyst._text import digits, text_pairs, text_table
@@ -100,7 +102,11 @@ def read(path: Path, rows: int | None) -> Record:
 
     with opened(path) as table:
         names = [_unique(table, index) for index in numeric(table)]
-        columns = take(table, lambda _: names, None, rows, note, ordered=False)
+        try:
+            columns = take(table, lambda _: names, None, rows, note, ordered=False)
+        except ReadError as error:
+            before = f"; look at what is before it with --rows {error.rows}" if error.rows else ""
+            raise CommandError(f"{error}{before}") from error
         clock = time_index(table, None)
         holes = {columns.key(index): entry for index, entry in wrong.items()}
         default = None if clock is None else columns.key(clock)
@@ -191,8 +197,8 @@ def _trajectory(request: Request, record: Record) -> str:
     words = ["mpi-hyst", "precompensate", "stage.json", _shown(request.data), "--column", column]
     words += _time_option(record)
     # Only a person knows the rate.
-    rate = " --rate HZ" if record.sampling is None else ""
     sampling = record.sampling
+    rate = " --rate HZ" if sampling is None or _useless_time(record) else ""
     notes = []
     if sampling is not None and sampling.increases and sampling.unit_is_doubtful:
         notes = [f"note: {_doubt(record, sampling)}"]
@@ -213,6 +219,8 @@ def _shown(path: Path) -> str:
 
 
 def _time_option(record: Record) -> list[str]:
+    if _useless_time(record):
+        return ["--time", "none"]
     sampling = record.sampling
     if sampling is None or not sampling.increases or sampling.unit_is_doubtful:
         return []
@@ -220,11 +228,31 @@ def _time_option(record: Record) -> list[str]:
     return [] if name == record.default_time else ["--time", name]
 
 
+def _useless_time(record: Record) -> str:
+    """Return why the column that `identify` takes as the time tells none; nothing if it does.
+
+    Where another column is the time, `identify` is told that. A time that goes back is one of two
+    records: counting its rows would join them.
+    """
+    name, clock = record.default_time, record.guesses.get("time")
+    if name is None or (clock is not None and clock.column != name):
+        return ""
+    if name in record.other:
+        return f"holds {record.other[name]}"
+    steps = np.diff(record.columns[name])
+    stands = steps.size > 0 and steps.min() == 0.0
+    return f"does not increase at row {steps.argmin() + 1}" if stands else ""
+
+
 def _hints(record: Record) -> list[str]:
     hints = [_hint_about(record, name, wrong) for name, wrong in record.wrong.items()]
-    sampling = record.sampling
-    if sampling is None:
-        hints.append("no time column: add --rate HZ to fit dead time, dynamics or creep")
+    sampling, useless = record.sampling, _useless_time(record)
+    rate = "add --rate HZ to fit dead time, dynamics or creep"
+    if useless:
+        hints.append(f"{record.default_time} {useless}: --time none leaves it out; {rate}")
+    elif sampling is None:
+        # Of a time with cells that are refused it is said already what is wrong.
+        hints += [] if record.default_time in record.wrong else [f"no time column: {rate}"]
     elif not sampling.increases:
         hints.append("the time does not increase everywhere: cut the file there")
     elif sampling.unit_is_doubtful:
