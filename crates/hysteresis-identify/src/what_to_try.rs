@@ -124,7 +124,8 @@ impl FindingCode {
             Self::NegativeDeadTime => (
                 "negative_dead_time",
                 Always,
-                "row k seems to hold the position read at the end of the interval: shift the position column down by one row",
+                "row k seems to hold the position read at the end of the interval: shift the position column down by one row; or, if the \
+                 damping is above 1, fit a lag of first order (--dynamics 1)",
             ),
             Self::DeadTimeConfounded => {
                 ("dead_time_confounded", Never, "add a record with a chirp or a step, or give the dead time")
@@ -141,7 +142,8 @@ impl FindingCode {
             Self::CreepUndetermined => (
                 "creep_undetermined",
                 Never,
-                "add a record that holds a position for long after a large move, or fit no creep",
+                "add a record that holds a position for long after a large move, or fit no creep; at its bound it may stand for heat or \
+                 another lag: compare with --dynamics 1 --creep none",
             ),
             Self::GainNotOne => {
                 ("gain_not_one", From(0.5), "identify the hysteresis from records of this stage, in the same units")
