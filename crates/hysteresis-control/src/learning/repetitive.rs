@@ -237,6 +237,12 @@ impl RepetitiveControl {
         }
     }
 
+    /// Whether divergence has ended learning: it is fading out or stopped, and does not begin anew by itself.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.stopped
+    }
+
     /// How often learning has diverged, and stopped, since it was made or [`reset`](Self::reset).
     #[must_use]
     pub fn divergence_count(&self) -> u64 {
