@@ -108,9 +108,11 @@ impl fmt::Display for RecordError {
                 write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got:?}")
             }
             Self::TimeOrder { index, before, got } => {
+                // Stamps of few digits repeat, and tell no more of the interval than `dt` does.
+                let what = if before == got { "; where times are too coarse, leave them out and give dt" } else { "" };
                 write!(
                     f,
-                    "times[{index}]: expected a time after that of the sample before, {before:?} s, got {got:?} s"
+                    "times[{index}]: expected a time after that of the sample before, {before:?} s, got {got:?} s{what}"
                 )
             }
             Self::TimeStep { expected, got } => {
